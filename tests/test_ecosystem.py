@@ -221,7 +221,7 @@ def test_a_value_of_another_shape_is_refused_when_spawning():
     world.add_table("sea", Chemistry, dims={"substances": 2})
     with pytest.raises(
         ValueError,
-        match=r"newborn of 'sea': Chemistry.molarity has the shape \(3, 3\); "
+        match=r"newborns of 'sea': Chemistry.molarity has shape \(3, 3\); "
         r"expected \(3, 2\)",
     ):
         world.spawn("sea", Chemistry(molarity=[1, 2, 3]), n=3)

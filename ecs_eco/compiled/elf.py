@@ -1,4 +1,4 @@
-"""Undefined symbols of machine code, in the format of Linux (ELF, 64 bits)."""
+"""Undefined symbols in Linux machine code (64-bit ELF)."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Control of Python's cyclic garbage collector.
 
-It runs after every 700 new objects, and over all objects when their number has grown by a quarter. While a
-command loads its modules that is a tenth of the time, and as much again at its end, when it tears everything
-down: for nothing, since these objects stay until the process ends.
+It runs after every 700 new objects, and over all objects when their number has grown by a quarter. This takes
+a tenth of the time in which a command loads its modules, and as long again at the end, when everything is
+torn down. The effort is wasted, because these objects exist until the process ends.
 """
 
 from __future__ import annotations
@@ -11,13 +11,13 @@ import gc
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-SELDOM = 20_000  # new objects between two collections, while modules load
+SELDOM = 20_000  # new objects between two collections while modules are loaded
 _usual: list[tuple[int, int, int]] = []
 
 
 @contextmanager
 def uncollected() -> Iterator[None]:
-    """Disable the collector within this context: for work that creates many lasting objects."""
+    """Disable the collector within this context, for work that creates many lasting objects."""
     collecting = gc.isenabled()
     gc.disable()
     try:
@@ -29,8 +29,8 @@ def uncollected() -> Iterator[None]:
 
 @contextmanager
 def of_a_command() -> Iterator[None]:
-    """Shorten the start and the end of a process: collect rarely until `loaded`, and not at all at its
-    end. Not for processes that continue afterwards."""
+    """Shorten the start and the end of a process: collect rarely until `loaded` is called, and not at all at
+    the end. The process must end after this context."""
     _usual.append(gc.get_threshold())
     gc.set_threshold(SELDOM)
     try:
@@ -40,8 +40,7 @@ def of_a_command() -> Iterator[None]:
 
 
 def loaded() -> None:
-    """Resume normal collection, excluding the current objects; do nothing outside of a command's own
-    process."""
+    """Resume normal collection, excluding the current objects; do nothing outside a command's own process."""
     if _usual:
         gc.freeze()
         gc.set_threshold(*_usual.pop())

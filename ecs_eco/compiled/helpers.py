@@ -1,10 +1,10 @@
-"""Threads that help a world's own, and stay awake for a moment after each piece of work to begin the next at
-once.
+"""Threads that help a world's own thread, and stay awake briefly after each task so that they can start the
+next at once.
 
-Waking a sleeping thread takes some 100 µs each way, as long as much of the work that a tick divides. A helper
-therefore polls a counter, free of the GIL, for up to a millisecond before it sleeps, and so does the thread
-that waits for it. After the counter changes, it rests for another moment: the other thread still holds the
-GIL on its way into a kernel, and a thread that finds it taken goes to sleep, too.
+Waking a sleeping thread takes about 100 µs each way, as long as many of the tasks that a tick divides. A
+helper therefore polls a counter, without the GIL, for up to a millisecond before it sleeps, and so does the
+thread that waits for it. After the counter changes, it pauses briefly: the other thread still holds the GIL
+until it enters a kernel, and a thread that finds the GIL taken also goes to sleep.
 
 With `numba_version.plain()`, all threads sleep at once.
 """
@@ -23,12 +23,12 @@ if not plain():
     from ecs_eco.compiled.parts import serve
     from ecs_eco.compiled.spinning import changes, looks_of
 
-AWAKE = 1e-3  # [s] of polling before a thread sleeps
+AWAKE = 1e-3  # [s] to poll before a thread sleeps
 ASKED, DONE = (
     10e-6,
     2e-6,
-)  # [s] from a counter's change to the GIL, for a helper and for the thread that waits for it
-PATIENCE = 5.0  # [s] for a thread to end
+)  # [s] to pause before taking the GIL, for a helper and for the thread that waits for it
+PATIENCE = 5.0  # [s] to wait for a thread to end
 
 
 def _moved(counter: np.ndarray, last: int, pause: float) -> bool:
@@ -38,16 +38,16 @@ def _moved(counter: np.ndarray, last: int, pause: float) -> bool:
 
 
 class Helper:
-    """A thread for one piece of work at a time: `start` it, do your own, and `finish`.
+    """A thread for one task at a time: call `start`, do other work, then call `finish`.
 
-    It begins with the first piece, and lives until `end`. Only one thread may use it. The GIL orders all
-    writes of the two, except those to the counters. While it is awake it also takes parts of kernels from its
-    team's record (`ecs_eco.compiled.parts`), if there is one.
+    It starts with the first task and lives until `end`. Only one thread may use it. The GIL orders all writes
+    of both threads except writes to the counters. While awake, it also takes parts of kernels from its team's
+    record (`ecs_eco.compiled.parts`), if there is one.
     """
 
     def __init__(self, record: np.ndarray | None = None) -> None:
         self._record = record
-        self._asked, self._done = np.zeros(1, np.int64), np.zeros(1, np.int64)  # pieces
+        self._asked, self._done = np.zeros(1, np.int64), np.zeros(1, np.int64)  # tasks
         self._asleep = self._awaited = False
         self._bell, self._ready = threading.Semaphore(0), threading.Semaphore(0)
         self._thread: threading.Thread | None = None
@@ -56,12 +56,12 @@ class Helper:
         self._error: BaseException | None = None
 
     def start(self, work: Callable[..., Any], *arguments: object) -> None:
-        """Call `work(*arguments)` in the helper, in parallel to this thread."""
+        """Call `work(*arguments)` in the helper, in parallel with this thread."""
         self.wake()
         self._ask(work, arguments)
 
     def wake(self) -> None:
-        """Wake it to look for work."""
+        """Wake the thread so that it looks for work."""
         if self._thread is None:
             self._thread = threading.Thread(target=self._live, name="ecs-eco helper", daemon=True)
             self._thread.start()
@@ -70,7 +70,7 @@ class Helper:
             self._bell.release()
 
     def finish(self) -> None:
-        """Wait until it has done its work; raise the exception of that work."""
+        """Wait until the thread has finished its task; raise the task's exception, if any."""
         asked = int(self._asked[0])
         while self._done[0] != asked and not _moved(self._done, asked - 1, DONE):
             self._awaited = True
@@ -82,7 +82,7 @@ class Helper:
             raise error
 
     def end(self) -> None:
-        """End the thread, and wait for its end: at the end of a process it must not be at work."""
+        """End the thread and wait for it, because it must not be working when the process ends."""
         thread, self._thread = self._thread, None
         if thread is not None:
             self._ask(None, ())
@@ -117,7 +117,7 @@ class Helper:
                 self._ready.release()
 
     def _served(self, last: int) -> bool:
-        """Take parts of kernels, until there is other work or there has been none for a while."""
+        """Take parts of kernels until there is a task, or nothing to do for a while."""
         if self._record is None:
             return bool(self._asked[0] != last)
         return bool(serve(self._record, self._asked, last, looks_of(AWAKE), looks_of(ASKED)))

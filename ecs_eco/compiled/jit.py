@@ -1,5 +1,5 @@
-"""The `njit` of this package: cached on disk, free of the GIL, and recompiled when any kernel's source
-changes."""
+"""The package's `njit`: kernels are cached on disk, release the GIL, and are recompiled when any kernel's
+source changes."""
 
 from collections.abc import Callable
 from typing import Any
@@ -26,18 +26,18 @@ if portable.on():
 
 
 def njit(function: Callable[..., Any], *, fastmath: bool | set[str] = False, noalias: bool = False) -> Any:
-    """Compile a kernel on first use, and keep it on disk for later processes.
+    """Compile a kernel when it is first called, and cache it on disk for later processes.
 
     Parameters
     ----------
     function : callable
-        A function of arrays and numbers, as numba's nopython mode takes it. A parameter annotated with a named
-        tuple takes one (`ecs_eco.compiled.views`).
+        A function of arrays and numbers that numba's nopython mode supports. Parameters can be annotated as
+        named tuples (`ecs_eco.compiled.views`).
     fastmath : bool or set of str, default False
-        As numba's; ignored in the portable mode, because its results depend on the processor.
+        The same as in numba; ignored in the portable mode, because its results depend on the processor.
     noalias : bool, default False
-        Promises that no array that the kernel writes overlaps another of its arrays. Loops that look numbers up
-        at computed places are vectorized only then.
+        Promises that no array that the kernel writes to overlaps another of its arrays. Without this, loops
+        that read from computed positions are not vectorized.
 
     Returns
     -------
@@ -46,7 +46,7 @@ def njit(function: Callable[..., Any], *, fastmath: bool | set[str] = False, noa
 
     Notes
     -----
-    A function without a source file, such as one typed at a prompt, is compiled again in each process.
+    A function without a source file, such as one typed at a prompt, is compiled in each process.
 
     Examples
     --------
@@ -65,6 +65,6 @@ def njit(function: Callable[..., Any], *, fastmath: bool | set[str] = False, noa
 
 
 def lone_njit(function: Callable[..., Any]) -> Any:
-    """Compile as `njit` does, with `noalias`: no array that the kernel writes overlaps another of its
+    """Compile like `njit`, with `noalias`: no array that the kernel writes to overlaps another of its
     arrays."""
     return njit(function, noalias=True)

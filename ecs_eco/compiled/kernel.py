@@ -1,8 +1,8 @@
-"""A kernel: compiled on first use, separately for Python and for other kernels.
+"""Kernels: compiled when first called, separately for Python and for other kernels.
 
-A function that Python calls needs code that unpacks Python objects: with thirty arrays that is most of it. A
-function that only kernels call needs none, so it is compiled separately, without; nor does it need machine
-code, see `ecs_eco.compiled.numba_private`. With `numba_version.plain()`, this file is not imported.
+A function that Python calls needs code that unpacks Python objects, which is most of its code if it takes
+thirty arrays. A function that only kernels call needs neither this code nor machine code, so it is compiled
+separately (see `ecs_eco.compiled.numba_private`). With `numba_version.plain()`, this file is not imported.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ prepare()
 
 
 class Kernel(Dispatcher):
-    """numba's dispatcher for Python's calls; kernels that call this one get `inner`."""
+    """numba's dispatcher for calls from Python; kernels that call this one get `inner`."""
 
-    divided: Any = None  # it in parts (`ecs_eco.compiled.parts`)
+    divided: Any = None  # the kernel that runs it in parts (`ecs_eco.compiled.parts`)
     calls: ClassVar[list[tuple[Kernel, Types]]] = []
-    """The kernels that Python has called in this process, in the order of first calls, with types."""
+    """The kernels that Python has called in this process, with types, in the order of first calls."""
 
     def compile(self, sig: Types) -> Any:
-        """Return the function for these types, from the cache or compiled."""
+        """Return the function for these types, cached or newly compiled."""
         cache = self.kept
         Kernel.calls.append((self, sig))
         with uncollected():
@@ -56,13 +56,13 @@ class Inner(Dispatcher):
     """numba's dispatcher for calls from other kernels."""
 
     def compile(self, sig: Types) -> Any:
-        """Return the function for these types, from the cache or compiled."""
+        """Return the function for these types, cached or newly compiled."""
         with uncollected():
             return super().compile(sig)
 
 
 class KernelOnViews:
-    """A kernel that takes named tuples (`ecs_eco.compiled.views`): the function for Python takes their
+    """A kernel that takes named tuples (`ecs_eco.compiled.views`); the function for Python takes their
     fields."""
 
     def __init__(self, function: FunctionType, views: dict[str, View], options: dict[str, Any]) -> None:
@@ -76,7 +76,7 @@ class KernelOnViews:
 
     @property
     def signatures(self) -> list[Any]:
-        """The types of fields for which it was compiled."""
+        """The types of fields for which the kernel was compiled."""
         return list(self.on_fields.signatures)
 
 
@@ -85,7 +85,7 @@ def kernel(function: Callable[..., Any], **options: Any) -> Any:
     options["no_cfunc_wrapper"] = True
     if isinstance(function, FunctionType) and (views := views_of(function)):
         made = KernelOnViews(function, views, options)
-        # its own class, because Python looks up calls there: one call less, which is a quarter of a microsecond
+        # its own class, because Python looks up calls there: this saves a quarter of a microsecond
         call = staticmethod(giving_fields(function, views, made.on_fields))
         made.__class__ = type("KernelOnViews", (KernelOnViews,), {"__call__": call})
         return made
@@ -105,7 +105,7 @@ def _inner(function: Callable[..., Any], options: dict[str, Any]) -> Any:
 
 
 def called_by_python(one: object) -> Any:
-    """Return the kernel behind Python's calls of a kernel."""
+    """Return the kernel that runs when Python calls a kernel."""
     return one.on_fields if isinstance(one, KernelOnViews) else one
 
 
@@ -128,6 +128,6 @@ def kept_kernel(
 def c_function(
     function: Callable[..., Any], signature: Signature, origin: CPUDispatcher, folder: Folder, name: str
 ) -> Any:
-    """Return a function that C can call. The kernel `origin`, from which it is derived, identifies it in
-    the cache together with `name`, because a closure differs in each process."""
+    """Return a function that C can call. In the cache, the kernel `origin`, from which it is derived, and
+    `name` identify it, because closures differ between processes."""
     return compiled_for_c(function, signature, KernelCache(origin.py_func, folder, name))

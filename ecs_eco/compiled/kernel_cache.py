@@ -1,8 +1,8 @@
-"""Compiled kernels on disk: one sealed file each, in a folder that no other user may write to.
+"""Compiled kernels on disk: one sealed file each, in a folder to which no other user can write.
 
-The files are pickles with machine code: anyone who can write one can run code here. And numba trusts what it
-reads, so a damaged file would crash the process. This cache therefore replaces numba's: a file is used only
-if its owner and its checksum are right, and after any failure the kernel is compiled.
+The files are pickles with machine code, so anyone who can write one can run code here. Besides, numba trusts
+what it reads, so a damaged file would crash the process. This cache therefore replaces numba's: a file is
+used only if its owner and its checksum are correct, and after any failure the kernel is compiled.
 """
 
 from __future__ import annotations
@@ -29,13 +29,12 @@ if TYPE_CHECKING:
 
     Types: TypeAlias = str | tuple[types.Type, ...] | Signature
 
-SEAL = 32  # [bytes] of SHA-256, at the head of a file
-PATIENCE = 120.0  # [s] to wait for another process that compiles
+SEAL = 32  # [bytes] of SHA-256 at the start of a file
+PATIENCE = 120.0  # [s] to wait for another process to compile
 
 
 class KernelCache(NullCache):
-    """The compiled forms of one function, each in a file named after its types, the processor and its
-    source."""
+    """The compiled forms of one function, each in a file named after its types, processor and source."""
 
     def __init__(self, function: Callable[..., Any], folder: Folder, options: str = "") -> None:
         self.folder, self.options, code = folder, options, function.__code__
@@ -57,7 +56,7 @@ class KernelCache(NullCache):
         return str(self.folder.path)
 
     def load_overload(self, sig: Types, target_context: CPUContext) -> CompileResult | None:
-        """Return the compiled form for a signature; None if it is missing, damaged, or its module does not
+        """Return the compiled form for a signature; None if it is missing or damaged, or its module does not
         exist."""
         if not self.folder.usable():
             return None
@@ -75,10 +74,10 @@ class KernelCache(NullCache):
             return None
 
     def save_overload(self, sig: Types, data: CompileResult) -> None:
-        """Cache a compiled form; one that cannot be cached is compiled again next time.
+        """Cache a compiled form; forms that cannot be cached are compiled again next time.
 
-        That is one with constants in its machine code, or of a module that no other process can import, such
-        as that of a script run by runpy.run_path.
+        These are forms with constants in their machine code, or from a module that other processes cannot
+        import, such as a script run by runpy.run_path.
         """
         self.folder.compiled += 1
         result: Any = data  # a named tuple, whose fields type checkers do not see
@@ -103,8 +102,8 @@ class KernelCache(NullCache):
 
     @contextmanager
     def claimed(self, sig: Types, target_context: CPUContext) -> Iterator[None]:
-        """Hold the exclusive right of this process to compile this function in the folder; wait until no
-        other process holds it."""
+        """Within this context, hold the exclusive right to compile this function in the folder; first wait
+        until no other process holds it."""
         claim = self._path(sig, target_context.codegen()).with_suffix(CLAIM)
         own = _take(claim)
         began = time.monotonic()
@@ -123,7 +122,7 @@ class KernelCache(NullCache):
 
 
 def _take(claim: Path) -> bool:
-    """Create a file that names the compiling process; return False if a living process has created it."""
+    """Create a file that names the compiling process; return False if a running process has one."""
     try:
         with suppress(FileNotFoundError, ValueError):
             os.kill(int(claim.read_text() or os.getpid()), 0)
@@ -146,7 +145,7 @@ def _content(path: str, _mtime: int, _size: int) -> bytes:
 
 
 def _read(path: Path) -> bytes:
-    """Return the content of a plain file owned by this user. Raises OSError for anything else."""
+    """Return the content of a regular file owned by this user. Raises OSError for anything else."""
     with open(
         os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)), "rb"
     ) as file:
@@ -157,7 +156,7 @@ def _read(path: Path) -> bytes:
 
 
 def _write(path: Path, content: bytes) -> None:
-    """Write a file completely or not at all; after a power failure its seal reveals damage."""
+    """Atomically write a file; after a power failure, its seal reveals damage."""
     handle, name = tempfile.mkstemp(prefix=f"{path.name}.", suffix=".tmp", dir=path.parent)
     try:
         with os.fdopen(handle, "wb") as file:

@@ -1,6 +1,6 @@
-"""The folder of compiled kernels, which no other user may write to.
+"""The folder of compiled kernels, to which no other user can write.
 
-The files are pickles with machine code: anyone who can write one can run code here.
+The files are pickles with machine code, so anyone who can write one can run code here.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ _SWITCHES = (
     "DISABLE_INTEL_SVML",
     "FULL_TRACEBACKS",
 )
-CLAIM = ".claim"  # suffix of a file that marks a process at work on a kernel
+CLAIM = ".claim"  # suffix of a file that marks a kernel as being compiled
 _HERE = Path(__file__).parent
 
 
 def _sources_hash() -> str:
-    """Return a hash of all sources with kernels, and of the compiler's: numba does not notice a change in
-    a function of another file."""
+    """Return a hash of the sources of all kernels and of the compiler, because numba does not notice changes
+    to functions in other files."""
     digest = hashlib.sha256(
         f"{numba.__version__} {[getattr(numba.config, name, None) for name in _SWITCHES]}"
         f"{portable.CPU if portable.on() else ''}".encode()
@@ -60,7 +60,7 @@ def cache_folder() -> Path:
 
 
 def why_not_private(folder: Path) -> str:
-    """Return why another user could put files into a folder, or replace it; "" if no other user can."""
+    """Return why another user could add files to a folder or replace it; "" if no other user can."""
     for part in reversed(folder.parents):
         if why := _why_not_safe(part):
             return why
@@ -73,7 +73,7 @@ def why_not_private(folder: Path) -> str:
 
 
 def _why_not_safe(part: Path) -> str:
-    """Return why another user could replace entries of a folder; in a sticky one, such as /tmp, only their
+    """Return why another user could replace entries of a folder; in a sticky folder, such as /tmp, only their
     owners can."""
     status = os.lstat(part)
     if status.st_uid not in (0, os.geteuid()):
@@ -89,7 +89,7 @@ def _why_not_safe(part: Path) -> str:
 
 
 def _open_to_others(part: Path, status: os.stat_result) -> str:
-    return f"others may write to {part} (mode {stat.S_IMODE(status.st_mode):04o})"
+    return f"others can write to {part} (mode {stat.S_IMODE(status.st_mode):04o})"
 
 
 def _others_may_write(status: os.stat_result) -> bool:
@@ -99,8 +99,8 @@ def _others_may_write(status: os.stat_result) -> bool:
 
 
 def _is_own_group(gid: int) -> bool:
-    """Return whether a group has only this user as a member, and the same name: many systems create one
-    for each user."""
+    """Return whether a group has the user's name and no other member; many systems create such a group for
+    each user."""
     import grp
     import pwd
 
@@ -112,18 +112,18 @@ def _is_own_group(gid: int) -> bool:
 
 
 class Folder:
-    """The folder of the cache: created and checked on first use.
+    """The folder of the cache, created and checked when first needed.
 
-    If it is refused or full, kernels are compiled each time.
+    If it is unsafe or full, kernels are compiled each time.
     """
 
     def __init__(self, path: Path) -> None:
         self.path, self._usable, self._full = path, None if os.name == "posix" else True, False
-        self.shared = False  # whether another process is compiling for it: one writes, the other skips
+        self.shared = False  # whether another process compiles for it: then one compiles and the other waits
         self.compiled = 0  # kernels that this process has compiled
 
     def usable(self) -> bool:
-        """Return whether files may be read from it."""
+        """Return whether files can be read from the folder."""
         if self._usable is None:
             try:
                 self._make()
@@ -136,18 +136,18 @@ class Folder:
         return self._usable
 
     def writable(self) -> bool:
-        """Return whether files may be written to it."""
+        """Return whether files can be written to the folder."""
         return self.usable() and not self._full
 
     def stop_writing(self, error: OSError) -> None:
-        """Stop writing to it in this process, and warn."""
+        """Stop writing to the folder in this process, and warn."""
         self._full = True
         self._complain(f"{self.path}: {error.strerror or error}")
 
     def _complain(self, why: str) -> None:
         text = (
-            f"compiled kernels are not cached, so every start compiles them: {why}. "
-            "ECS_ECO_CACHE names another folder for them."
+            f"compiled kernels are not cached, so they are compiled at every start: {why}. "
+            "Set ECS_ECO_CACHE to use another folder."
         )
         warnings.warn(text, RuntimeWarning, stacklevel=3)
 
@@ -158,4 +158,4 @@ class Folder:
                     os.mkdir(part, 0o700)
         status = os.lstat(self.path)
         if stat.S_ISDIR(status.st_mode) and status.st_uid == os.geteuid() and not _others_may_write(status):
-            os.chmod(self.path, 0o700)  # earlier versions left it readable to others
+            os.chmod(self.path, 0o700)  # earlier versions left it readable by others

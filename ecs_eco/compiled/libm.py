@@ -1,9 +1,9 @@
-"""Elementary functions of the portable mode, in float64: only sums, products, quotients and square roots.
+"""Elementary functions of the portable mode, in float64, from sums, products, quotients and square roots.
 
-The C library's functions differ between processors and versions. These return the same bits on every machine with
-IEEE 754 numbers and without contraction. Coefficients and reductions are those of fdlibm (Sun Microsystems 1993,
-THIRD_PARTY.md). Errors are below 3 units in the last place, those of `power` below 3 + |y ln x|, those of sines
-up to |x| = 10^6.
+The C library's functions differ between processors and versions. These return the same bits on every machine
+with IEEE 754 numbers and without contraction. Coefficients and reductions are from fdlibm (Sun Microsystems
+1993, THIRD_PARTY.md). Errors are below 3 units in the last place (below 3 + |y ln x| for `power`; for sines,
+up to |x| = 10^6).
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 
 _plain: Any = partial(
     numba.njit, error_model="numpy", nogil=True
-)  # used within other kernels: nothing to cache on disk
+)  # used within other kernels, so not cached on disk
 _f64, _i64 = np.float64, np.int64
 _LN2, _LN2_HIGH, _LN2_LOW = 0.6931471805599453, 6.93147180369123816490e-01, 1.90821492927058770002e-10
 _PI, _PI_LOW = 3.141592653589793, 1.2246467991473532e-16
@@ -113,7 +113,7 @@ def expm1(x):
 
 @_plain
 def _parts(x):
-    """Return m of 0.7 to 1.4 and k of x = m 2**k, for finite x > 0."""
+    """Return m from 0.7 to 1.4 and k such that x = m 2**k, for finite x > 0."""
     k = _i64(0)
     if x < 2.2250738585072014e-308:
         x, k = x * 18014398509481984.0, _i64(-54)
@@ -231,7 +231,7 @@ def _whole_power(x, n):
 
 @_plain
 def _quadrant(x):
-    """Return y and its rest, of x = n pi/2 + y + rest, and n modulo 4."""
+    """Return y, the rest and n modulo 4 such that x = n pi/2 + y + rest."""
     if abs(x) > 1.0e6:
         x = np.fmod(x, 2.0 * _PI)
     n = np.floor(x * 6.36619772367581382433e-01 + 0.5)
@@ -359,7 +359,7 @@ def atan(x):
 
 @_plain
 def atan2(y, x):
-    """Return the angle of the point (x, y) [rad]."""
+    """Return the angle to the point (x, y) [rad]."""
     if x != x or y != y:
         return x + y
     left = np.copysign(1.0, x) < 0.0
@@ -454,5 +454,5 @@ ONE = {
     "sinh": sinh,
     "cosh": cosh,
     "tanh": tanh,
-}  # functions of one number by their names in C
+}  # functions of one number by their C names
 TWO = {"pow": power, "atan2": atan2, "hypot": hypot}  # and of two

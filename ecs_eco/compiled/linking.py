@@ -1,6 +1,6 @@
-"""Link kernels to the functions of the portable mode in place of the C library's.
+"""Link kernels to the functions of the portable mode instead of the C library's.
 
-Kernels call `exp`, `cosf` and others by name, and LLVM looks a name up here first. So a kernel needs no
+Kernels call `exp`, `cosf` and others by name, and LLVM looks up names here first. So a kernel needs no
 change, and its object code shows which functions it calls (`ecs_eco.compiled.elf`).
 """
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from ecs_eco.compiled.numba_private import CPUDispatcher
 
 NAMES = frozenset(f"{name}{kind}" for name in (*libm.ONE, *libm.TWO, "sincos") for kind in ("", "f"))
-"""The names of the C library that are linked to functions of the portable mode."""
+"""The C library names that are linked to functions of the portable mode."""
 EXACT = frozenset(
     {
         "memcpy",
@@ -50,15 +50,15 @@ EXACT = frozenset(
         "frexpf",
     }
 )
-"""Names of the C library whose results are the same everywhere, exact or correctly rounded."""
+"""C library names whose results are the same everywhere, because they are exact or correctly rounded."""
 _NUMPYS = {types.float64: np.float64, types.float32: np.float32}
-_kept: list[Any] = []  # machine code behind the names
+_kept: list[Any] = []  # machine code of the linked functions
 
 
 def install(c_function: Callable[..., Any], folder: Folder) -> None:
-    """Link the names to `libm`, in this process and permanently.
+    """Permanently link the names to `libm` in this process.
 
-    `c_function(function, signature, origin, folder, name)` compiles, see `ecs_eco.compiled.kernel`.
+    `c_function(function, signature, origin, folder, name)` compiles (see `ecs_eco.compiled.kernel`).
     """
     if _kept:
         return

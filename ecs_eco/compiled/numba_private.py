@@ -1,14 +1,14 @@
-"""All private names of numba that the package uses: any version of numba may change them.
+"""All private names of numba that the package uses; any version of numba can change them.
 
-`ecs_eco.compiled.numba_version` lists the versions with which this was tried; with any other, this file is
-not imported and `plain` does the work. It has three parts: the compilation of kernels, a compiled kernel as
-bytes, and the base classes of `kernel` and `kernel_cache`.
+`ecs_eco.compiled.numba_version` lists the versions with which this was tried; with any other, `plain` is used
+instead of this file. It has three parts: the compilation of kernels, the conversion of compiled kernels to
+bytes and back, and the base classes of `kernel` and `kernel_cache`.
 
-Kernels that Python calls become machine code, the others become bitcode that is linked into these. numba
-itself would generate machine code for each function, also for one that only other kernels call, and then
-compile it again as part of its callers. Leaving that out saves a quarter of the first start.
+Kernels that Python calls become machine code; the others become bitcode that is linked into them. Standard
+numba also generates machine code for functions that only other kernels call, and then compiles them again as
+part of their callers. Skipping this saves a quarter of the first start.
 
-numba's own path from bytes to a kernel first loads everything that a compilation would need, including
+To restore a kernel from bytes, standard numba first loads everything needed for compilation, including
 scipy's linear algebra, which takes half a second. A finished kernel needs only its machine code and the
 functions of numba's runtime that it calls.
 """
@@ -51,12 +51,12 @@ if TYPE_CHECKING:
     from numba.core.typing import Context as Context
     from numba.core.typing import Signature as Signature
 
-_register: Any = compiler_machinery.register_pass  # numba's are not annotated
-ENVIRONMENT = "_ZN08NumbaEnv"  # prefix of variables that hold environments
+_register: Any = compiler_machinery.register_pass  # numba's decorators are not annotated
+ENVIRONMENT = "_ZN08NumbaEnv"  # prefix of variables that contain environments
 
 
 class Linked(JITCodeLibrary):
-    """A function as bitcode, for linking with others; nothing of it is loaded."""
+    """A function as bitcode, for linking with others; it is not loaded."""
 
     def _finalize_final_module(self) -> None:
         self._finalize_dynamic_globals()  # type: ignore[no-untyped-call]
@@ -75,15 +75,15 @@ def stand_in(description: FunctionDescriptor, environment: Environment, library:
 
 
 class _Borrowing(Lower):
-    """numba's lowering, for functions that borrow arrays from their callers.
+    """numba's lowering for functions that borrow arrays from their callers.
 
     numba counts references to every array in a variable, although the caller keeps its arrays alive. Counting
-    takes time, and prevents vector code where a loop reads arrays from named tuples. Here, only arrays that a
-    function creates or receives from another function are counted.
+    takes time and prevents loops that read arrays from named tuples from being vectorized. Here, references
+    are counted only for arrays that a function creates or that another function returns.
     """
 
     def pre_lower(self) -> None:
-        """Find the variables that hold borrowed arrays."""
+        """Find the variables that contain borrowed arrays."""
         super().pre_lower()  # type: ignore[no-untyped-call]
         self.counting, self.borrowing = self.context, self.context.subtarget(enable_nrt=False)
         self.borrowed = _borrowed(self.blocks, self.fndesc.typemap, self.context.data_model_manager)
@@ -99,7 +99,7 @@ class _Borrowing(Lower):
 def _borrowed(
     blocks: dict[int, ir.Block], kinds: dict[str, types.Type], models: DataModelManager
 ) -> set[str]:
-    """Return the variables that hold only arrays of the caller and are not returned."""
+    """Return the variables that contain only arrays of the caller and are not returned."""
     managed = {name for name, kind in kinds.items() if models[kind].contains_nrt_meminfo()}
     statements = [one for block in blocks.values() for one in block.body]
     assigned = [(one.target.name, one.value) for one in statements if isinstance(one, ir.Assign)]
@@ -114,8 +114,8 @@ def _borrowed(
 
 
 def _reads(value: ir.Inst, kinds: dict[str, types.Type], owned: set[str]) -> bool:
-    """Return whether a value is an argument, or a part or tuple of arrays that are not owned; a list or an
-    object may drop what it holds, and an array as index copies elements."""
+    """Return whether a value is an argument, or a part or tuple of arrays that are not owned; not a part of
+    lists or objects, which can drop it, nor one selected by an array, which copies elements."""
     if not isinstance(value, ir.Expr):
         return isinstance(value, ir.Arg) or (isinstance(value, ir.Var) and value.name not in owned)
     if value.op == "call":
@@ -131,7 +131,7 @@ def _reads(value: ir.Inst, kinds: dict[str, types.Type], owned: set[str]) -> boo
 
 @_register(mutates_CFG=True, analysis_only=False)
 class InnerLowering(NativeLowering):
-    """numba's lowering, without machine code."""
+    """numba's lowering without machine code."""
 
     _name = "inner_lowering"
 
@@ -156,12 +156,12 @@ class InnerLowering(NativeLowering):
 
 
 class OuterLower(_Borrowing):
-    """numba's lowering, for kernels that borrow the arrays that Python passes them.
+    """numba's lowering for kernels that borrow the arrays that Python passes.
 
-    numba takes a reference to each array that comes from Python, and releases it after the call: for a kernel
-    with thirty arrays that is most of its fixed cost. The caller keeps its arguments alive during the call
-    anyway. So arrays are borrowed if the kernel cannot keep one for longer: it returns none, and has no place
-    to store one.
+    numba takes a reference to each array from Python and releases it after the call, which is most of the
+    fixed cost of a kernel with thirty arrays. The caller keeps its arguments alive during the call anyway. So
+    arrays are borrowed if the kernel cannot keep one for longer, because it returns none and has nowhere to
+    store one.
     """
 
     def create_cpython_wrapper(self, release_gil: bool = False) -> None:
@@ -176,7 +176,7 @@ class OuterLower(_Borrowing):
 
 @_register(mutates_CFG=True, analysis_only=False)
 class OuterLowering(NativeLowering):
-    """numba's lowering, which then links machine code to the environments of all functions in it."""
+    """numba's lowering, after which machine code is linked to the environments of all functions in it."""
 
     _name = "outer_lowering"
 
@@ -197,12 +197,12 @@ class OuterLowering(NativeLowering):
 
 
 class _Pipeline(CompilerBase):
-    """numba's passes, with a different lowering."""
+    """numba's passes with a different lowering."""
 
     lowering: type[NativeLowering]
 
     def define_pipelines(self) -> list[Any]:
-        """Return the only pipeline: kernels never fall back to Python's objects."""
+        """Return the only pipeline: kernels never fall back to Python objects."""
         passes: Any = DefaultPassBuilder.define_nopython_pipeline(self.state)
         passes.passes = [
             (self.lowering if one is NativeLowering else one, about) for one, about in passes.passes
@@ -212,13 +212,13 @@ class _Pipeline(CompilerBase):
 
 
 class InnerPipeline(_Pipeline):
-    """For functions that other kernels call."""
+    """The pipeline for functions that other kernels call."""
 
     lowering = InnerLowering
 
 
 class OuterPipeline(_Pipeline):
-    """For functions that Python calls."""
+    """The pipeline for functions that Python calls."""
 
     lowering = OuterLowering
 
@@ -240,7 +240,7 @@ def to_bytes(result: CompileResult) -> bytes:
             if not symbol.is_declaration
         ]
     called = ([] if not code else undefined(code)) if sys.platform == "linux" else None
-    description.typemap = description.calltypes = None  # unused, and not entirely picklable
+    description.typemap = description.calltypes = None  # unused and partly unpicklable
     environments = made._find_referenced_environments()
     bare = [one.env_name for one in environments if _is_bare(one)]
     others = [one for one in environments if not _is_bare(one)]
@@ -255,7 +255,7 @@ def from_bytes(content: bytes, target_context: CPUContext) -> CompileResult:
     name, code, bitcode, symbols, called, rest, bare, others = serialize.loads(content)
     _provide_runtime()
     if called is None or not all(map(llvm.address_of_symbol, called)):
-        target_context.refresh()  # numba's modules for compiling register the functions that machine code may call
+        target_context.refresh()  # numba's compiler modules register the functions that machine code can call
     description, own, signature, objects, lifted, reload = rest
     for call in reload or ():
         call()
@@ -263,7 +263,7 @@ def from_bytes(content: bytes, target_context: CPUContext) -> CompileResult:
     environments = (
         *others,
         *map(_without_constants, bare),
-    )  # kept alive, because machine code has their addresses
+    )  # kept alive, because machine code contains their addresses
     if code:
         library: Any = _Library(codegen, name, code, symbols)
         function = target_context.get_executable(library, description, own)
@@ -289,7 +289,7 @@ def from_bytes(content: bytes, target_context: CPUContext) -> CompileResult:
 
 
 class _Library(JITCodeLibrary):
-    """Existing machine code; code that is linked into other kernels is `_Bitcode`."""
+    """Existing machine code; `_Bitcode` is code that is linked into other kernels."""
 
     def __init__(self, codegen: JITCPUCodegen, name: str, code: bytes, symbols: list[str]) -> None:
         super().__init__(codegen, name)  # type: ignore[no-untyped-call]
@@ -300,7 +300,7 @@ class _Library(JITCodeLibrary):
 
 
 class _Bitcode(Linked):
-    """Existing bitcode; read when a kernel is compiled with it."""
+    """Existing bitcode, which is read when a kernel is compiled with it."""
 
     def __init__(self, codegen: JITCPUCodegen, name: str, bitcode: bytes) -> None:
         super().__init__(codegen, name)  # type: ignore[no-untyped-call]
@@ -314,15 +314,15 @@ class _Bitcode(Linked):
 
 @cache
 def _provide_runtime() -> None:
-    """Link machine code to the functions of numba's runtime, as `rtsys.initialize` does before it compiles
+    """Link machine code to numba's runtime functions, as `rtsys.initialize` does before it compiles
     others."""
     for name, address in _nrt_python.c_helpers.items():
         llvm.add_symbol(name if name.startswith("_") else f"NRT_{name}", address)
 
 
 def _is_bare(environment: Environment) -> bool:
-    """Return whether it is a numba function without constants: nothing of it is needed, so its module is
-    not loaded."""
+    """Return whether an environment belongs to a numba function without constants, whose module need not be
+    loaded."""
     return not environment.consts and environment.globals["__name__"].startswith("numba.")
 
 
@@ -335,8 +335,7 @@ def _without_constants(name: str) -> Environment:
 
 
 class Dispatcher(CPUDispatcher):
-    """A dispatcher by the types of the arguments, with our own cache; kernels that call it get `inner` if
-    there is one."""
+    """A dispatcher on argument types with our own cache; kernels that call it get `inner` if there is one."""
 
     inner: Any = None
     targetctx: CPUContext
@@ -357,7 +356,7 @@ class Dispatcher(CPUDispatcher):
 
 
 def compiled_for_c(function: Callable[..., Any], signature: Signature, cache: NullCache) -> CFunc:
-    """Return a function that C can call, from the cache or compiled."""
+    """Return a function that C can call, cached or newly compiled."""
     options = {"nopython": True, "nogil": True, "error_model": "numpy"}
     compiled: Any = CFunc(function, (signature.args, signature.return_type), {}, options)
     compiled._cache = cache
@@ -367,7 +366,7 @@ def compiled_for_c(function: Callable[..., Any], signature: Signature, cache: Nu
 
 def prepare() -> None:
     """Make numba ignore a .numba_config.yaml in the current folder, and give `njit` the option `noalias`:
-    numba has the flag, but no option that sets it."""
+    numba has this flag, but no option for it."""
     numba.core.config._config_fname = ""
     numba.config.reload_config()
     CPUTargetOptions.noalias = TargetOptions.Mapping("noalias")

@@ -1,8 +1,9 @@
-"""The choice of compiler: numba with `numba_private`, which changes its internals, or public numba only.
+"""The choice of compiler: numba with `numba_private`, which changes its internals, or its public API only.
 
-The package is built for the first: `kernel`, `kernel_cache`, `parts`. It works with the versions of numba
-with which it was tried. With any other, or if ECS_ECO_PLAIN_NUMBA is 1, public numba compiles (`plain`):
-slower, with the same results. To try another version, see CONTRIBUTING.md, "Try a new numba".
+The package is designed for the first (`kernel`, `kernel_cache`, `parts`), which works with the versions of
+numba with which it was tried. With any other version, or if ECS_ECO_PLAIN_NUMBA is 1, only the public API is
+used (`plain`): results are the same, but kernels are slower. To try another version, see CONTRIBUTING.md,
+"Try a new numba".
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ VARIABLE = "ECS_ECO_PLAIN_NUMBA"
 
 
 def interpreted() -> bool:
-    """Return whether numba compiles nothing: NUMBA_DISABLE_JIT."""
+    """Return whether NUMBA_DISABLE_JIT turns off compilation."""
     return os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
 
 
@@ -26,16 +27,16 @@ def interpreted() -> bool:
 def plain() -> bool:
     """Return whether this process runs without `numba_private`; warn if the reason is an untried version.
 
-    The variable ECS_ECO_PLAIN_NUMBA overrides the version: 1 for public numba only, 0 to try the installed
+    The variable ECS_ECO_PLAIN_NUMBA overrides the version: 1 for the public API only, 0 to try the installed
     version. Raises ValueError for any other value.
     """
     asked = os.environ.get(VARIABLE, "")
     if asked not in ("", "0", "1"):
-        raise ValueError(f"{VARIABLE}={asked}: expected 1, for public numba only, or 0")
+        raise ValueError(f"{VARIABLE}={asked}: expected 1, for numba's public API only, or 0")
     if asked == "" and not interpreted() and not _is_tried():
         warnings.warn(
-            f"numba {version('numba')} was not tried with this version of ecs_eco; {_tried()} were. Public "
-            f"numba compiles kernels: the same results, more slowly. {VARIABLE}=1 does so without this warning.",
+            f"numba {version('numba')} was not tried with this version of ecs_eco; {_tried()} were. Using numba's "
+            f"public API: results are the same, but kernels are slower. Set {VARIABLE}=1 to silence this warning.",
             RuntimeWarning,
             stacklevel=2,
         )
@@ -43,8 +44,8 @@ def plain() -> bool:
 
 
 def summary() -> str:
-    """Return, for `ecs-eco doctor`, how kernels are compiled here, and which versions were tried."""
-    how = "by public numba only, which is slower" if plain() else "with private names of numba"
+    """Return how kernels are compiled here and which versions were tried, for `ecs-eco doctor`."""
+    how = "with numba's public API only, which is slower" if plain() else "with private names of numba"
     return f"compiled {how}; tried with {_tried()}"
 
 

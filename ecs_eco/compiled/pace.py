@@ -1,28 +1,28 @@
-"""Choose the faster way to run a tick: work divided among threads, or done by one thread."""
+"""Choose the faster mode for running a tick: work divided among threads, or done by one thread."""
 
 from __future__ import annotations
 
 import math
 from collections import deque
 
-SAMPLES = 5  # ticks whose median counts
-WARM = 0.3  # [s] after a switch that do not count: threads that slept are slow at first
-AGAIN, RARELY = 8, 128  # times the duration of a trial before the next one: at first, and at most
-SLOWER = 1.2  # times as slow as when the choice was made: the other way is tried sooner
-SOON = 4  # times the duration of a trial before that
+SAMPLES = 5  # number of ticks of which the median is taken
+WARM = 0.3  # [s] to ignore after a switch, because threads that have slept are slow at first
+AGAIN, RARELY = 8, 128  # first and longest wait before the next trial, relative to a trial's duration
+SLOWER = 1.2  # slowdown since the choice was made from which the other mode is tried sooner
+SOON = 4  # wait before such a trial, relative to a trial's duration
 
 
 class Pace:
-    """The recent durations of ticks, in seconds per organism, of each way.
+    """The recent durations of ticks in each mode, in seconds per organism.
 
-    The slower way is tried again, for some ticks in a row: less and less often, and sooner if the chosen one
+    The slower mode is tried again for a few ticks in a row, less and less often, but sooner if the chosen one
     has become slower.
     """
 
     def __init__(self) -> None:
         self.way = self.better = True  # divided
         self.passed = 0.0  # [s] since the last switch
-        self.wait, self.due, self.soon = AGAIN, 0.0, math.inf  # the last two [s], as `passed`
+        self.wait, self.due, self.soon = AGAIN, 0.0, math.inf  # the last two in [s], like `passed`
         self.usual = math.inf  # duration per organism when the choice was made [s]
         self.took: dict[bool, deque[float]] = {way: deque(maxlen=SAMPLES) for way in (True, False)}
 
@@ -31,7 +31,7 @@ class Pace:
         return self.way
 
     def note(self, divided: bool, seconds: float, organisms: int = 1) -> None:
-        """Record the duration of a tick of this many organisms."""
+        """Record the duration of a tick with this many organisms."""
         warm, self.passed = self.passed >= WARM, self.passed + seconds
         took = self.took[divided]
         if not warm:
@@ -46,7 +46,7 @@ class Pace:
             self._change()
 
     def _compare(self, now: float) -> None:
-        """Choose the way of a finished trial, or go back."""
+        """Choose the mode of a finished trial, or go back to the other one."""
         was, cost = _median(self.took[self.better]), self.passed
         if now < was:
             self.better, self.wait = self.way, AGAIN

@@ -1,12 +1,12 @@
-"""A kernel's range in parts, which the threads of a world take one after another, all free of the GIL: fork
-and join with dynamic scheduling, as in OpenMP.
+"""A kernel's range in parts, which the threads of a world take one after another without the GIL: fork and
+join with dynamic scheduling, as in OpenMP.
 
-Handing a call to another thread through Python takes 25 µs at best, and 100 if one of the two then waits for
-the GIL: as long as much of the work that a tick divides. So the calling thread puts its arguments, in the
-kernel's format, where the helpers look, with the address of code that calls the kernel with them. A job is
-open while its number is odd. A helper registers as active before it checks again whether the job is still
-open; the thread that closes it then waits until no helper is active. A helper may thus come too late, or not
-at all: the others do its parts.
+Passing a call to another thread through Python takes at least 25 µs, and 100 µs if one of the two then waits
+for the GIL, as long as many of the tasks that a tick divides. So the calling thread writes its arguments, in
+the kernel's format, to a buffer that the helpers read, with the address of code that calls the kernel with
+them. A job is open while its number is odd. A helper registers as active, then checks again whether the job
+is still open; the thread that closes the job waits until no helper is active. So a helper can come late or
+not at all; the other threads then do its parts.
 """
 
 from __future__ import annotations
@@ -28,18 +28,18 @@ from ecs_eco.compiled.vectors import place
 if TYPE_CHECKING:
     from ecs_eco.compiled.vectors import CPUContext, Emit, Signature, Typing
 
-# positions in the record of a team, i64[RECORD]; those written by several threads are 64 bytes apart
+# positions in a team's record, i64[RECORD]; positions written by several threads are 64 bytes apart
 JOB, NEXT, INSIDE = 0, 8, 16  # the number of the job; the next part; the number of active helpers
 PARTS, FIRST, LAST, CODE, ARGUMENTS, FAILED = range(24, 30)
 RECORD = 32
 ROOM = 1 << 16  # [bytes] for the arguments of one call
 _I64 = ir.IntType(64)
 _BYTE = ir.IntType(8).as_pointer()
-_PART = ir.FunctionType(_I64, [_I64, _I64, _BYTE])  # first, last, arguments: 0, or an error code
+_PART = ir.FunctionType(_I64, [_I64, _I64, _BYTE])  # (first, last, arguments) → 0 or an error code
 
 
 def _add(typing: Typing, record: types.Array, at: types.Type, more: types.Type) -> tuple[Signature, Emit]:
-    """Add to record[at] atomically; return the former value."""
+    """Add to record[at] atomically; return the previous value."""
 
     def make(
         context: CPUContext, builder: ir.IRBuilder, signature: Signature, arguments: Sequence[ir.Value]
@@ -69,7 +69,7 @@ def _call(
 def _lay_out(
     typing: Typing, of: types.Dispatcher, room: types.Array, arguments: types.Tuple | types.UniTuple
 ) -> tuple[Signature, Emit]:
-    """Put arguments into the buffer, and return the address of code that calls the kernel `of` with them."""
+    """Write arguments to the buffer, and return the address of code that calls the kernel `of` with them."""
     call: Any = of.get_call_type(typing, (types.intp, types.intp, *arguments.types), {})
     kernel: Any = of.dispatcher
 
@@ -106,13 +106,13 @@ def _lay_out(
     return types.int64(of, room, arguments), make
 
 
-_intrinsic: Any = intrinsic  # numba's types of it are those of compiling, not of a call
+_intrinsic: Any = intrinsic  # numba annotates compilation, not calls
 add, call, lay_out = _intrinsic(_add), _intrinsic(_call), _intrinsic(_lay_out)
 
 
 @njit
 def take_parts(record):
-    """Do the parts of a job that no thread has taken."""
+    """Do those parts of a job that no thread has taken."""
     parts, first, n = record[PARTS], record[FIRST], record[LAST] - record[FIRST]
     k = add(record, NEXT, 1)
     while k < parts:
@@ -123,7 +123,7 @@ def take_parts(record):
 
 @njit
 def alone(record, looks):
-    """Return whether no helper is active, or becomes inactive within this many checks."""
+    """Return whether all helpers are inactive, or become so within `looks` checks."""
     for _ in range(looks):
         if number(record, INSIDE) == 0:
             return True
@@ -133,8 +133,8 @@ def alone(record, looks):
 
 @njit
 def serve(record, asked, last, looks, rests):
-    """Take parts of all open jobs. Return whether `asked` changes from `last` within this many checks
-    after the last job; after a change rest this often."""
+    """Take parts of all open jobs. Return whether `asked` changes from `last` within `looks` checks after the
+    last job; after a change, pause `rests` times."""
     left, done = looks, 0
     while left > 0:
         job = number(record, JOB)
@@ -155,9 +155,9 @@ def serve(record, asked, last, looks, rests):
 
 
 def divided(one: Kernel) -> Kernel:
-    """Return the kernel that does the work of a kernel of (first, last, *arguments) in parts that others
-    take too: (record, buffer, address of the buffer, first, last, parts, checks, *arguments) -> whether
-    everything is done; if not after this many checks, call `alone` until it is."""
+    """Return a kernel that does the work of a kernel of (first, last, *arguments) in parts shared with other
+    threads: (record, buffer, address of the buffer, first, last, parts, checks, *arguments) -> whether
+    everything is done after this many checks; if not, call `alone` until it is."""
     if one.divided is not None:
         return one.divided
     inner = one.inner
@@ -178,7 +178,7 @@ def divided(one: Kernel) -> Kernel:
 
 
 def can_be_divided(one: object) -> TypeGuard[Kernel | KernelOnViews]:
-    """Return whether this is one of our kernels with all its arguments."""
+    """Return whether an object is one of our kernels, without default arguments."""
     return isinstance(one, Kernel | KernelOnViews) and not one.py_func.__defaults__
 
 

@@ -1,7 +1,7 @@
-"""Values that all rows share, or that each row has, with the same access in kernels (@njit).
+"""Values that all rows share or that differ by row, with the same access in kernels (@njit).
 
-A kernel that receives a number is compiled for that number only; a kernel that receives an array reads its
-row. So a world in which all organisms share a value does not pay for individual values.
+A kernel that receives a number is compiled for numbers; a kernel that receives an array reads its rows. So
+individual values cost nothing in worlds in which all organisms share a value.
 """
 
 from typing import Any, TypeAlias
@@ -14,12 +14,12 @@ Number: TypeAlias = float | np.floating | np.ndarray  # one for all rows, or [ro
 
 
 def of_row(value: Number, row: int | np.integer | np.ndarray) -> Any:
-    """Return the value of a row: that of an array [rows], or the number itself."""
+    """Return the value of a row: an entry of an array [rows], or the number itself."""
     return value[row] if isinstance(value, np.ndarray) else value
 
 
 def row_of(values: np.ndarray, row: int | np.integer) -> np.ndarray:
-    """Return the numbers of a row: those of an array [rows, k], or the array [k] itself."""
+    """Return the numbers of a row: a row of an array [rows, k], or the array [k] itself."""
     return values[row] if values.ndim == 2 else values
 
 

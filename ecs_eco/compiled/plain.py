@@ -1,8 +1,8 @@
-"""Kernels compiled by public numba only: the counterpart of `kernel` for `numba_version.plain()`.
+"""Kernels compiled with numba's public API only: the counterpart of `kernel` for `numba_version.plain()`.
 
-Results are the same, bit by bit. numba compiles a function that other kernels call twice, stores compiled
-forms in its own files, does not vectorize loops that `noalias` would permit, and counts references in each
-call. Kernels have no parts: other threads take whole calls.
+Results are the same, bit for bit. numba then compiles functions that other kernels call twice, stores
+compiled forms in its own files, does not vectorize loops that `noalias` would permit, and counts references
+in each call. Kernels are not divided into parts: other threads take whole calls.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from ecs_eco.compiled.kernel_folder import Folder
     from ecs_eco.compiled.numba_private import CPUDispatcher, Signature
 
-_config: Any = numba.config  # its values have no types
-_njit: Any = numba.njit  # nor have these options
+_config: Any = numba.config  # its values are not annotated
+_njit: Any = numba.njit  # nor are these options
 _cfunc: Any = numba.cfunc
 
 
@@ -38,15 +38,15 @@ def kept_kernel(
 def c_function(
     function: Callable[..., Any], signature: Signature, origin: CPUDispatcher, folder: Folder, name: str
 ) -> Any:
-    """Return a function that C can call. It is compiled in each process: numba caches no function that is
-    defined within another one."""
+    """Return a function that C can call. It is compiled in each process, because numba does not cache
+    functions defined within other functions."""
     return _cfunc(signature, nopython=True, nogil=True, error_model="numpy")(function)
 
 
 @contextmanager
 def _keeps_in(folder: Folder) -> Iterator[None]:
-    """Make numba cache compiled functions in this folder within this context; others of the process use
-    theirs."""
+    """Make numba cache compiled functions in this folder within this context, without affecting other
+    functions."""
     usual, _config.CACHE_DIR = _config.CACHE_DIR, str(folder.path)
     try:
         yield

@@ -1,9 +1,9 @@
 """The portable mode: the same bytes on every x86-64 machine, at some cost in speed.
 
-Off unless the variable ECS_ECO_PORTABLE is 1, or `enable` is called before numpy and numba are loaded. It
-fixes the choices that compilers and libraries would make by processor, see `variables`. Where libraries offer
-no choice it replaces them: elementary functions by `ecs_eco.compiled.libm`, the initial orthogonal matrices
-of networks by `ecs_eco.learning.brain`.
+It is off unless the environment variable ECS_ECO_PORTABLE is 1, or `enable` is called before numpy and numba
+are loaded. It fixes the choices that compilers and libraries make by processor (see `variables`). Where
+libraries offer no choice, it replaces them: elementary functions with `ecs_eco.compiled.libm`, the initial
+orthogonal matrices of networks with `ecs_eco.learning.brain`.
 
 This module imports nothing that loads numpy.
 """
@@ -21,12 +21,12 @@ from ecs_eco.compiled.numba_version import interpreted
 
 VARIABLE = "ECS_ECO_PORTABLE"
 CPU = "x86-64-v2"
-"""The processor that kernels are compiled for: the oldest on which numpy itself runs (SSE 4.2, from 2008 on)."""
+"""The processor for which kernels are compiled: the oldest on which numpy runs (SSE 4.2, from 2008 on)."""
 
-_LEVELS = "X86_V3 X86_V4 AVX512_ICL AVX512_SPR"  # numpy >= 2.4's name of its other code
+_LEVELS = "X86_V3 X86_V4 AVX512_ICL AVX512_SPR"  # names of processor-specific code in numpy >= 2.4
 _FEATURES = "SSE41 POPCNT SSE42 AVX F16C FMA3 AVX2 AVX512F AVX512CD AVX512_SKX AVX512_CLX AVX512_CNL " + (
     "AVX512_ICL AVX512_SPR"
-)  # and that of earlier versions
+)  # and in earlier versions
 _LIBRARIES = {
     "MKL_CBWR": "COMPATIBLE",
     "ATEN_CPU_CAPABILITY": "default",
@@ -37,7 +37,7 @@ _on = False
 
 
 class PortableError(RuntimeError):
-    """The portable mode cannot keep its promise in this process."""
+    """The portable mode cannot work in this process."""
 
 
 def on() -> bool:
@@ -51,7 +51,7 @@ def mode() -> str:
 
 
 def option() -> str:
-    """Return the option of `ecs-eco` for the mode of this process."""
+    """Return the `ecs-eco` option for the mode of this process."""
     return " --portable" if _on else ""
 
 
@@ -61,7 +61,7 @@ def possible() -> bool:
 
 
 def target() -> dict[str, str]:
-    """Return the mode and LLVM's name of the processor that kernels are compiled for."""
+    """Return the mode, and LLVM's name for the processor for which kernels are compiled."""
     if _on:
         return {"mode": mode(), "cpu": CPU}
     from ecs_eco.compiled.processor import processor  # it loads numba
@@ -70,8 +70,8 @@ def target() -> dict[str, str]:
 
 
 def other_mode(noted: Mapping[str, Any]) -> str:
-    """Return the message for a manifest or a checkpoint of the other mode; "" for one of this mode."""
-    theirs = noted.get("target", {}).get("mode", "native")  # older ones do not name a mode
+    """Return the message for a manifest or checkpoint from the other mode; "" if it is from this mode."""
+    theirs = noted.get("target", {}).get("mode", "native")  # older files do not name a mode
     if theirs == mode():
         return ""
     how = (
@@ -80,15 +80,15 @@ def other_mode(noted: Mapping[str, Any]) -> str:
         else f"neither {VARIABLE} nor --portable"
     )
     return (
-        f"was computed in the {theirs} mode, but this process is in the {mode()} mode, which gives other "
+        f"was computed in the {theirs} mode, but this process is in the {mode()} mode, which gives different "
         f"bytes; continue in the other mode with {how}"
     )
 
 
 def variables() -> dict[str, str]:
-    """Return the environment variables of the portable mode: for scripts of a cluster's jobs.
+    """Return the environment variables of the portable mode, for job scripts on a cluster.
 
-    ECS_ECO_PORTABLE=1 is enough if ecs_eco is imported before numpy: it sets the others.
+    ECS_ECO_PORTABLE=1 is enough if ecs_eco is imported before numpy, because it sets the others.
     """
     numpy = tuple(int(n) for n in version("numpy").split(".")[:2])
     return {
@@ -103,9 +103,9 @@ def variables() -> dict[str, str]:
 
 
 def enable() -> None:
-    """Compute in the portable mode from here on, in this process and its children.
+    """Compute in the portable mode from now on, in this process and its children.
 
-    Raises PortableError on machines other than x86-64, and if numpy has chosen its code already.
+    Raises PortableError on machines other than x86-64, and if numpy has already chosen its code.
     """
     global _on
     if not _on:
@@ -132,11 +132,11 @@ def check() -> None:
     if not _on:
         return
     if not possible():
-        raise PortableError(f"the portable mode is for x86-64, and this machine is {platform.machine()}")
+        raise PortableError(f"the portable mode requires x86-64, but this machine is {platform.machine()}")
     if interpreted():
         raise PortableError(
-            "NUMBA_DISABLE_JIT: interpreted kernels compute in another precision; "
-            "the portable mode needs compiled ones"
+            "NUMBA_DISABLE_JIT: interpreted kernels compute with different precision; "
+            "the portable mode needs compiled kernels"
         )
     if "numpy" in sys.modules and (others := _numpys_own()):
         raise PortableError(
@@ -147,9 +147,9 @@ def check() -> None:
 
 
 def _numpys_own() -> list[str]:
-    """Return which features of this processor numpy uses beyond its requirements."""
+    """Return the processor features that numpy uses beyond its minimum requirements."""
     try:
         from numpy._core._multiarray_umath import __cpu_dispatch__, __cpu_features__
-    except ImportError:  # numpy keeps these names private, and may change them
+    except ImportError:  # these names are private and can change
         return []
     return [name for name in __cpu_dispatch__ if __cpu_features__.get(name)]

@@ -1,4 +1,4 @@
-"""The processor that numba compiles for, in LLVM's terms, even if a variable names another than this one."""
+"""The processor for which numba compiles, in LLVM's terms, even if a variable selects another one."""
 
 from __future__ import annotations
 
@@ -7,11 +7,12 @@ from typing import Any
 import llvmlite.binding as llvm
 import numba
 
-_config: Any = numba.config  # its values have no types
+_config: Any = numba.config  # its values are not annotated
 
 
 def processor() -> tuple[str, str, str]:
-    """Return the triple, the name, and the features as numba passes them to LLVM: "+sse2,-avx512f,…"."""
+    """Return the triple, the name and the features in the form that numba passes to LLVM:
+    "+sse2,-avx512f,…"."""
     name, features = _config.CPU_NAME, _config.CPU_FEATURES
     if name is None:
         name = llvm.get_host_cpu_name()

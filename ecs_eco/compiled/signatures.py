@@ -1,4 +1,4 @@
-"""The types of a kernel's arguments, as text and back."""
+"""Conversion of the types of a kernel's arguments to text and back."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def text(signature: tuple[Any, ...]) -> str:
 
 
 def read(written: str) -> tuple[Any, ...]:
-    """Return the types of arguments. Raises ValueError for a text with anything but numbers, arrays and
+    """Return the types of arguments. Raises ValueError if the text contains anything but numbers, arrays and
     tuples."""
     return tuple(_type(one) for one in written.split("; ")) if written else ()
 
@@ -47,13 +47,13 @@ def _type(written: str) -> Any:
 
 
 def borrows(result: annotated.Type, arguments: Iterable[annotated.Type]) -> bool:
-    """Return whether a function of these types cannot keep an array: it receives arrays and numbers, and
-    tuples of them, and returns no array."""
+    """Return whether a function of these types cannot keep an array, because it receives only arrays, numbers
+    and tuples of them, and returns no array."""
     return _holds(result, *_NUMBERS) and all(_holds(one, *_NUMBERS, types.Array) for one in arguments)
 
 
 def _holds(kind: annotated.Type, *allowed: type) -> bool:
-    """Return whether a type is one of those allowed, or a tuple of them."""
+    """Return whether a type is an allowed type or a tuple of allowed types."""
     if isinstance(kind, types.BaseTuple):
         return all(_holds(one, *allowed) for one in kind)
     return isinstance(kind, allowed)

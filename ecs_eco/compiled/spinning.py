@@ -1,4 +1,4 @@
-"""Busy waiting, free of the GIL: poll a number in memory until another thread has changed it."""
+"""Busy waiting without the GIL: poll a number in memory until another thread changes it."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ X86 = platform.machine().lower() in ("x86_64", "amd64", "i386", "i686")
 
 
 def _number(typing: Typing, numbers: types.Array, at: types.Type) -> tuple[Signature, Emit]:
-    """Return the current number numbers[at] of an array i64[n]."""
+    """Return the current value of numbers[at] in an array i64[n]."""
 
     def make(
         context: CPUContext, builder: ir.IRBuilder, signature: Signature, arguments: Sequence[ir.Value]
@@ -34,7 +34,7 @@ def _number(typing: Typing, numbers: types.Array, at: types.Type) -> tuple[Signa
 
 
 def _rest(typing: Typing) -> tuple[Signature, Emit]:
-    """Pause this thread for some cycles, so that a hyperthread can use the core."""
+    """Pause this thread for a few cycles, so that a hyperthread can use the core."""
 
     def make(
         context: CPUContext, builder: ir.IRBuilder, signature: Signature, arguments: Sequence[ir.Value]
@@ -47,14 +47,14 @@ def _rest(typing: Typing) -> tuple[Signature, Emit]:
     return types.none(), make
 
 
-_intrinsic: Any = intrinsic  # numba's types of it are those of compiling, not of a call
+_intrinsic: Any = intrinsic  # numba annotates compilation, not calls
 number, rest = _intrinsic(_number), _intrinsic(_rest)
 
 
 @njit
 def changes(counter, last, looks, rests):
-    """Return whether an array of one i64 changes from `last` within this many checks; pause this often
-    after the change."""
+    """Return whether an array of one i64 changes from `last` within `looks` checks; pause `rests` times after
+    the change."""
     for _ in range(looks):
         if number(counter, 0) != last:
             for _ in range(rests):
@@ -66,7 +66,7 @@ def changes(counter, last, looks, rests):
 
 @cache
 def looks_of(seconds: float) -> int:
-    """Return how many checks of a counter take this long: one takes 10 to 50 ns, by processor."""
+    """Return how many checks of a counter take this long; one takes 10 to 50 ns."""
     counter, took = np.zeros(1, np.int64), []
     changes(counter, 0, 1, 1)
     for _ in range(5):

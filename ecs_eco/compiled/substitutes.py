@@ -1,4 +1,4 @@
-"""`libm` as functions of numbers and of arrays: the `elementary` functions of the portable mode."""
+"""`libm` functions for numbers and arrays: the `elementary` functions of the portable mode."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def _value(which, x, y):
 
 @njit
 def _each(which, x, y, out):
-    """Write a function of each x f64[n], or of x and y, into out f64[n]."""
+    """Write a function of each x f64[n], or of x and y, to `out` f64[n]."""
     for i in range(len(out)):
         out[i] = _value(which, x[i], y[i])
 
@@ -72,7 +72,7 @@ def _of_scalars(name: str) -> Any:
 
 
 def _of_arrays(name: str) -> Any:
-    """Return a function with numpy's types: float32 of float32, also with Python's numbers."""
+    """Return a function with numpy's result types: float32 for float32, even combined with Python numbers."""
     code = _CODES[name]
 
     def function(*given: ArrayLike) -> Any:
@@ -91,6 +91,6 @@ arrays = SimpleNamespace(**{_NUMPYS.get(name, name): _of_arrays(name) for name i
 
 
 def power(x: ArrayLike, y: ArrayLike) -> Any:
-    """Return x ** y of numbers or arrays."""
+    """Return x ** y for numbers or arrays."""
     numbers = all(isinstance(value, float | int) and not isinstance(value, np.generic) for value in (x, y))
     return scalars.pow(x, y) if numbers else arrays.power(x, y)

@@ -18,7 +18,7 @@ NAP = 50e-6  # [s] between checks for a late thread, whose core has other work
 
 
 class Team:
-    """Threads that take parts of one kernel at a time, in parallel to the thread that runs it."""
+    """Threads that take parts of one kernel at a time, in parallel with the thread that runs it."""
 
     def __init__(self, helpers: int) -> None:
         self.record, self.room = parts.record_of_a_team(), np.zeros(parts.ROOM, np.uint8)
@@ -32,8 +32,7 @@ class Team:
     def run(
         self, kernel: Kernel | KernelOnViews, first: int, last: int, k: int, arguments: tuple[Any, ...]
     ) -> None:
-        """Run `kernel(first, last, *arguments)` in k parts. Raises RuntimeError if it failed in one of
-        them."""
+        """Run `kernel(first, last, *arguments)` in k parts. Raises RuntimeError if it fails in any part."""
         if isinstance(kernel, KernelOnViews):
             kernel, arguments = kernel.on_fields, fields_of(arguments)
         whole = divided(kernel)
@@ -52,7 +51,7 @@ class Team:
             )
 
     def _wait(self) -> None:
-        """Wait until no helper uses a kernel's arrays, even after an exception."""
+        """Wait until no helper uses a kernel's arrays, even if an exception was raised."""
         interrupted = None
         while True:
             try:

@@ -1,8 +1,8 @@
 """Threads for matrix products: their number affects speed, never results.
 
-torch and BLAS split a product over their number of threads, and a sum that is split differently differs in
-its last bits. Products that affect results are therefore computed by one thread each; the user's settings of
-torch and BLAS are restored afterwards.
+torch and BLAS split products among their threads, and sums that are split differently differ in their last
+bits. Each product that affects results is therefore computed by one thread; the user's settings of torch and
+BLAS are restored afterward.
 """
 
 import threading
@@ -11,7 +11,7 @@ from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from functools import lru_cache
 
-# BLAS has one thread count per process: two callers who change it at once would restore the wrong one
+# BLAS has one thread count per process: two callers that change it at once would restore the wrong one
 _blas = threading.RLock()
 
 
@@ -50,7 +50,7 @@ def in_parallel(work: Callable[[int], None], workers: int) -> None:
     calls = [pool.submit(work, worker) for worker in range(workers)]
     try:
         wait(calls)
-    except BaseException:  # Ctrl-C: the buffers that they write to are in use until they have ended
+    except BaseException:  # Ctrl-C: the calls still write to their buffers
         wait(calls)
         raise
     for call in calls:
@@ -59,18 +59,17 @@ def in_parallel(work: Callable[[int], None], workers: int) -> None:
 
 @lru_cache(maxsize=1)
 def _pool(workers: int) -> ThreadPoolExecutor:
-    """Return threads with one torch thread each, whatever torch's setting elsewhere."""
+    """Return threads with one torch thread each, independent of torch's setting elsewhere."""
     import torch
 
     threads, all_there = torch.get_num_threads(), threading.Barrier(workers)
 
     def settle(_: int) -> None:
-        # torch gives a thread the number that was last set anywhere, not when the thread begins but at the
-        # first query or the first large product, and only once: without the query, ours would be
-        # replaced then
+        # torch assigns a thread the number last set in any thread only once, at the thread's first query or
+        # large product; without this query, our number would be replaced then
         torch.get_num_threads()
         torch.set_num_threads(1)
-        all_there.wait()  # so that each thread of the pool gets one of these calls
+        all_there.wait()  # so that each thread in the pool gets one of these calls
 
     pool = ThreadPoolExecutor(workers, "ecs-eco-brain")
     try:
@@ -80,5 +79,5 @@ def _pool(workers: int) -> ThreadPoolExecutor:
         pool.shutdown(wait=False, cancel_futures=True)
         raise
     finally:
-        torch.set_num_threads(threads)  # this is also the setting of threads that start later
+        torch.set_num_threads(threads)  # also sets the number for threads that start later
     return pool

@@ -1,10 +1,8 @@
-"""Vectors of 16 float32 within kernels, which stay in registers where a loop over an array would access
-memory.
+"""Vectors of 16 float32 in kernels, which stay in registers where loops over arrays would access memory.
 
-A loop whose accumulators are rows of an array loads and stores them in every step, and checks each time
-whether rows overlap. A `Vector` is a local variable instead: load, add and multiply, store. LLVM maps it to
-the processor: one register of 512 bits, or several narrower ones. Without compilation vectors are numpy
-arrays.
+A loop whose accumulators are rows of an array loads and stores them in every step and checks whether rows
+overlap. A `Vector`, in contrast, is a local variable: load, add and multiply, store. LLVM maps it to one
+register of 512 bits or to several narrower ones. Without compilation, vectors are numpy arrays.
 """
 
 from __future__ import annotations
@@ -31,13 +29,13 @@ if TYPE_CHECKING:
     Emit: TypeAlias = Callable[[CPUContext, ir.IRBuilder, Signature, Sequence[ir.Value]], ir.Value]
 
 LANES = 16
-# Whether a vector is one register, of 32: loops may then keep twice as many sums in registers as elsewhere.
+# whether a vector fits into one of 32 registers; loops can then keep twice as many sums in registers
 WIDE = not portable.on() and bool(get_host_cpu_features().get("avx512f", False))
 _LLVM = ir.VectorType(ir.FloatType(), LANES)
 
 
 class Vector(types.Type):
-    """Numba's type of 16 float32."""
+    """Numba's type for 16 float32."""
 
     def __init__(self) -> None:
         super().__init__("f32x16")
@@ -55,7 +53,7 @@ class _Model(models.PrimitiveModel):
 def place(
     context: CPUContext, builder: ir.IRBuilder, kind: types.Array, array: ir.Value, at: ir.Value
 ) -> ir.Value:
-    """Return LLVM's address of array[at], for an array of one axis; `at` is not checked."""
+    """Return LLVM's address of array[at] for a one-dimensional array; `at` is not checked."""
     return builder.gep(context.make_array(kind)(context, builder, array).data, [at])
 
 
@@ -108,7 +106,7 @@ def _repeated(builder: ir.IRBuilder, number: ir.Value) -> ir.Value:
 def _where_less(
     typing: Typing, a: types.Type, b: types.Type, x: types.Type, y: types.Type
 ) -> tuple[Signature, Emit]:
-    """Return the numbers of x where a < b, those of y elsewhere."""
+    """Return the numbers of x where a < b, otherwise the numbers of y."""
 
     def make(
         context: CPUContext, builder: ir.IRBuilder, signature: Signature, arguments: Sequence[ir.Value]
@@ -162,7 +160,7 @@ def _prefetch(typing: Typing, array: types.Array, at: types.Type) -> tuple[Signa
 
 
 def _operator(of: Callable[[Any, Any], Any], name: str) -> None:
-    """Implement an operator of two vectors, or of a vector and a float32, as LLVM's instruction of this
+    """Implement an operator for two vectors, or a vector and a float32, as the LLVM instruction with this
     name."""
     kinds = (_vector, _vector), (_vector, types.float32), (types.float32, _vector)
 
@@ -186,7 +184,7 @@ def _operator(of: Callable[[Any, Any], Any], name: str) -> None:
 if interpreted():
 
     def load(array: np.ndarray, at: int) -> np.ndarray:
-        """Return array[at : at + 16]; zeros behind the array's end."""
+        """Return array[at : at + 16], with zeros after the array's end."""
         there, out = array[at : at + LANES], np.zeros(LANES, array.dtype)
         out[: len(there)] = there
         return out
@@ -200,7 +198,7 @@ if interpreted():
         return np.full(LANES, number, np.float32)
 
     def where_less(a: np.ndarray, b: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Return the numbers of x where a < b, those of y elsewhere."""
+        """Return the numbers of x where a < b, otherwise the numbers of y."""
         return np.where(a < b, x, y)
 
     def floor(vector: np.ndarray) -> np.ndarray:
@@ -215,7 +213,7 @@ if interpreted():
         """Do nothing: prefetching exists only in compiled code."""
 
 else:
-    _intrinsic: Any = intrinsic  # numba's types of it are those of compiling, not of a call
+    _intrinsic: Any = intrinsic  # numba annotates compilation, not calls
     load, every, spread, where_less, floor, store, prefetch = (
         _intrinsic(of) for of in (_load, _every, _spread, _where_less, _floor, _store, _prefetch)
     )

@@ -1,9 +1,9 @@
 """Views: named tuples that group related arrays and numbers into one argument of a kernel.
 
-A kernel whose parameters are annotated with named tuples uses them as `space.torus`, `mine.x[i]`. Passing a
-named tuple from Python costs a microsecond, and another for every ten fields, because numba checks the names
-too: longer than many a kernel runs. So the function for Python takes the fields one by one and builds the
-views of them, in code that is generated here from the annotations; see benchmarks/kernel_arguments.py.
+A kernel whose parameters are annotated as named tuples uses them like `space.torus`, `mine.x[i]`. Passing a
+named tuple from Python takes a microsecond, plus another for every ten fields, because numba also checks the
+names; many kernels take less. So the function for Python takes the fields one by one and builds the views
+from them, in code that is generated here from the annotations (see benchmarks/kernel_arguments.py).
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ from itertools import chain
 from types import FunctionType
 from typing import Any, TypeAlias
 
-View: TypeAlias = type[Any]  # a class of named tuples
+View: TypeAlias = type[Any]  # a named-tuple class
 SEVERAL = inspect.CO_VARARGS | inspect.CO_VARKEYWORDS
 
 
 def views_of(function: Callable[..., Any]) -> dict[str, View]:
-    """Return the classes of the parameters that are annotated as named tuples, by the parameters' names; none
-    for a function with defaults or a variable number of arguments, which numba takes as it is."""
+    """Return the classes of parameters that are annotated as named tuples, by parameter name; none for a
+    function with defaults or a variable number of arguments, which is passed to numba unchanged."""
     if (
         not isinstance(function, FunctionType)
         or function.__defaults__
@@ -62,7 +62,7 @@ def giving_fields(
 
 
 def _written(function: FunctionType, source: str, held: dict[str, Any]) -> Callable[..., Any]:
-    """Return a function of generated source in place of another one."""
+    """Return a function from generated source that replaces another one."""
     names: dict[str, Any] = {"__name__": function.__module__, **held}
     exec(compile(source, function.__code__.co_filename, "exec"), names)
     made: Callable[..., Any] = names[function.__name__]

@@ -1,7 +1,7 @@
-"""The threads of one world: parts of a kernel's range, or independent pieces of work.
+"""The threads of one world, which do parts of a kernel's range or independent pieces of work.
 
-Their number affects no result. Whether to divide the work of a tick is decided by measurements, tick by tick:
-more threads do not pay if they cost more than they save, or if their cores have other work.
+Their number does not affect results. Measurements decide, tick by tick, whether to divide work: more threads
+do not pay if they cost more than they save, or if their cores are busy.
 """
 
 from __future__ import annotations
@@ -20,32 +20,32 @@ from ecs_eco.compiled.pace import Pace
 
 if not plain():
     from ecs_eco.compiled.team import Team
-PARALLEL_FROM = 1500  # organisms of some 30 ns each: fewer do not repay a second thread; 0: divide everything
-PART = 1000  # organisms of some 30 ns each: a late thread leaves this many to others
-MOST_PARTS = 4  # of one kernel, for each thread
-EASE = 8  # pieces of Python alternate: this many times as many organisms repay a second thread
-IDLE = 32  # ticks of one thread after one in which no work was worth dividing
+PARALLEL_FROM = 1500  # organisms of about 30 ns each: with fewer, one thread is faster; 0: divide everything
+PART = 1000  # organisms of about 30 ns each, taken at once, so that other threads do the work of a late one
+MOST_PARTS = 4  # per kernel and thread
+EASE = 8  # Python code runs in one thread at a time, so this many times as many organisms are needed
+IDLE = 32  # single-threaded ticks after a tick in which no work was worth dividing
 
 
 class Workers:
-    """The world's own thread, and `threads` − 1 others."""
+    """The world's own thread and `threads` − 1 others."""
 
     def __init__(self, threads: int) -> None:
         self.threads = threads
         self.team = None if threads == 1 or plain() else Team(threads - 1)
         self.helpers = [Helper() for _ in range(threads - 1)] if self.team is None else self.team.helpers
         self._taken = threading.Lock()  # held by the thread that divides work
-        self.all_busy = False  # whether all threads are busy in `together`: its pieces are not split further
-        # which part of 0…n this process does, while it shares work with others (ecs_eco.bands)
+        self.all_busy = False  # whether all threads are busy in `together`: then pieces are not split further
+        # the part of 0…n that this process does while it shares work with others (ecs_eco.bands)
         self.own: Callable[[int], tuple[int, int]] | None = None
-        self.parallel = threads > 1  # whether others take part: not if this thread does all work of a tick
+        self.parallel = threads > 1  # whether other threads take part; if not, this thread does all work
         self.pace = Pace()
         self._divided = False  # whether any work was divided in the last tick that permitted it
         self._idle = 0  # ticks until division is permitted again
         self._end = weakref.finalize(self, _end, self.helpers)
 
     def tick(self, process: Callable[[], Any], organisms: Callable[[], int]) -> None:
-        """Run a tick in the way that was faster lately."""
+        """Run a tick in the mode that was recently faster."""
         if not self.helpers or PARALLEL_FROM <= 0:
             process()
             return
@@ -74,7 +74,7 @@ class Workers:
         return True
 
     def split(self, kernel: Callable[..., Any], n: int, *arguments: object, work: int | None = None) -> None:
-        """Run `kernel(first, last, *arguments)` over 0…n, on all threads if `work` items are worth it."""
+        """Run `kernel(first, last, *arguments)` over 0…n, on all threads if there is enough `work`."""
         if not self.parallel and self.own is None:
             kernel(0, n, *arguments)
             return
@@ -83,7 +83,7 @@ class Workers:
         if not self.parallel or not self._worth(work):
             kernel(start, stop, *arguments)
             return
-        # more parts than threads: a late thread, whose core had other work, leaves more to the others
+        # more parts than threads, so that other threads can take over from a late one whose core was busy
         k = min(max(work // PART, self.threads), MOST_PARTS * self.threads)
         if self.team is not None and self.team.divides(kernel):
             try:
@@ -111,7 +111,7 @@ class Workers:
             self.all_busy = False
 
     def _take_turns(self, first: Callable[[], Any], others: Sequence[Callable[[], Any]]) -> None:
-        """Do pieces of work, the first on this thread; each thread takes the next of the others when it is
+        """Do pieces of work, the first one on this thread; each thread takes the next piece when it is
         ready."""
         pieces = iter(others)
 
@@ -122,15 +122,15 @@ class Workers:
         self._share([(take,)] * min(len(self.helpers), len(others)), take, first)
 
     def _share(self, jobs: Sequence[tuple[Any, ...]], work: Callable[..., Any], *arguments: object) -> None:
-        """Run the jobs, functions with their arguments, on helpers, and `own` on this thread; wait for
-        all, and raise an exception of any of them."""
+        """Run the jobs (functions with their arguments) on helpers and `work` on this thread; wait for all,
+        and raise the first exception of any helper."""
         busy, errors = [], []
         try:
             for helper, job in zip(self.helpers, jobs, strict=False):
                 helper.start(*job)
                 busy.append(helper)
             work(*arguments)
-        finally:  # after an error, too, no thread still uses the world
+        finally:  # even after an error, no thread uses the world any longer
             for helper in busy:
                 errors += _end_of(helper)
             self._taken.release()
@@ -138,18 +138,18 @@ class Workers:
             raise errors[0]
 
     def end(self) -> None:
-        """End the other threads: from now on this one does all work."""
+        """End the other threads; from now on, this thread does all work."""
         helpers, self.helpers, self.parallel = self.helpers, [], False
         _end(helpers)
 
 
 def _end_of(helper: Helper) -> list[BaseException]:
-    """Wait until a helper has done its work; return the exception raised meanwhile."""
+    """Wait until a helper has finished; return the exceptions raised meanwhile."""
     errors: list[BaseException] = []
     while True:
         try:
             helper.finish()
-        except KeyboardInterrupt as error:  # this thread was interrupted, and the helper is still at work
+        except KeyboardInterrupt as error:  # this thread was interrupted, but the helper is still working
             errors.append(error)
         except BaseException as error:
             return [*errors, error]

@@ -1,7 +1,7 @@
 """The core of the framework: components, tables, systems, the clock, births, deaths, random numbers, errors,
 files.
 
-This package knows nothing of space, biology or esper's entities, which belong to `ecs_eco.space` and above
-and to `ecs_eco.esper_bridge`. Compiling kernels and dividing them among threads belongs to
+This package does not deal with space, biology or esper entities, which belong in `ecs_eco.space`, the layers
+above it and `ecs_eco.esper_bridge`. Compiling kernels and dividing them among threads belong in
 `ecs_eco.compiled`.
 """

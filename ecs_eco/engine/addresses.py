@@ -1,5 +1,5 @@
-"""Columns by address. A kernel that takes many arrays spends more time on unpacking them than on its work, so
-it takes one array of their addresses in memory instead.
+"""Columns by address. A kernel with many array arguments spends more time unpacking them than working, so it
+takes one array of their memory addresses instead.
 
 Addresses are valid until a table, component or column is replaced, which changes `Noted.changes` and
 `Columns.replaced`.
@@ -29,22 +29,20 @@ if TYPE_CHECKING:
 def address_of(array: np.ndarray) -> int:
     """Return the address of an array's first value."""
     try:
-        # four times as fast as numpy's own method, but it has no type that marks it as a buffer
+        # four times as fast as numpy's method, but type checkers do not accept the array as a buffer
         return ctypes.addressof(ctypes.c_char.from_buffer(array))  # type: ignore[arg-type]
     except (TypeError, ValueError):  # empty, or read-only
         return int(array.__array_interface__["data"][0])
 
 
 class Addresses:
-    """The addresses of some columns of several tables: one row per row of columns that `find()` returns, 0
-    for None. They are looked up again after a replacement."""
+    """The addresses of the columns that `find()` returns, in the same rows, with 0 for None. They are looked
+    up again after a replacement."""
 
     def __init__(self, find: Callable[[], Sequence[Sequence[np.ndarray | None]]]) -> None:
         self.find = find
         self._made_from: tuple[Any, ...] = ()
-        self._arrays: list[
-            np.ndarray | None
-        ] = []  # keep the arrays alive, so that their memory is not reused
+        self._arrays: list[np.ndarray | None] = []  # keeps the arrays alive, so their memory is not reused
         self._found = np.empty((0, 0), np.uint64)
 
     def __call__(self) -> np.ndarray:
@@ -66,7 +64,7 @@ def column_at(
 ) -> np.ndarray:
     """Return the values at an address as an array; `n` is their number or the array's shape, `kind` their
     dtype or an array of that dtype."""
-    made = np.dtype(kind.dtype if isinstance(kind, np.ndarray) else kind)  # if nothing is compiled
+    made = np.dtype(kind.dtype if isinstance(kind, np.ndarray) else kind)  # used without compilation
     memory: Any = (ctypes.c_char * (made.itemsize * int(np.prod(n)))).from_address(int(address))
     return np.frombuffer(memory, made).reshape(n)
 

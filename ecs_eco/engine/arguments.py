@@ -1,5 +1,5 @@
-"""Checks of arguments from Python, as strict as those of a file: errors give name, value and what is
-expected."""
+"""Checks of arguments from Python, as strict as for files: errors give the name, the value and the expected
+values."""
 
 import inspect
 import math
@@ -11,13 +11,13 @@ from typing import Any, TypeVar
 from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
 
 T = TypeVar("T")
-SEEDS = 2**63  # as in a world file
+SEEDS = 2**63  # same as in world files
 
 
 def whole_number(name: str, value: object, least: int = 0, most: int | None = None, unit: str = "") -> int:
-    """Return an integer of Python or numpy as int.
+    """Return a Python or numpy integer as int.
 
-    Raises TypeError for any other type, bool included; ValueError if it is out of range.
+    Raises TypeError for any other type, including bool; ValueError if it is out of range.
     """
     allowed = (
         f"a whole number from {least}"
@@ -54,19 +54,19 @@ def positive(name: str, value: object, unit: str) -> float:
 
 
 def takes(function: Callable[..., Any], n: int, given: Mapping[str, Any] = MappingProxyType({})) -> str:
-    """Return why a function cannot be called with `n` arguments and `given` parameters, or "" if it can.
-    Does not call it."""
+    """Return why a function cannot be called with `n` arguments and `given` parameters, or "" if it can. The
+    function is not called."""
     try:
         inspect.signature(function).bind(*[None] * n, **given)
     except TypeError as error:
-        return f"is to take {n} arguments: {error}"
+        return f"must accept {n} arguments: {error}"
     except ValueError:  # its signature is unknown
         return ""
     return ""
 
 
 def called_with(name: str, value: object, *arguments: str) -> None:
-    """Raise TypeError for anything but None and a function that accepts these arguments."""
+    """Raise TypeError unless a value is None or a function that accepts these arguments."""
     wanted = f"a function that is called with {' and '.join(arguments)}, or None"
     if value is not None and not callable(value):
         raise TypeError(f"{name} is {value!r}; expected {wanted}")
@@ -75,7 +75,7 @@ def called_with(name: str, value: object, *arguments: str) -> None:
 
 
 def by_species(name: str, value: T, species: Iterable[str], kinds: tuple[type, ...], allowed: str) -> T:
-    """Return one value for all species, or a dict species → value. Raises ConfigError for an unknown name
+    """Return the value, one for all species or a dict species → value. Raises ConfigError for an unknown name
     or a wrong type."""
     known, problems = list(species), []
     pairs = value.items() if isinstance(value, Mapping) else [(None, value)]

@@ -12,14 +12,14 @@ from ecs_eco.engine.addresses import address_of, column_at
 
 Rows: TypeAlias = int | np.integer | slice | np.ndarray
 BLOCK = 256  # rows per block
-SPARE = 16  # readable numbers behind a block: vector loads of the last row reach beyond it
+SPARE = 16  # readable numbers after a block: vector loads of the last row extend beyond it
 
 
 class Blocked:
     """A column [capacity, …] stored as a list `blocks` of arrays [BLOCK, …]: row r is `blocks[r // BLOCK][r %
     BLOCK]`.
 
-    Read and write rows as in an array. Kernels take `by_address` and call `block_of` for each row.
+    You can index rows as in an array. Kernels take `by_address` and call `block_of` for each row.
     """
 
     __slots__ = ("addresses", "blocks", "capacity", "dtype", "inner")
@@ -27,11 +27,11 @@ class Blocked:
     def __init__(self, shape: tuple[int, ...], dtype: DTypeLike) -> None:
         self.inner, self.dtype, self.capacity = tuple(shape), np.dtype(dtype), 0
         self.blocks: list[np.ndarray] = []
-        self.addresses = np.empty(0, np.uint64)  # of each block
+        self.addresses = np.empty(0, np.uint64)  # one per block
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Return (capacity, …), as the shape of an array."""
+        """Return (capacity, …), the shape as an array."""
         return (self.capacity, *self.inner)
 
     @property
@@ -52,8 +52,8 @@ class Blocked:
         return self
 
     def by_address(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the addresses of the blocks and one of the blocks: what a kernel takes for a column that
-        has rows."""
+        """Return the addresses of the blocks and one block, the form in which kernels take a column that has
+        rows."""
         return self.addresses, self.blocks[0]
 
     def copy(self) -> np.ndarray:
@@ -61,8 +61,8 @@ class Blocked:
         return self[np.arange(self.capacity)]
 
     def parts(self, rows: np.ndarray) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
-        """Yield, block by block, (number of the block, rows within it i64, their positions in `rows` i64),
-        in the given order."""
+        """Yield (block number, rows within the block i64, their positions in `rows` i64) for each block, in
+        the given order."""
         if not rows.size:
             return
         inside, places = np.empty((2, rows.size), np.int64)
@@ -87,7 +87,7 @@ class Blocked:
             return
         rows = self._rows(rows)
         values = np.asarray(value, self.dtype)
-        each = values.ndim > len(self.inner)  # a value per row, not one for all
+        each = values.ndim > len(self.inner)  # one value per row, not one for all
         for b, inside, places in self.parts(rows):
             self.blocks[b][inside] = values[places] if each and len(values) > 1 else values
 
@@ -118,14 +118,14 @@ def block_of(row, column):
 
 @njit
 def flat_block_of(row, column):
-    """Return the flat block of a column `by_address` that contains a row; reshaping it takes longer."""
+    """Return the block of a column `by_address` that contains a row, flat because reshaping takes time."""
     addresses, like = column
     return column_at(addresses[row // BLOCK], like, like.size)
 
 
 @njit
 def apart(row, other, column):
-    """Return how many numbers lie between a row of a column `by_address` and the next."""
+    """Return the distance, in numbers, from one row to another in a column `by_address`."""
     addresses, like = column
     blocks = np.int64(addresses[other // BLOCK]) - np.int64(addresses[row // BLOCK])
     return blocks // like.itemsize + (other % BLOCK - row % BLOCK) * (like.size // BLOCK)
@@ -133,7 +133,7 @@ def apart(row, other, column):
 
 @njit
 def prefetch_row(row, column):
-    """Prefetch a row of a column `by_address` whose numbers have 4 bytes or fewer."""
+    """Prefetch a row of a column `by_address` whose numbers take up to 4 bytes."""
     block = flat_block_of(row, column)
     n = block.size // BLOCK
     start = row % BLOCK * n
@@ -143,8 +143,8 @@ def prefetch_row(row, column):
 
 @njit
 def _sort_out(rows, inside, places):
-    """Write the rows within their blocks and their positions in `rows` i64[n], block by block; return
-    where each block ends in them: i64[blocks]."""
+    """Write the rows within their blocks and their positions in `rows` i64[n], block by block; return the end
+    of each block among them: i64[blocks]."""
     ends = np.zeros(rows.max() // BLOCK + 1, np.int64)
     for row in rows:
         ends[row // BLOCK] += 1

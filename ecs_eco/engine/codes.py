@@ -1,13 +1,13 @@
-"""Causes of death as numbers, which columns store."""
+"""Causes of death as numbers for columns."""
 
 from __future__ import annotations
 
-MOST = 255  # a u8 holds these, and 0 for the living
+MOST = 255  # codes that fit into a u8, in which 0 means alive
 
 
 class Codes(dict[str, int]):
-    """Cause of death → code. A new cause is appended to the list of `causes`, whose first entry has the
-    code 1. Clear this dict after replacing that list."""
+    """Cause of death → code. A new cause is appended to the list `causes`, whose first entry has code 1.
+    Clear this dict after replacing that list."""
 
     def __init__(self, causes: list[str]) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""Read the comment behind each field in a component's source: "# [unit] meaning"."""
+"""Read the comment after each field in a component's source: "# [unit] meaning"."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ FIELD = re.compile(r"^    (\w+)\s*:[^#\n]*# *(?:\[([^\]]*)\] *)?(.*)$", re.MULTI
 
 @cache
 def comments_of(component: type[Handle]) -> dict[str, tuple[str, str]]:
-    """Return unit and meaning of each field of a component that has a comment; none without its source."""
+    """Return unit and meaning of each commented field of a component; empty if its source is unavailable."""
     try:
         source = textwrap.dedent(inspect.getsource(component))
     except (OSError, TypeError):

@@ -1,4 +1,4 @@
-"""Errors that name the place, the value, what is expected and the nearest valid name."""
+"""Errors that give the location, the value, the expected values and the nearest valid name."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from pathlib import Path
 MISSING = type("Missing", (), {"__repr__": lambda self: "missing", "__bool__": lambda self: False})()
 SHOWN = 15  # problems shown at once
 MOST = 200  # problems looked for; after you fix these, the next ones appear
-LONGEST = 200  # characters of a name that are compared with others
-# least similarity of a suggested name (difflib): a slip in a short word, in a longer one
+LONGEST = 200  # maximum length of a name that is compared with others
+# minimum similarity of a suggested name (difflib) for short and for longer words
 ALIKE, CLOSE = 0.66, 0.8
 
 
 def nearest(name: object, known: Iterable[str], cutoff: float = ALIKE) -> str:
-    """The known name most like `name`, or "" if none is; very many names or very long ones are not compared."""
+    """Return the known name most similar to `name`, or ""; compares up to 1,000 names, but no long ones."""
     text = str(name) if isinstance(name, str | Path) else _written(name)
     if len(text) > LONGEST:
         return ""
@@ -28,13 +28,13 @@ def nearest(name: object, known: Iterable[str], cutoff: float = ALIKE) -> str:
 
 
 def listed(names: Iterable[str], most: int = 12) -> str:
-    """Names with commas, cut after `most`."""
+    """Return names separated by commas, cut after `most`."""
     names = [shortened(str(n)) for n in names]
     return ", ".join(names[:most]) + (f", … ({len(names)} in all)" if len(names) > most else "") or "none"
 
 
 def how_many(n: int) -> str:
-    """ "3 problems", or that there are more than are looked for."""
+    """ "3 problems", or "more than 200 problems"."""
     return f"more than {MOST} problems" if n > MOST else f"{n} problem{'s' * (n != 1)}"
 
 
@@ -42,15 +42,15 @@ def how_many(n: int) -> str:
 class Problem:
     """One problem of a configuration."""
 
-    key: tuple[str | int, ...]  # where, for example ("species", "deer", "sensors", 1, "target")
+    key: tuple[str | int, ...]  # location, for example ("species", "deer", "sensors", 1, "target")
     what: str  # what is wrong, in words
     value: object = MISSING  # the value in the file
     allowed: str = ""  # what is expected
-    nearest: str = ""  # the valid name most like the value
-    source: str = ""  # file, "--set", or a word for a dict
+    nearest: str = ""  # the valid name most similar to the value
+    source: str = ""  # file, "--set", or a word such as "dict"
     line: int | None = None  # in the file, counted from 1
     column: int | None = None  # in the file, counted from 1
-    written: str = ""  # the value as the file has it
+    written: str = ""  # the value as written in the file
 
     def moved(self, **changes: object) -> Problem:
         """Return the same problem with some fields changed."""
@@ -58,7 +58,7 @@ class Problem:
 
     @property
     def path(self) -> str:
-        """Return the key with dots, as `--set` takes it."""
+        """Return the key with dots, as in `--set`."""
         return ".".join(f'"{k}"' if isinstance(k, str) and "." in k else str(k) for k in self.key)
 
     def __str__(self) -> str:
@@ -77,13 +77,13 @@ class Problem:
 
 
 def unknown(key: tuple[str | int, ...], kind: str, value: str, known: Iterable[str]) -> Problem:
-    """Return the problem of an unknown name."""
+    """Return the problem for an unknown name."""
     known = list(known)
     return Problem(key, f"no {kind} of this name", value, listed(known, 30), nearest(value, known))
 
 
 class ConfigError(ValueError):
-    """A configuration is refused; the error contains every problem found."""
+    """An invalid configuration; the error contains every problem found."""
 
     def __init__(self, problems: Iterable[Problem], title: str = "") -> None:
         self.problems = list(islice(problems, MOST + 1))
@@ -99,7 +99,7 @@ class ConfigError(ValueError):
         Parameters
         ----------
         most : int
-            Problems to list; then follows how many more there are.
+            Number of problems to list, followed by a count of the rest.
 
         Returns
         -------
@@ -120,17 +120,17 @@ def refusal(
     source: str = "",
     line: int | None = None,
 ) -> ConfigError:
-    """Return the error of a single problem."""
+    """Return the error for a single problem."""
     return ConfigError([Problem(key, what, value, allowed, near, source, line)])
 
 
 def shortened(text: str, width: int = 60) -> str:
-    """Return the text, cut if it is longer than `width` characters."""
+    """Return the text, truncated to `width` characters."""
     return text if len(text) <= width else text[: width - 1] + "…"
 
 
 def _short(value: object, width: int = 90) -> str:
-    """Return a value as TOML writes it, cut to `width` characters: a path at its start, others at the end."""
+    """Return a value in TOML notation, cut to `width` characters: a path at its start, others at the end."""
     if (
         isinstance(value, str)
         and len(value) > width
@@ -146,11 +146,9 @@ def _short(value: object, width: int = 90) -> str:
 
 
 def _written(value: object, levels: int = 8) -> str:
-    """Return the first entries of any value as TOML writes it, even of huge numbers and endless lists."""
+    """Return the first entries of any value in TOML notation, even for huge numbers and endless lists."""
     if isinstance(value, int) and value.bit_length() > 1000:
-        return (
-            f"{'-' if value < 0 else ''}a whole number of some {int(value.bit_length() * 0.30103) + 1} digits"
-        )
+        return f"{'-' if value < 0 else ''}a whole number of about {int(value.bit_length() * 0.30103) + 1} digits"
     if isinstance(value, list | tuple | dict) and not levels:
         return "…"
     if isinstance(value, bool):
@@ -168,14 +166,14 @@ def _written(value: object, levels: int = 8) -> str:
 
 
 class UnknownName(KeyError):
-    """A name that nothing declares. Its text is the message itself, where that of a KeyError is in quotes."""
+    """An undeclared name. Unlike a KeyError's, its message is shown without quotes."""
 
     def __str__(self) -> str:
         return str(self.args[0]) if self.args else ""
 
 
 def unknown_name(place: str, kind: str, name: object, known: Iterable[str]) -> str:
-    """Return the message for an undeclared name: the place, the name, the known names, the nearest."""
+    """Return the message for an undeclared name: location, name, known names and the nearest one."""
     known = [str(k) for k in known]
     guess = nearest(name, known)
     hint = f'; did you mean "{guess}"?' if guess else ""
@@ -183,7 +181,7 @@ def unknown_name(place: str, kind: str, name: object, known: Iterable[str]) -> s
 
 
 def no_attribute(table: Mapping[type, object], name: str) -> str:
-    """Return the message for an attribute that a table lacks: the component with a field of this name."""
+    """Return the message for an attribute that a table lacks; it names components with such a field."""
     if name.startswith("_"):
         return name
     owners = [f"table[{c.__name__}].{name}" for c in table if name in getattr(c, "fields", ())]
@@ -213,4 +211,4 @@ class ForeignFile(RecordingError):
 
 
 class UnfinishedTick(RuntimeError):
-    """A world that was stopped within a tick: you can inspect it, but not run, save, copy or record it."""
+    """A world that was stopped mid-tick: you can inspect it, but not run, save, copy or record it."""

@@ -1,4 +1,4 @@
-"""Files that are written completely or not at all: next to their place, synced, renamed, and the folder
+"""Atomic writing: a temporary file in the same folder is written, synced and renamed, then the folder is
 synced."""
 
 from __future__ import annotations
@@ -21,8 +21,7 @@ _BESIDE = re.compile(r"\.(?P<name>.+)\.ecs-eco-\d+-[0-9a-f]{8}\.tmp")
 
 
 def write(path: str | Path, content: bytes | str) -> Path:
-    """Write a file (text as UTF-8) completely or not at all; return its path. Raises OSError that names
-    it."""
+    """Atomically write a file (text as UTF-8); return its path. Raises an OSError that names it."""
     with writing(path) as beside, open(beside, "wb") as file:
         file.write(content.encode() if isinstance(content, str) else content)
     return Path(path)
@@ -30,10 +29,10 @@ def write(path: str | Path, content: bytes | str) -> Path:
 
 @contextmanager
 def writing(path: str | Path) -> Iterator[Path]:
-    """Yield the name of an empty file next to `path`, which replaces `path` at the end; after an exception
-    nothing is left.
+    """Yield the name of an empty file in the same folder, which replaces `path` at the end; after an
+    exception, it is removed.
 
-    The file gets the mode of the user's umask. Raises an OSError that names `path`.
+    The file's mode follows the user's umask. Raises an OSError that names `path`.
     """
     path = Path(path)
     beside = path.with_name(f".{path.name}.ecs-eco-{os.getpid()}-{secrets.token_hex(4)}.tmp")
@@ -51,7 +50,7 @@ def writing(path: str | Path) -> Iterator[Path]:
             raise
         sync_folder(path.parent)
     except OSError as error:
-        # it names this file, or belongs to another
+        # keep an error that concerns another file
         if error.errno is None or error.filename not in (None, str(beside)):
             raise
         raise OSError(error.errno, error.strerror or os.strerror(error.errno), str(path)) from error
@@ -60,16 +59,16 @@ def writing(path: str | Path) -> Iterator[Path]:
 def write_tensors(
     path: str | Path, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, str] | None = None
 ) -> Path:
-    """Write numpy arrays as a safetensors file, completely or not at all: equal arrays give equal bytes.
+    """Atomically write numpy arrays as a safetensors file; equal arrays give equal bytes.
 
-    The library itself would first write to a file with a name of its choice, which stays if the process is
-    killed, and would order texts at random. Raises OSError that names the file.
+    The safetensors library would use a temporary file of unknown name, left behind if the process is killed,
+    and would store texts in random order. Raises an OSError that names the file.
     """
     import numpy as np
 
     head: dict[str, Any] = {"__metadata__": dict(sorted(metadata.items()))} if metadata else {}
     end, parts = 0, []
-    for name in sorted(arrays, key=lambda name: (-arrays[name].itemsize, name)):  # so that all are aligned
+    for name in sorted(arrays, key=lambda name: (-arrays[name].itemsize, name)):  # keeps all arrays aligned
         array = arrays[name]
         kind = "BOOL" if array.dtype.kind == "b" else f"{array.dtype.kind.upper()}{8 * array.itemsize}"
         parts.append(np.ascontiguousarray(array, array.dtype.newbyteorder("<")))
@@ -84,8 +83,7 @@ def write_tensors(
 
 
 def require_regular(path: str | Path) -> None:
-    """Raise OSError for a path that is missing or not a regular file: a folder, a device, or a pipe, which
-    would block."""
+    """Raise OSError unless a path is a regular file: not a folder, a device, or a pipe, which would block."""
     mode = os.stat(path).st_mode
     if not stat.S_ISREG(mode):
         raise OSError(
@@ -94,13 +92,13 @@ def require_regular(path: str | Path) -> None:
 
 
 def written_beside(path: Path) -> str | None:
-    """Return the name of the file that a half-written one was to become; None for any other file."""
+    """Return the intended name of a half-written file; None for any other file."""
     match = _BESIDE.fullmatch(path.name)
     return None if match is None else match["name"]
 
 
 def sync_folder(folder: Path) -> None:
-    """Sync the names in a folder to the disk, if the system can."""
+    """Sync the names in a folder to disk, if the system supports this."""
     if os.name == "posix":
         handle = os.open(folder, os.O_RDONLY)
         try:
@@ -120,5 +118,5 @@ def _sync(beside: Path, mode: int) -> None:
 
 
 def write_json(path: Path, content: object) -> None:
-    """Write a JSON file completely, or leave the previous one."""
+    """Atomically write a JSON file."""
     write(path, json.dumps(content, indent=1, allow_nan=False))

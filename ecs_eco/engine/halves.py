@@ -1,4 +1,4 @@
-"""A tick in two halves: a program outside the world reads its state after the first and acts before the
+"""A tick in two halves: a program outside the world reads its state after the first half and acts before the
 second."""
 
 from __future__ import annotations
@@ -16,18 +16,17 @@ if TYPE_CHECKING:
 class Halves:
     """The two halves of each tick of one world, divided at a phase.
 
-    Between the halves a tick is under way: you can inspect the world, but not run or save it. After an error
-    or a second Ctrl-C within a half, the world can only be inspected; the first Ctrl-C waits for the end of
-    the half.
+    Between the halves, a tick is in progress: you can inspect the world, but not run or save it. The first
+    Ctrl-C takes effect at the end of a half; after a second one, or an error, you can only inspect the world.
     """
 
     def __init__(self, phase: str) -> None:
         self.border = priority_of(phase, 0)
-        self.begun = False  # whether the first half is over and the second is not
-        self.beginning = False  # whether hooks are called for a tick in halves
+        self.begun = False  # whether the first half is complete and the second is not
+        self.beginning = False  # whether hooks are being called for a tick in halves
 
     def begin(self, world: World) -> None:
-        """Run the first half, after the hooks of `before_tick`; do nothing if it is over already."""
+        """Run the hooks of `before_tick`, then the first half; do nothing if it is already complete."""
         if self.begun:
             return
         world._mine()
@@ -42,7 +41,7 @@ class Halves:
     def finish(self, world: World) -> None:
         """Run the second half, which ends the tick. Raises RuntimeError if no tick has begun."""
         if not self.begun:
-            raise RuntimeError(f"world {world.name!r}: no tick has begun; begin one")
+            raise RuntimeError(f"world {world.name!r}: no tick has begun; call begin() first")
         world._mine()
         require_whole(world, "finish a tick", within=True)
         self._pass(world, False)

@@ -1,4 +1,4 @@
-"""Hooks: lists of functions that are called at an event."""
+"""Hooks: lists of functions that are called when an event occurs."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -7,7 +7,7 @@ from typing import Any
 
 @contextmanager
 def listening(hooks: list[Callable[..., Any]], call: Callable[..., Any]) -> Iterator[None]:
-    """Append a function to a list of hooks within this context; remove only that function afterwards."""
+    """Append a function to a list of hooks within this context, and remove it afterward."""
     hooks.append(call)
     try:
         yield

@@ -1,5 +1,5 @@
-"""Complete every change of a world, or mark the world: Ctrl-C waits for the end of the tick, an error
-leaves a mark."""
+"""Complete every change to a world, or mark the world as unfinished: Ctrl-C takes effect at the end of the
+tick, an error leaves a mark."""
 
 import importlib
 import signal
@@ -15,7 +15,7 @@ from esper import Processor
 from ecs_eco.engine.errors import UnfinishedTick
 from ecs_eco.engine.living import LivingWorld, Underway
 
-# `signal` turns all its results into enums, which takes longer than a small tick
+# the module `signal` converts its results to enums, which takes longer than a small tick
 _signal: Any = importlib.import_module("_signal")
 MAIN = threading.main_thread().ident
 
@@ -24,7 +24,7 @@ MAIN = threading.main_thread().ident
 def whole(world: LivingWorld, action: str) -> Iterator[None]:
     """Change a world in this context; if the change does not complete, mark the world as unfinished.
 
-    Within another such context it does nothing: the outer mark stays until the whole change is complete.
+    Within another such context, this does nothing: the outer mark remains until the whole change is complete.
     """
     if world.underway is not None:
         yield
@@ -41,7 +41,7 @@ def whole(world: LivingWorld, action: str) -> Iterator[None]:
 
 
 def stopped(world: LivingWorld, error: BaseException) -> None:
-    """Record which error stopped the action under way, and where."""
+    """Record which error stopped the current action, and where."""
     if world.underway is not None and not world.underway.cause:
         world.underway.running = False
         message = " ".join(str(error).split())[:200]
@@ -50,14 +50,14 @@ def stopped(world: LivingWorld, error: BaseException) -> None:
 
 
 def require_whole(world: LivingWorld, wanted: str, within: bool = False) -> None:
-    """Raise UnfinishedTick if an unfinished world cannot do what is `wanted`; `within` allows it in a
-    running tick."""
+    """Raise UnfinishedTick, with the action `wanted`, if a world is unfinished; `within` allows the action in
+    a running tick."""
     mark = world.underway
     if mark is None or (within and mark.running):
         return
     if mark.running:
         raise RuntimeError(
-            f"cannot {wanted} within a tick: {mark.text(world)} is under way; wait for the end of the tick"
+            f"cannot {wanted} within a tick: {mark.text(world)} is in progress; wait until the tick ends"
         )
     by = f" ({mark.cause}{f' in {mark.where}' if mark.where else ''})" if mark.cause else ""
     raise UnfinishedTick(
@@ -68,7 +68,7 @@ def require_whole(world: LivingWorld, wanted: str, within: bool = False) -> None
 
 
 def _where(error: BaseException) -> str:
-    """Return the name of the system in which an error arose, or "" if there was none."""
+    """Return the name of the system that raised an error, or "" if there is none."""
     for frame, _ in traceback.walk_tb(error.__traceback__):
         owner = frame.f_locals.get("self")
         if isinstance(owner, Processor):
@@ -77,10 +77,10 @@ def _where(error: BaseException) -> str:
 
 
 class Patience:
-    """Within this context, the first Ctrl-C waits for the end of the world's tick; the second does not.
+    """Within this context, the first Ctrl-C takes effect at the end of the world's tick, a second one
+    immediately.
 
-    Only in the main thread, and only in place of Python's default handler: a handler that the user installed
-    stays.
+    This applies only in the main thread, and only if the user has not installed another handler.
     """
 
     def __init__(self, world: LivingWorld) -> None:

@@ -1,4 +1,4 @@
-"""The interface of a world that lower parts of the engine use, and the mark of an unfinished action."""
+"""The interface of a world for lower parts of the engine, and the mark of an unfinished action."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Underway:
-    """An action that must not leave a world half changed; `world.underway` holds it until it is complete.
+    """An action that must not leave a world half changed; it is `world.underway` until it is complete.
 
     It is set before the first change and removed after the last, so no interruption can clear it.
     """
@@ -27,7 +27,7 @@ class Underway:
         self.where, self.cause = "", ""
 
     def text(self, world: LivingWorld) -> str:
-        """Return the action in words, for messages."""
+        """Return the action as text for messages."""
         return f"tick {world.tick}" if self.action == "tick" else self.action
 
 

@@ -10,10 +10,10 @@ V = TypeVar("V")
 
 
 class Noted(dict[K, V]):
-    """A dict whose every change increments `Noted.changes`, one counter for all such dicts of the process.
+    """A dict whose every change increments `Noted.changes`, one counter for all such dicts in the process.
 
-    The tables of a world and the components of a table are such dicts, so one number tells whether any of
-    them has changed. Reading costs the same as in a plain dict. `follow` is called after each change.
+    A world's tables and a table's components are such dicts, so one number shows whether any of them has
+    changed. Reading is as fast as in a plain dict. `follow` is called after each change.
     """
 
     changes = 0

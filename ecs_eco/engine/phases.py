@@ -22,14 +22,14 @@ PHASES = (
 
 Deaths take effect at the end of `die`, births at the end of `reproduce`.
 """
-LAST = 999_999  # the place in a phase after all systems
+LAST = 999_999  # position in a phase after all systems
 
 
 class Scheduled(Processor):
-    """A processor that acts once per tick, in its phase, and prepares for a world when it is added to one."""
+    """A processor that acts once per tick, in its phase; `start` prepares it for its world."""
 
     phase = "interact"
-    divisible: ClassVar[bool] = False  # whether each process of a divided world may run it for its own band
+    divisible: ClassVar[bool] = False  # whether each process of a divided world can run it for its band
 
     def start(self, world: Any) -> None:
         """Prepare for a world; called once, when the system is added."""
@@ -39,12 +39,12 @@ class Schedule(list[Processor]):
     """The processors of a tick in the order in which they act."""
 
     def put(self, processor: Processor, priority: int) -> None:
-        """Insert a processor behind those of the same priority."""
+        """Insert a processor after all others of the same priority."""
         processor.priority = priority
         self.append(processor)
         self.sort(key=attrgetter("priority"), reverse=True)
 
 
 def priority_of(phase: str, place: int) -> int:
-    """Return the priority of a place in a phase, as esper counts: from 0 downward, one million per phase."""
+    """Return the esper priority of a position in a phase: from 0 downward, one million per phase."""
     return -(PHASES.index(phase) * (LAST + 1) + place)

@@ -1,7 +1,7 @@
 """Counter-based random numbers: a draw is a hash of (seed, tick, identity, purpose), so no draw depends on
 another.
 
-An identity is a u64 that distinguishes the draws of a tick: the uid of an organism, a site, or a number made
+An identity is a u64 that distinguishes draws within a tick: the uid of an organism, a site, or a number made
 from them.
 
 The hash is the finalizer of splitmix64 (Steele, Lea & Flood 2014), applied once per part of the key: 2 ns per
@@ -16,13 +16,13 @@ from ecs_eco.compiled.jit import njit
 
 _MASK = (1 << 64) - 1
 
-# the purpose of a draw; an organism may draw one number per purpose, salt and tick
+# the purpose of a draw; an organism can draw one number per purpose, salt and tick
 (PLACE, SEX, DECIDE, FEED, BIRTH, SPREAD, WANDER, USER, MATE, GENES, BRAIN, CULL, MIGRATE, LOT) = range(1, 15)
 
 
 @njit
 def mix(z):
-    """Return a well-mixed u64 of a u64."""
+    """Return a well-mixed u64 hash of a u64."""
     z = np.uint64(z) + np.uint64(0x9E3779B97F4A7C15)
     z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
@@ -31,22 +31,22 @@ def mix(z):
 
 @njit
 def bits(key, identity, purpose):
-    """Return 64 random bits, the same for the same (key, identity, purpose); `draw` uses the upper 24."""
+    """Return 64 random bits, always the same for the same arguments; `draw` uses the upper 24."""
     return mix(mix(np.uint64(key) ^ np.uint64(identity)) + np.uint64(purpose) * np.uint64(0xD1342543DE82EF95))
 
 
 @njit
 def draw(key, identity, purpose):
-    """Return a uniform random number in [0, 1), the same for the same arguments.
+    """Return a uniform random number in [0, 1), always the same for the same arguments.
 
     Parameters
     ----------
     key : uint64
         Key of a tick, `world.key`.
     identity : uint64
-        Distinguishes draws of one tick: an organism's uid, a site, or a number made from them.
+        Distinguishes draws within a tick: an organism's uid, a site, or a number made from them.
     purpose : int
-        Distinguishes what the number is for; use `ecs_eco.engine.random.USER` in systems of your own.
+        Distinguishes uses of the number; in your own systems, use `ecs_eco.engine.random.USER`.
 
     Returns
     -------
@@ -73,8 +73,8 @@ def draw(key, identity, purpose):
 
 @njit
 def by_lot(key, identity, purpose):
-    """Return a random order of distinct identities u64[n]: i64[n]. It does not depend on their
-    arrangement, because `bits` of distinct identities are never equal."""
+    """Return a random permutation i64[n] of distinct identities u64[n]. It does not depend on their original
+    order, because `bits` of distinct identities are never equal."""
     lots = np.empty(identity.size, np.uint64)
     for i in range(identity.size):
         lots[i] = bits(key, identity[i], purpose)
@@ -91,7 +91,7 @@ def mix_int(z: int) -> int:
 
 @functools.lru_cache(maxsize=64)
 def tick_key(seed: int, tick: int) -> np.uint64:
-    """Return the key of all draws of one tick of a world with this seed."""
+    """Return the key for all draws in one tick of a world with this seed."""
     return _keys(seed & _MASK, tick >> 6)[tick & 63]
 
 
@@ -113,9 +113,9 @@ def draw_many(key: int | np.uint64, identity: np.ndarray, purpose: int) -> np.nd
     key : int or uint64
         Key of a tick, `world.key`.
     identity : array of uint64, shape (n,)
-        Such as `table.uid[rows]`.
+        For example `table.uid[rows]`.
     purpose : int
-        Use `ecs_eco.engine.random.USER` in systems of your own.
+        In your own systems, use `ecs_eco.engine.random.USER`.
 
     Returns
     -------
@@ -143,13 +143,13 @@ def _draw_many(key, identity, purpose, out):
 
 @njit
 def lot(key, uid, item):
-    """Return the lot, u64, of a competitor for an item: among equals, the lowest lot comes first."""
+    """Return the random number u64 by which a competitor for an item ranks among equals, lowest first."""
     return bits(key, mix(uid) ^ np.uint64(item), LOT)
 
 
 @njit
 def lots(key, uid, item):
-    """Return the lot of each competitor: u64[n]."""
+    """Return the `lot` of each competitor: u64[n]."""
     out = np.empty(uid.size, np.uint64)
     for i in range(uid.size):
         out[i] = lot(key, uid[i], item[i])

@@ -1,4 +1,4 @@
-"""The rows of tables: fill them with newborn, free them, and find values outside their limits."""
+"""The rows of tables: fill them with newborns, free them, and find values outside their limits."""
 
 from collections.abc import Mapping, Sequence
 from operator import is_
@@ -12,13 +12,13 @@ from ecs_eco.engine.schema import Columns
 
 EIGHT_ALIVE = np.uint64(0x0101010101010101)  # bytes of `alive`
 FEW = 64  # up to this many rows are sorted by insertion
-ROWS = "alive", "uid", "born", "cause", "killer"  # a table's own arrays by row, as kernels take them
+ROWS = "alive", "uid", "born", "cause", "killer"  # a table's own arrays, in the order that kernels expect
 
 
 class Layout(NamedTuple):
     """The addresses of a table's arrays, and the default value of a newborn in each column."""
 
-    arrays: Sequence[np.ndarray] = ()  # keep the arrays alive
+    arrays: Sequence[np.ndarray] = ()  # keeps the arrays alive
     rows: np.ndarray = np.empty(0, np.uint64)  # addresses of ROWS
     columns: np.ndarray = np.empty(
         (3, 0), np.uint64
@@ -33,8 +33,8 @@ class Layout(NamedTuple):
         held: Mapping[type[Any], Columns],
         defaults: Mapping[type[Any], Mapping[str, np.ndarray]],
     ) -> "Layout":
-        """Return the layout of a table with `own`, its arrays ROWS, and its columns; often only arrays of
-        other tables were replaced."""
+        """Return the layout of a table, whose arrays ROWS are `own`: the same object if only arrays of other
+        tables were replaced."""
         arrays = [*own]
         for component, columns in held.items():
             arrays += vars(columns).values()
@@ -61,12 +61,12 @@ class Layout(NamedTuple):
 
 @njit
 def fill(rows, capacity, columns):
-    """Write a value to some rows of each column, which has `capacity` rows. `columns` u64[3, columns]:
-    addresses of columns and of values, and bytes per row."""
+    """Write one value per column, each of `capacity` rows, to some rows. `columns` u64[3, columns] contains
+    the addresses of columns and values, and the bytes per row."""
     for k in range(columns.shape[1]):
         size = np.int64(columns[2, k])
         n = size // 4
-        if n == 1 and size == 4:  # true of most columns; a nested loop would take four times as long
+        if n == 1 and size == 4:  # most columns; a nested loop would take four times as long
             flat = column_at(columns[0, k], np.uint32, capacity)
             value = column_at(columns[1, k], np.uint32, 1)[0]
             for row in rows:
@@ -87,8 +87,8 @@ def fill(rows, capacity, columns):
 
 @njit
 def occupy(rows, capacity, own, first_uid, tick, high, columns):
-    """Fill `rows` with the lowest free rows and bring them to life with the values in `columns`; return
-    the new end of the rows in use. `own` u64 are the addresses of ROWS."""
+    """Write the lowest free rows to `rows` and fill them with living entities that have the values in
+    `columns`; return the new end of the rows in use. `own` u64 contains the addresses of ROWS."""
     alive, uid = column_at(own[0], np.bool_, capacity), column_at(own[1], np.uint64, capacity)
     born, row = column_at(own[2], np.int64, capacity), -1
     for k in range(rows.size):
@@ -104,7 +104,7 @@ def occupy(rows, capacity, own, first_uid, tick, high, columns):
 
 @njit
 def next_free(alive, row, capacity):
-    """Return the first free row, from `row` on; there is one."""
+    """Return the first free row from `row` on; one must exist."""
     while row % 8 != 0 and alive[row]:
         row += 1
     if row % 8 == 0:  # eight at a time
@@ -119,14 +119,14 @@ def next_free(alive, row, capacity):
 
 @njit
 def list_dying(rows, high, own):
-    """List which of the first `high` rows have a cause of death, in the order of uids (few are expected).
-    Return their number, which may exceed the length of `rows`. `own` u64 are the addresses of ROWS."""
+    """List the few of the first `high` rows that have a cause of death, sorted by uid. Return their number,
+    which can exceed the length of `rows`. `own` u64 contains the addresses of ROWS."""
     uid, cause = column_at(own[1], np.uint64, high), column_at(own[3], np.uint8, high)
     n, eight = 0, cause[: high // 8 * 8].view(np.uint64)
     for k in range(eight.size + 1):
         first = 8 * k
         if k == eight.size or eight[k] != 0:
-            for row in range(first, min(first + 8, high)):  # no branches: deaths cannot be predicted
+            for row in range(first, min(first + 8, high)):  # no branches, because deaths are unpredictable
                 if n < rows.size:
                     rows[n] = row
                 n += cause[row] != 0
@@ -182,9 +182,9 @@ def end_of(high, own):
 
 @njit
 def vacate_dying(own, high, died):
-    """Free the rows of several tables that have a cause of death, and update the ends of their rows in
-    use, `high` i64[tables]. Write the counts to `died` i64[tables] and return whether there are any. `own`
-    u64[tables, …] are the addresses of ROWS."""
+    """Free the rows of several tables that have a cause of death, and update the ends of the rows in use,
+    `high` i64[tables]. Write the counts to `died` i64[tables], and return whether any row was freed. `own`
+    u64[tables, …] contains the addresses of ROWS."""
     some = False
     for k in range(high.size):
         died[k], end = 0, high[k]
@@ -202,13 +202,13 @@ def vacate_dying(own, high, died):
 
 @njit
 def first_outside(columns, start, n, each, low, high):
-    """Return the number of the first flat column, from `start` on, with a value outside low … high, or -1.
+    """Return the index of the first flat column, from `start` on, with a value outside low … high, or -1.
 
-    Checks the first n * each[k] values of column k, those of dead rows included.
+    Checks the first n * each[k] values of column k, including dead rows.
     """
     for k in range(start, len(columns)):
         column, least, most, outside = columns[k], low[k], high[k], False
-        for i in range(n * each[k]):  # no branches: this compiles to vector code
+        for i in range(n * each[k]):  # no branches, so that this loop is vectorized
             outside |= not ((column[i] >= least) & (column[i] <= most))
         if outside:
             return k

@@ -1,4 +1,4 @@
-"""Run ticks one after the other: hooks before each, a possible stop in between, and a mark after an error."""
+"""Run ticks one after another: call hooks before each, stop on request, and mark the world after an error."""
 
 import time
 from collections.abc import Callable
@@ -20,7 +20,7 @@ def live(world: LivingWorld, ticks: int, progress: Callable[[int, int], Any] | N
                     call()
                 if world.stopping:
                     break
-                world.underway, world.ticking = mark, True  # the mark stays until the tick is complete
+                world.underway, world.ticking = mark, True  # the mark remains until the tick is complete
                 world._pass_tick()
                 world.tick += 1
                 world.ticking, world.underway = False, None

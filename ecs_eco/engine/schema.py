@@ -13,8 +13,7 @@ C = TypeVar("C")
 
 
 class Type:
-    """The dtype, shape and limits of one organism's value in a column; names in the shape get a number per
-    table."""
+    """The dtype, shape and limits of one organism's value in a column; tables resolve names in the shape."""
 
     __slots__ = ("blocked", "dtype", "limits", "shape")
 
@@ -32,14 +31,13 @@ class Type:
 
     @property
     def heavy(self) -> "Type":
-        """Return the same type, stored in blocks of rows: for values too large to be copied when a table
-        grows."""
+        """Return the same type stored in blocks of rows, for values too large to copy when a table grows."""
         return Type(self.dtype, self.shape, True, self.limits)
 
     def within(self, low: float, high: float | str) -> "Type":
-        """Return the same type with limits: values beyond them are refused when they enter a world.
+        """Return the same type with limits; values outside them are rejected when they enter a world.
 
-        `high` may be a name, as in a shape.
+        `high` can be a name, as in a shape.
         """
         return Type(self.dtype, self.shape, self.blocked, (low, high))
 
@@ -102,11 +100,11 @@ def column(kind: Any, *shape: int | str, within: tuple[float, float | str] | Non
     Parameters
     ----------
     kind : column type
-        Such as `f32`.
+        For example `f32`.
     *shape : int or str
-        Shape of one organism's value; a word is a size that the table gives.
+        Shape of one organism's value; names are sizes set by the table.
     within : tuple of float, optional
-        Least and greatest valid value. Values beyond them are refused when they enter a world.
+        Lowest and highest valid value. Other values are rejected when they enter a world.
 
     Returns
     -------
@@ -129,7 +127,7 @@ def column(kind: Any, *shape: int | str, within: tuple[float, float | str] | Non
 
 
 class Columns:
-    """The arrays of one component in one table, an attribute per field: f32[capacity, …].
+    """The arrays of one component in one table, one attribute per field: f32[capacity, …].
 
     `replaced` becomes a new object whenever an array of any table is replaced.
     """
@@ -142,8 +140,8 @@ class Columns:
         def __getattr__(self, name: str) -> Any: ...
 
     def __setattr__(self, name: str, value: ArrayLike) -> None:
-        """Replace a column. Raises ValueError for a different type, shape or layout, or for fewer rows:
-        kernels rely on them."""
+        """Replace a column. Raises ValueError if the type, shape or layout differs or there are fewer rows,
+        because kernels rely on these."""
         old = self.__dict__.get(name)
         if old is not None and value is not old:
             given = getattr(value, "dtype", type(value).__name__), getattr(value, "shape", ())
@@ -163,7 +161,7 @@ class Columns:
                     f"write into it: {name}[rows] = …"
                 )
         self.__dict__[name] = value
-        Columns.replaced = object()  # last, so that a reader who looked earlier looks again
+        Columns.replaced = object()  # last, so that earlier readers look again
 
 
 class Handle:
@@ -181,7 +179,7 @@ class Handle:
         for name, (kind, default) in self.fields.items():
             value = values.get(name, default)
             if name not in values and any(isinstance(d, str) for d in kind.shape):
-                continue  # its size belongs to the table
+                continue  # the table sets its size
             kind.check(value, f"{type(self).__name__}.{name}")
             array = np.asarray(value, kind.dtype)
             fixed = all(not isinstance(d, str) for d in kind.shape)
@@ -219,7 +217,7 @@ def _accessor(name: str, scalar: bool) -> property:
 
 @dataclass_transform(kw_only_default=True)
 def component(cls: type[C]) -> type[C]:
-    """Turn a class of annotated fields into a component: a column per field, and handles of single rows.
+    """Turn a class of annotated fields into a component: one column per field, and handles for single rows.
 
     Parameters
     ----------
@@ -235,9 +233,9 @@ def component(cls: type[C]) -> type[C]:
     Raises
     ------
     TypeError
-        For a field without column type or default.
+        If a field lacks a column type or default.
     ValueError
-        For a default that its type cannot represent.
+        If a default cannot be represented by its type.
 
     Examples
     --------
@@ -266,7 +264,7 @@ def component(cls: type[C]) -> type[C]:
                 "u8, u64, boolean, or f32[3]"
             )
         if name in ("fields", "attach") or name.startswith("_"):
-            raise TypeError(f"{cls.__name__}.{name}: handles use this name; choose another")
+            raise TypeError(f"{cls.__name__}.{name}: this name is reserved for handles; choose another")
         if name not in cls.__dict__:
             raise TypeError(f"{cls.__name__}.{name}: a field needs a default, as in `{name}: {kind!r} = 0`")
         fields[name] = (kind, cls.__dict__[name])

@@ -1,4 +1,4 @@
-"""The declaration of a system or a section for the description of a world (ODD)."""
+"""The part of a world's description (ODD) that a system or section declares."""
 
 from __future__ import annotations
 
@@ -8,22 +8,23 @@ from typing import NamedTuple
 
 
 class Submodel(NamedTuple):
-    """A submodel of the ODD that `ecs-eco describe` writes, next to the system or section that carries it out.
+    """A submodel of the ODD that `ecs-eco describe` writes, declared next to the system or section that
+    implements it.
 
-    Keys are those of a species, an object type or the world file: "diet.gain" applies where a value is neither
-    absent, 0, false nor empty, "reproduction.kind=sexual" where it has this value, "Defence" where the table has
+    Keys are keys of a species, an object type or the world file: "diet.gain" applies if its value is not
+    absent, 0, false or empty, "reproduction.kind=sexual" if it has this value, "Defence" if the table has
     this component.
     """
 
     title: str = ""
-    """Its heading; systems and sections of the same title share it. Bookkeeping has none."""
+    """Its heading, which systems and sections with the same title share. Bookkeeping has none."""
     where: tuple[str, ...] = ()
-    """Keys of which one must apply to a kind for the system to act on it; without any, it acts on all."""
+    """The system acts on a kind if one of these keys applies to it; without keys, it acts on all kinds."""
     reads: tuple[str, ...] = ()
-    """Keys whose values are its parameters."""
+    """Keys that contain its parameters."""
     rules: Mapping[str, str] = MappingProxyType({})
-    """Equations and sentences, by the key where they apply; "" applies always."""
+    """Equations and sentences by the key to which they apply; "" always applies."""
     changes: tuple[str, ...] = ()
-    """The state variables that it changes: components, or Component.field."""
+    """The state variables that it changes: Component or Component.field."""
     draws: str = ""
     """Its random draws."""

@@ -1,5 +1,5 @@
-"""Systems define behavior. A system is an esper.Processor that receives, table by table, the columns that
-it needs."""
+"""Systems define behavior. A system is an esper.Processor that receives the columns it needs, table by
+table."""
 
 from typing import Any, ClassVar
 from zlib import crc32
@@ -13,13 +13,13 @@ from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.table import Table
 from ecs_eco.engine.world import World
 
-TURN = random.LOT + (3 << 8)  # the purpose of draws that decide which table comes first
+TURN = random.LOT + (3 << 8)  # the purpose of draws for the order of tables
 
 
 class System(Scheduled):
     """A behavior of all entities that have the components in `needs`, carried out once per tick.
 
-    Derive a class, set `needs` and `phase`, define `update`, and pass an instance to `World.add_system`.
+    Derive a class, set `needs` and `phase`, implement `update`, and pass an instance to `World.add_system`.
 
     Attributes
     ----------
@@ -28,13 +28,13 @@ class System(Scheduled):
     phase : str
         One of `PHASES`; default "interact".
     acts : tuple of str
-        Groups of actions that it carries out beyond the built-in ones, so that species may declare them.
+        Action groups, in addition to the built-in ones, that it implements and species can declare.
     asked_for : static function of a table, optional
-        For systems of the schedule of world files: the system is left out if this is true of no table.
+        For systems in the schedule of world files: the system is omitted unless this is true for some table.
     submodel : Submodel, optional
         Its part of the world's description (`ecs-eco describe`).
     world : World
-        The world that it was added to.
+        The world to which it was added.
 
     Examples
     --------
@@ -57,14 +57,14 @@ class System(Scheduled):
 
     needs: tuple[type, ...] = ()
     acts: tuple[str, ...] = ()
-    asked_for: ClassVar[Any] = None  # a static function of a table: bool
+    asked_for: ClassVar[Any] = None  # static function: table → bool
     submodel: ClassVar[Submodel | None] = None
     world: World
-    # the tables that have what it needs, what they were derived from, and whether several of them compete
+    # what the tables were derived from, the tables that have all `needs`, and whether several of them compete
     _fitting: tuple[tuple[Any, ...], list[Table], bool] = ((), [], False)
 
     def __init_subclass__(cls) -> None:
-        """Raise TypeError where `update` is defined and `needs` is not: it would be called for every table."""
+        """Raise TypeError if `update` is defined but not `needs`: it would be called for every table."""
         super().__init_subclass__()
         declared = any("needs" in vars(c) for c in cls.__mro__[: cls.__mro__.index(System)])
         if cls.update is not System.update and cls.process is System.process and not declared:
@@ -76,7 +76,7 @@ class System(Scheduled):
     def process(self, *_: object) -> None:
         """Call `update` for every table that has the needed components.
 
-        Override it for a system that joins several tables.
+        Override this in a system that combines several tables.
 
         Returns
         -------
@@ -91,9 +91,9 @@ class System(Scheduled):
             self.update(table, world)
 
     def competes(self, table: Table) -> bool:
-        """Return whether members of a table compete with those of other tables in this system.
+        """Return whether members of a table compete with members of other tables in this system.
 
-        If so, the tables take turns in a drawn order, so that none has an advantage.
+        If so, tables are updated in random order, so that none has an advantage.
 
         Parameters
         ----------
@@ -107,12 +107,12 @@ class System(Scheduled):
         return False
 
     def _drawn(self) -> list[Table]:
-        """Return the tables in an order drawn for their names."""
+        """Return the tables in a random order, keyed by their names."""
         names = np.array([crc32(table.name.encode()) for table in self._fitting[1]], np.uint64)
         return [self._fitting[1][i] for i in random.by_lot(self.world.key, names, TURN)]
 
     def update(self, table: Table, world: Any) -> None:
-        """Change one table's columns by one tick; define it in your class.
+        """Advance one table's columns by one tick; implement this in your class.
 
         Parameters
         ----------
@@ -122,7 +122,7 @@ class System(Scheduled):
 
         Notes
         -----
-        It is called for each such table in the order in which tables were added; tables that compete
-        (`competes`) take turns in an order drawn in each tick.
+        It is called for each such table in the order in which tables were added; if tables compete
+        (`competes`), a random order is drawn in each tick.
         """
         raise NotImplementedError(f"{type(self).__name__} defines neither update(table, world) nor process()")

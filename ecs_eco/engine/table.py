@@ -1,5 +1,5 @@
-"""A table holds all entities of one kind: an array per component field, rows stable for life, and an alive
-mask."""
+"""A table contains all entities of one kind: one array per component field, a fixed row per entity, and an
+alive mask."""
 
 from __future__ import annotations
 
@@ -18,49 +18,50 @@ from ecs_eco.engine.rows import FEW, ROWS, Layout, list_dying, occupy, vacate
 from ecs_eco.engine.schema import Columns, Handle, Type
 
 Values = Mapping[tuple[type, str], Any]
-# one request for births: first and second parents, u64[k], and the columns of the newborn
+# one request for births: first and second parents, u64[k], and the newborns' columns
 Request = tuple[np.ndarray, np.ndarray | None, dict[tuple[type, str], np.ndarray]]
-MOST_BATCHES = 64  # newborn and dead entities that are recorded
-ALIVE = bytes(1 << 20)  # compare causes of death of this many entities at once
+MOST_BATCHES = 64  # maximum number of recorded births and deaths
+ALIVE = bytes(1 << 20)  # for comparing this many causes of death at once
 NOBODY = np.empty(0, np.int64)
 NO_LAYOUT = Layout()
 
 
 class Onlooker(Protocol):
-    """An observer outside the engine that caches the content of tables' rows."""
+    """An observer outside the engine that caches the content of table rows."""
 
     stale: bool  # set when an entity is born, dies or moves to another row
 
     def renew(self, table: Table) -> None:
-        """Update the handles: rows or columns of a table have changed."""
+        """Update the handles after rows or columns of a table have changed."""
 
     def empty(self, table: Table) -> None:
-        """Drop everything cached of a table."""
+        """Discard everything cached for a table."""
 
 
 class Table(dict[type, Any]):
-    """The columns of one kind of entity: `table[Position].x` is an array with a row per entity.
+    """The columns of one kind of entity: `table[Position].x` is an array with one row per entity.
 
-    A table is a dict of its components, which only the table itself writes. `World.add_table` makes one.
+    A table is a read-only dict of its components. `World.add_table` creates one.
 
     Attributes
     ----------
     n : int
         Number of living entities.
     alive : array of bool, shape (capacity,)
-        Which rows are taken.
+        Which rows are in use.
     uid : array of uint64, shape (capacity,)
         Identity of each organism for life; 0 in free rows.
     born : array of int64, shape (capacity,)
         Tick of birth.
     cause : array of uint8, shape (capacity,)
-        Cause of death, from `World.cause`; a row where it is not 0 dies at the end of the phase `die`.
+        Cause of death, from `World.cause`; an organism with a cause dies at the end of the phase `die`.
     killer : array of uint64, shape (capacity,)
         uid of the organism that killed it; 0 for none.
     version : int
-        Changes when a position or the set of living entities does; add 1 after you move bodies.
+        Changes when a position or the set of living entities changes; add 1 after you move bodies.
     species : Kind
-        What all entities of the table share; `table.species.metabolism.basal` is a value of the world file.
+        Values that all entities of the table share, such as `table.species.metabolism.basal` from the world
+        file.
 
     Notes
     -----
@@ -77,7 +78,7 @@ class Table(dict[type, Any]):
     dtype('float32')
     """
 
-    # without these, reading an attribute of a dict takes three times as long
+    # without slots, reading an attribute of a dict takes three times as long
     __slots__ = (
         "__dict__",
         "__weakref__",
@@ -109,7 +110,7 @@ class Table(dict[type, Any]):
         "uid",
         "version",
     )
-    __hash__, __eq__ = object.__hash__, object.__eq__  # type: ignore[assignment]  # each is its own only member
+    __hash__, __eq__ = object.__hash__, object.__eq__  # type: ignore[assignment]  # by identity
 
     def __init__(
         self,
@@ -123,32 +124,32 @@ class Table(dict[type, Any]):
         if capacity < 1:
             raise ValueError(f"table {name!r}: capacity is {capacity}; it must be at least 1")
         self.name = name
-        self.place = place  # its number in the world
+        self.place = place  # its index in the world
         self.dims = dict(dims or {})
         self.capacity = int(capacity)
         self.n = 0  # living entities
         self.high = 0  # this row and all after it are free
-        self.version = 0  # changes when a position or the set of the living does
+        self.version = 0  # changes when a position or the set of living entities changes
         self.steady = (-1, -1)  # two versions between which only births and deaths took effect
         self.newborn: list[tuple[int, np.ndarray, np.ndarray]] = []  # since then: version, rows, uids
-        self.followed = False  # whether an index of neighbors needs to know the newborn and the dead
+        self.followed = False  # whether an index of neighbors needs births and deaths
         self.gone: list[tuple[int, np.ndarray, np.ndarray]] = []  # the same for entities that left
         self.alive = np.zeros(capacity, np.bool_)
         self.uid = np.zeros(capacity, np.uint64)
         self.born = np.zeros(capacity, np.int64)
         self.cause = np.zeros(capacity, np.uint8)
         self.killer = np.zeros(capacity, np.uint64)
-        self.along: dict[str, np.ndarray] = {}  # arrays of other objects by row
+        self.along: dict[str, np.ndarray] = {}  # arrays that other objects keep by row
         self.onlooker: Onlooker | None = None
         self.columns: Noted[type[Any], Columns] = Noted()
         self.derived: Noted[type[Any], Columns] = Noted()
         self.columns.follow = self.derived.follow = _following(weakref.ref(self))
         self.defaults: dict[type[Any], dict[str, np.ndarray]] = Noted()
-        self._layout = NO_LAYOUT  # the last one found
+        self._layout = NO_LAYOUT  # the most recent one
         self._laid_out: tuple[Any, ...] = ()  # what it was derived from
         self.births: list[Request] = []
-        self.limits: dict[bool, Any] = {}  # of its fields, as the gate uses them
-        self.species: Any = None  # what all entities of the table share: a `life.kind.Kind` in an ecosystem
+        self.limits: dict[bool, Any] = {}  # limits of its fields for the gate
+        self.species: Any = None  # values that all entities share: a `life.kind.Kind` in an ecosystem
         self.own: dict[str, Any] = {}  # for custom systems; saved if it has state() and load()
         for component in components:
             self.add_component(component)
@@ -175,7 +176,7 @@ class Table(dict[type, Any]):
 
     def __setitem__(self, component: object, columns: object) -> NoReturn:
         raise TypeError(
-            f"table {self.name!r}: components cannot be replaced; write into their columns, "
+            f"table {self.name!r}: components cannot be replaced; write to their columns, "
             "as in table[Position].x[rows] = …"
         )
 
@@ -200,21 +201,21 @@ class Table(dict[type, Any]):
         return self.keys() >= set(components)
 
     def add_component(self, component: type[Any], **defaults: ArrayLike) -> None:
-        """Give a component to every entity, living or to come.
+        """Give a component to all current and future entities.
 
         Parameters
         ----------
         component : type
             A class decorated with `component`.
         **defaults
-            Values of fields that replace the component's defaults.
+            Field values that replace the component's defaults.
 
         Raises
         ------
         TypeError
             If it is not a component.
         UnknownName
-            For an unknown field.
+            If a field is unknown.
 
         Examples
         --------
@@ -231,7 +232,7 @@ class Table(dict[type, Any]):
             )
         if component in self.derived:
             raise ValueError(
-                f"table {self.name!r} has {component.__name__} already: it is derived from what organisms sense"
+                f"table {self.name!r} already has {component.__name__}, which is derived from what organisms sense"
             )
         if component in self.columns:
             self.set_defaults(component, **defaults)
@@ -248,12 +249,12 @@ class Table(dict[type, Any]):
         self.renew_handles()
 
     def renew_handles(self) -> None:
-        """Make cached handles refresh: rows or columns have changed."""
+        """Update cached handles after rows or columns have changed."""
         if self.onlooker is not None:
             self.onlooker.renew(self)
 
     def set_defaults(self, component: type[Any], **defaults: ArrayLike) -> None:
-        """Set what the newborn of this table have in given fields.
+        """Set default field values for newborns of this table.
 
         Parameters
         ----------
@@ -265,7 +266,7 @@ class Table(dict[type, Any]):
         Raises
         ------
         UnknownName
-            For an unknown field.
+            If a field is unknown.
 
         Examples
         --------
@@ -311,7 +312,7 @@ class Table(dict[type, Any]):
         return getattr(self[component], name)
 
     def rows(self) -> np.ndarray:
-        """Return the rows of the living entities, ascending.
+        """Return the rows of living entities in ascending order.
 
         Returns
         -------
@@ -326,7 +327,7 @@ class Table(dict[type, Any]):
         return np.flatnonzero(self.alive[: self.high])
 
     def by_uid(self) -> np.ndarray:
-        """Return the rows of the living entities in the order of their uids.
+        """Return the rows of living entities, sorted by uid.
 
         Returns
         -------
@@ -343,7 +344,7 @@ class Table(dict[type, Any]):
         return rows[np.argsort(self.uid[rows], kind="stable")]
 
     def reserve(self, n: int) -> None:
-        """Reserve `n` rows in all; columns that are too short at least double."""
+        """Reserve `n` rows in total; columns that are too short at least double in length."""
         if n <= self.capacity:
             return
         new = max(n, 2 * self.capacity)
@@ -355,10 +356,10 @@ class Table(dict[type, Any]):
             for field, array in list(vars(columns).items()):
                 setattr(columns, field, array.grow(new) if isinstance(array, Blocked) else _grown(array, new))
         self.capacity = new
-        Columns.replaced = object()  # also if there are no columns: addresses of rows have changed
+        Columns.replaced = object()  # even without columns, because row addresses have changed
 
     def layout(self) -> Layout:
-        """Return the addresses of the arrays, as kernels take them."""
+        """Return the addresses of the arrays for kernels."""
         if self._laid_out != (now := (Noted.changes, Columns.replaced)):
             self._layout, self._laid_out = (
                 self._layout.renewed([getattr(self, name) for name in ROWS], self.columns, self.defaults),
@@ -379,21 +380,21 @@ class Table(dict[type, Any]):
         parents : array of uint64, shape (k,)
             uid of the first parent of each newborn; 0 for none.
         values : Mapping of (type, str) to array, shape (k, …)
-            Columns by component and field, for what differs from the table's defaults.
+            Columns by component and field, for values that differ from the table's defaults.
         second : array of uint64, shape (k,), optional
             uid of the second parent.
 
         Raises
         ------
         KeyError
-            For a component or field that the table lacks.
+            If the table lacks a component or field.
         ValueError
-            For an array of another shape.
+            If an array has the wrong shape.
 
         Notes
         -----
-        Newborn get their uids in the order of the requests. Requests must therefore come in an order that
-        does not depend on rows, such as the order of their parents' uids.
+        Newborns get their uids in the order of requests. This order must therefore not depend on rows; you
+        can sort requests by the uids of parents.
 
         Examples
         --------
@@ -414,22 +415,20 @@ class Table(dict[type, Any]):
                 self._refuse(*key)
             shape = array.shape if type(array) is np.ndarray else np.shape(array)
             if shape != (flat + one if one else flat):
-                where = f"newborn of {self.name!r}: {key[0].__name__}.{key[1]}"
-                raise ValueError(f"{where} has the shape {shape}; expected {(n, *one)}")
+                where = f"newborns of {self.name!r}: {key[0].__name__}.{key[1]}"
+                raise ValueError(f"{where} has shape {shape}; expected {(n, *one)}")
         self.births.append((parents, second, dict(values)))
 
     def _refuse(self, component: type[Any], name: str) -> NoReturn:
-        """Raise an error if a newborn cannot be given this field."""
+        """Raise the error for a field that cannot be set for newborns."""
         if component in self.derived:
-            raise TypeError(
-                f"newborn of {self.name!r}: {component.__name__} is read-only: a newborn cannot be given it"
-            )
+            raise TypeError(f"newborns of {self.name!r}: {component.__name__} is read-only and cannot be set")
         known = self.defaults[component] if component in self.columns else self[component]
         raise UnknownName(unknown_name(f"{component.__name__} in table {self.name!r}", "field", name, known))
 
     def occupy(self, k: int, first_uid: int, tick: int, values: Values, whole: bool = True) -> np.ndarray:
-        """Bring `k` entities to life in the lowest free rows, with uids from `first_uid` on; return their
-        rows. Unless they are `whole`, fields without values keep the former content of the row."""
+        """Add `k` living entities in the lowest free rows, with uids from `first_uid` on; return their rows.
+        Unless `whole`, fields without values keep the row's previous content."""
         if self.n + k > self.capacity:
             self.reserve(self.n + k)
         layout, rows = self.layout(), np.empty(k, np.int64)
@@ -454,23 +453,23 @@ class Table(dict[type, Any]):
         return rows
 
     def settle(self, uid: np.ndarray, born: np.ndarray, values: Values, whole: bool = True) -> np.ndarray:
-        """Bring immigrants to life in the lowest free rows, with their uids u64[k] and ticks of birth
-        i64[k]; return their rows. Unless they are `whole`, fields without values keep the content of a
-        former entity, which must not be read."""
+        """Add immigrants in the lowest free rows, with their uids u64[k] and ticks of birth i64[k]; return
+        their rows. Unless `whole`, fields without values keep the row's previous content, which must not be
+        read."""
         rows = self.occupy(uid.size, 0, 0, values, whole)
         self.uid[rows], self.born[rows] = uid, born
-        self.steady = (-1, -1)  # uids of newborn are larger than all others; these need not be
+        self.steady = (-1, -1)  # newborns always have the largest uids, immigrants may not
         return rows
 
     def doomed(self) -> np.ndarray:
-        """Return the rows that have a cause of death, ascending: i64[k]."""
+        """Return the rows that have a cause of death, in ascending order: i64[k]."""
         cause = self.cause if self.high == self.capacity else self.cause[: self.high]
         if ALIVE.startswith(cause.data):
             return NOBODY
-        return (cause if self.high < 1000 else cause != 0).nonzero()[0]  # a search over many values is slow
+        return (cause if self.high < 1000 else cause != 0).nonzero()[0]  # searching many values is slow
 
     def dying(self) -> np.ndarray:
-        """Return the rows that have a cause of death, in the order of uids: i64[k]."""
+        """Return the rows that have a cause of death, sorted by uid: i64[k]."""
         cause = self.cause if self.high == self.capacity else self.cause[: self.high]
         if ALIVE.startswith(cause.data):
             return NOBODY
@@ -482,7 +481,7 @@ class Table(dict[type, Any]):
         return rows if n <= FEW else rows.take(self.uid.take(rows).argsort())
 
     def vacate(self, rows: np.ndarray) -> None:
-        """Free the rows of the dead."""
+        """Free the rows of dead entities."""
         self._goes_on(self.gone, rows)
         self.high = vacate(rows, self.capacity, self.layout().rows, self.high)
         self.n -= rows.size
@@ -490,7 +489,7 @@ class Table(dict[type, Any]):
             self.onlooker.stale = True
 
     def note_freed(self, n: int, high: int) -> None:
-        """Record that a kernel has freed `n` rows, and that `high` and all rows after it are free now."""
+        """Record that a kernel has freed `n` rows, so that all rows from `high` on are free."""
         self.high, self.n, self.version = high, self.n - n, self.version + 1
         if self.onlooker is not None:
             self.onlooker.stale = True
@@ -506,7 +505,7 @@ class Table(dict[type, Any]):
             self.newborn.clear()
             self.gone.clear()
         self.version += 1
-        if 4 * rows.size > self.n:  # not needed: a fresh start is as fast
+        if 4 * rows.size > self.n:  # a fresh start is as fast
             self.steady = (-1, -1)
         else:
             if rows.size:
@@ -514,22 +513,22 @@ class Table(dict[type, Any]):
             self.steady = first, self.version
 
     def reorder(self, rows: np.ndarray) -> None:
-        """Move the entity of row `rows[i]` to row i, for all living; this changes no organism's future.
+        """Move each living entity from row `rows[i]` to row i; this changes no organism's future.
 
         Parameters
         ----------
         rows : array of int, shape (n,)
-            The living rows, each once.
+            The rows of all living entities, each once.
 
         Raises
         ------
         ValueError
-            If they are not the living rows.
+            If they are not these rows.
 
         Notes
         -----
-        Data that systems keep by row moves too, if it has a method `reorder(order)`: afterwards row i
-        contains what row `order[i]` contained.
+        A system's objects that keep data by row can have a method `reorder(order)`, which is called, too:
+        afterward, row i must contain the previous content of row `order[i]`.
 
         Examples
         --------
@@ -554,7 +553,7 @@ class Table(dict[type, Any]):
                     array[: self.n] = array[rows]
                 else:
                     setattr(columns, field, array[order])
-        Columns.replaced = object()  # also if there are no columns: addresses of rows have changed
+        Columns.replaced = object()  # even without columns, because row addresses have changed
         self.renew_handles()
         for part in self.parts().values():
             if callable(getattr(part, "reorder", None)):
@@ -564,11 +563,11 @@ class Table(dict[type, Any]):
 
     @property
     def waiting(self) -> int:
-        """Return the number of births that were requested and have not taken effect."""
+        """Return the number of requested births that have not yet taken effect."""
         return sum(parents.size for parents, _, _ in self.births)
 
     def parts(self) -> dict[str, Any]:
-        """Return, by name, the shared objects that may have a state of their own."""
+        """Return, by name, the shared objects that can have their own state."""
         return (self.species.parts() if self.species is not None else {}) | self.own
 
     @property

@@ -1,4 +1,4 @@
-"""Turnover between systems: deaths, births and migration take effect."""
+"""Turnover between systems: makes deaths, births and migration take effect."""
 
 import weakref
 from collections.abc import Collection
@@ -20,7 +20,7 @@ class _OfWorld(Processor):
 
 
 class Deaths(_OfWorld):
-    """The end of the phase `die`: the dying leave their rows."""
+    """The end of the phase `die`, at which rows of dying entities are freed."""
 
     label = "the deaths of the phase die"
 
@@ -30,7 +30,7 @@ class Deaths(_OfWorld):
 
 
 class Births(_OfWorld):
-    """The end of the phase `reproduce`: newborn get their rows."""
+    """The end of the phase `reproduce`, at which newborns get their rows."""
 
     label = "the births of the phase reproduce"
 
@@ -40,8 +40,8 @@ class Births(_OfWorld):
 
 
 class Touched(_OfWorld):
-    """The step after a plain processor, which may have moved entities or written values that no kernel can
-    take."""
+    """The step after a plain processor, which can move entities or write values that kernels cannot
+    handle."""
 
     def __init__(self, world: LivingWorld, after: Processor) -> None:
         super().__init__(world)
@@ -54,16 +54,16 @@ class Touched(_OfWorld):
 
 
 class Unheard:
-    """Deaths without any listener: those of all tables, in one call of a kernel."""
+    """Deaths that no hook observes: one kernel call handles all tables."""
 
     def __init__(self) -> None:
         self._own = np.empty((0, len(ROWS)), np.uint64)  # addresses
-        self._found: tuple[Any, ...] = ()  # what they were derived from
+        self._found: tuple[Any, ...] = ()  # state from which they were derived
         self._high = self._died = np.empty(0, np.int64)
 
     def bury(self, tables: Collection[Table]) -> bool:
-        """Free the rows of all entities that have a cause of death. Return False, with nothing done, if an
-        index of neighbors needs to know them."""
+        """Free the rows of all entities that have a cause of death. Do nothing and return False if an index
+        of neighbors needs to know the deaths."""
         if self._high.size != len(tables):
             self._high, self._died = np.empty(len(tables), np.int64), np.empty(len(tables), np.int64)
         high, died = self._high, self._died
@@ -73,7 +73,7 @@ class Unheard:
             high[k] = table.high
         if self._found != (now := (Noted.changes, Columns.replaced)):
             own = np.array([table.layout().rows for table in tables], np.uint64)
-            self._own, self._found = own.reshape(-1, len(ROWS)), now  # a world may have no table
+            self._own, self._found = own.reshape(-1, len(ROWS)), now  # a world can have no tables
         if vacate_dying(self._own, high, died):
             for table, end, n in zip(tables, high.tolist(), died.tolist(), strict=True):
                 if n:
@@ -82,20 +82,18 @@ class Unheard:
 
 
 class Turnover:
-    """The way deaths and births take effect in the tables of a world: rows are freed and filled, hooks are
-    called."""
+    """Makes deaths and births take effect in the tables of a world: frees and fills rows, and calls hooks."""
 
     def __init__(self, world: LivingWorld) -> None:
         self.world: Any = weakref.proxy(world)
         self._unheard = Unheard()
 
     def heard(self) -> bool:
-        """Return whether deaths are reported one by one."""
+        """Return whether any hook needs each death."""
         return bool(self.world.on_death)
 
     def bury_dying(self) -> None:
-        """Free the rows of all entities that have a cause of death, after reporting them in the order of
-        uids."""
+        """Free the rows of all entities that have a cause of death, after reporting them sorted by uid."""
         tables = self.world.tables.values()
         if not self.heard() and self._unheard.bury(tables):
             return
@@ -104,20 +102,19 @@ class Turnover:
                 self.bury(table, rows, ordered=True)
 
     def bury(self, table: Table, rows: np.ndarray, ordered: bool = False) -> None:
-        """Free the rows of some entities that have a cause of death, after reporting them in the order of
-        uids, as in `ordered`."""
+        """Free the rows of some entities that have a cause of death, after reporting them sorted by uid
+        (`ordered`: already sorted)."""
         if self.heard():
             self.tell_deaths(table, rows if ordered else rows[table.uid[rows].argsort()])
         table.vacate(rows)
 
     def tell_deaths(self, table: Table, rows: np.ndarray) -> None:
-        """Call the hooks of deaths."""
+        """Call the hooks for deaths."""
         for listen in tuple(self.world.on_death):
             listen(table, rows)
 
     def bear(self) -> list[tuple[Table, np.ndarray]]:
-        """Bring the requested newborn to life, table by table, in the order of requests; return their
-        tables and rows."""
+        """Add the requested newborns, table by table, in the order of requests; return tables and rows."""
         born = []
         for table in self.world.tables.values():
             if not table.births:
@@ -134,7 +131,7 @@ class Turnover:
         return born
 
     def occupy(self, table: Table, request: Request) -> np.ndarray:
-        """Give rows and uids to the newborn of one request; return the rows."""
+        """Give rows and uids to the newborns of one request; return the rows."""
         parents, _, values = request
         rows = table.occupy(parents.size, self.world.next_uid, self.world.tick, values)
         self.world.next_uid += parents.size
@@ -142,7 +139,7 @@ class Turnover:
 
 
 def depart(world: LivingWorld, table: Table, rows: np.ndarray, to: np.ndarray) -> None:
-    """Free the rows i64[k] of emigrants, ordered by uid, that leave for islands `to` i64[k]. This is not a
+    """Free the rows i64[k] of emigrants to islands `to` i64[k], sorted by uid. This does not count as
     death."""
     for listen in tuple(world.on_departure):
         listen(table, rows, to)
@@ -157,8 +154,8 @@ def arrive(
     values: dict[tuple[type, str], np.ndarray],
     origin: np.ndarray,
 ) -> None:
-    """Give rows to immigrants with uids u64[k] and columns that come from islands `origin` i64[k]. This is
-    not a birth."""
+    """Give rows to immigrants from islands `origin` i64[k] with these uids u64[k] and columns. This does not
+    count as birth."""
     rows = table.settle(uid, born, values)
     for listen in tuple(world.on_arrival):
         listen(table, rows, origin)

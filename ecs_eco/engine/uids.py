@@ -9,16 +9,16 @@ import numpy as np
 Uid = TypeVar("Uid", int, np.ndarray)
 
 BITS = 48  # each island can assign 2.8e14 uids
-MOST_ISLANDS = 32  # so that all uids are below 2^53, the integers that JSON and JavaScript represent exactly
+MOST_ISLANDS = 32  # keeps uids below 2^53, up to which JSON and JavaScript represent integers exactly
 
 
 def first_uid(island: int) -> int:
-    """Return the first uid of an island; `island` is its number, from 0."""
+    """Return the first uid of an island; islands are numbered from 0."""
     return (island << BITS) + 1
 
 
 def island_of(uid: Uid) -> Uid:
-    """Return the number of the island where an entity was born: of a uid, or of u64[n]."""
+    """Return the number of the island where an entity was born, from its uid or uids u64[n]."""
     return uid >> (BITS if isinstance(uid, int) else uid.dtype.type(BITS))
 
 

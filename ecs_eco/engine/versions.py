@@ -1,4 +1,4 @@
-"""Versions of the software that affects results."""
+"""Versions of software that affects results."""
 
 import platform
 from functools import cache

@@ -1,4 +1,4 @@
-"""A World: tables of organisms, a clock, and systems in phases. It knows nothing of space, biology or
+"""A World: tables of organisms, a clock, and systems in phases. It does not deal with space, biology or
 esper."""
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ class World:
 
     Hooks are lists of functions. `before_tick` (no arguments) is called before each tick of `run`; `on_death`
     (table, rows) before the rows are freed; `on_birth` (table, rows, uids of first and second parents, 0 for
-    none) once the rows are filled; `on_departure` (table, rows, numbers of the islands of destination) and
-    `on_arrival` (table, rows, numbers of the islands of origin) for migrants. They are called in the order of
-    the list at the time of the event, so a hook may remove itself. Hooks are not saved.
+    none) once the rows are filled; `on_departure` (table, rows, numbers of the destination islands) and
+    `on_arrival` (table, rows, numbers of the origin islands) for migrants. Hooks are called in the list's
+    order at the time of the event, so a hook can remove itself. Hooks are not saved.
     """
 
     def __init__(self, *, dt: float = 1.0, seed: int = 0, threads: int = 1, name: str = "world") -> None:
@@ -54,23 +54,23 @@ class World:
         self.on_birth: list[Callable[[Table, np.ndarray, np.ndarray, np.ndarray], Any]] = []
         self.on_departure: list[Callable[[Table, np.ndarray, np.ndarray], Any]] = []
         self.on_arrival: list[Callable[[Table, np.ndarray, np.ndarray], Any]] = []
-        self.ticking = False  # whether a tick is under way
+        self.ticking = False  # whether a tick is in progress
         self.stopping = False  # whether `run` should return as soon as possible
         self.stopped = False  # whether the last `run` returned early
-        # an action that has begun and is not complete, or never will be
+        # an action that is in progress or was stopped before it was complete
         self.underway: Underway | None = None
         self.debug: Any = None  # the checks of the debug mode
         self.owner = threading.current_thread()  # the only thread that may use the world
         self.workers = Workers(self.threads)
         # kernel, n, *arguments, work=None: runs `kernel(first, last, *arguments)` over 0…n, on all threads if
-        # `work` items are worth it
+        # the number of items, `work`, is worth it
         self.split: Callable[..., None] = self.workers.split
-        # runs independent pieces of work, on all threads if that pays; no two of them may write
-        # to the same array
+        # runs independent pieces of work, on all threads if that is faster; they must not share arrays to
+        # write to
         self.together: Callable[..., None] = partial(self.workers.together, self.tables.values())
         self.schedule = Schedule()
         self.turnover = Turnover(self)  # how births and deaths take effect
-        self._places = 0  # in the phases that systems occupy
+        self._places = 0  # positions that systems occupy in phases
         self.schedule.put(Deaths(self), priority_of("die", LAST))
         self.schedule.put(Births(self), priority_of("reproduce", LAST))
         weakref.finalize(self, self.workers.end)
@@ -83,7 +83,7 @@ class World:
 
     @property
     def time(self) -> float:
-        """Return the seconds since the start."""
+        """Return the simulated time since the start [s]."""
         return self.tick * self.dt
 
     @property
@@ -96,7 +96,7 @@ class World:
     def add_table(
         self, name: str, *components: type[Any], capacity: int = 64, dims: Mapping[str, int] | None = None
     ) -> Table:
-        """Declare a kind of entity with these components; `dims` gives the sizes that their shapes name."""
+        """Add a table for entities with these components; `dims` maps names in their shapes to sizes."""
         if name in self.tables:
             raise ValueError(f"table {name!r} already exists; choose another name")
         table = self.tables[name] = Table(
@@ -112,9 +112,9 @@ class World:
         system : System or esper.Processor
             An instance, which belongs to one world.
         phase : str, optional
-            One of `PHASES`; default: the system's own, "interact" for a plain esper.Processor.
+            One of `PHASES`; default: the system's phase, or "interact" for a plain esper.Processor.
         priority : int, optional
-            Place among all processors instead of a phase, as esper counts: from 0 down, a million per phase.
+            Position among all processors instead of a phase, as in esper: from 0 down, a million per phase.
 
         Returns
         -------
@@ -126,7 +126,7 @@ class World:
         TypeError
             If it is not an instance of a system or processor.
         ValueError
-            For an unknown phase, or a system that is in a world already.
+            If the phase is unknown or the system is already in a world.
 
         Examples
         --------
@@ -151,7 +151,7 @@ class World:
                 f"system {type(system).__name__} is already in a world; create another instance for this one"
             )
         system.phase = phase  # type: ignore[attr-defined]
-        # esper keeps the system, which must not keep the world
+        # esper keeps the system alive, which must not keep the world alive
         system.world = weakref.proxy(self)  # type: ignore[attr-defined]
         self.systems.append(system)  # type: ignore[arg-type]
         self._places += 1
@@ -159,12 +159,12 @@ class World:
         self.schedule.put(system, place)
         if isinstance(system, Scheduled):
             system.start(self)
-        else:  # it may move entities through esper
+        else:  # it can move entities through esper
             self.schedule.put(Touched(self, system), place)
         return system
 
     def remove_processor(self, processor: Processor) -> None:
-        """Take a plain esper.Processor out of the schedule again.
+        """Remove a plain esper.Processor from the schedule.
 
         Parameters
         ----------
@@ -174,12 +174,12 @@ class World:
         Raises
         ------
         RuntimeError
-            For a `System`: the schedule depends on it.
+            If it is a `System`, because the schedule depends on it.
         """
         if isinstance(processor, Scheduled) or processor not in self.systems:
             raise RuntimeError(
                 f"world {self.name!r}: {type(processor).__name__} is part of the schedule and cannot be removed; "
-                "build a world without it, or replace it by your own system"
+                "build a world without it, or replace it with your own system"
             )
         for one in [p for p in self.schedule if p is processor or getattr(p, "after", None) is processor]:
             self.schedule.remove(one)
@@ -199,7 +199,7 @@ class World:
         Raises
         ------
         UnknownName
-            For an unknown name; a KeyError that suggests the nearest one.
+            If the name is unknown; this KeyError suggests the nearest name.
 
         Examples
         --------
@@ -218,7 +218,7 @@ class World:
         Parameters
         ----------
         name : str
-            Cause such as "starved".
+            Cause of death, such as "starved".
 
         Returns
         -------
@@ -234,26 +234,26 @@ class World:
         return self.codes[name]
 
     def spawn(self, name: str, *components: object, n: int = 1, parent: int = 0) -> None:
-        """Request newborn, which come to life at the end of the phase `reproduce`, or at `flush`.
+        """Request newborns, which are added at the end of the phase `reproduce`, or at `flush`.
 
         Parameters
         ----------
         name : str
             Name of the table.
         *components : object
-            Components with the values of the newborn; other fields have the table's defaults. On a torus, a
+            Components with the newborns' values; other fields have the table's defaults. On a torus, a
             position beyond the edge is wrapped around.
         n : int, default 1
-            How many to add.
+            Number of newborns.
         parent : int, default 0
             uid of the parent; 0 for none.
 
         Raises
         ------
         UnknownName
-            For an unknown table or component.
+            If a table or component is unknown.
         ValueError
-            For a position outside of a world with walls, and for a value beyond the limits of its field.
+            If a position is outside a world with walls, or a value is beyond the limits of its field.
 
         Examples
         --------
@@ -276,14 +276,14 @@ class World:
     def _values(
         self, table: Table, components: Iterable[Any], n: int = 1
     ) -> dict[tuple[type, str], np.ndarray]:
-        """Return the checked values of `n` newborn with these components."""
+        """Return the checked values of `n` newborns with these components."""
         values = {}
         for handle in components:
             if type(handle) not in table:
                 table[type(handle)]  # raises the error that lists the fields
             if type(handle) in table.derived:
                 raise TypeError(
-                    f"spawn {table.name!r}: {type(handle).__name__} is read-only: a newborn cannot be given it"
+                    f"spawn {table.name!r}: {type(handle).__name__} is read-only and cannot be set"
                 )
             for field, array in vars(handle._columns).items():
                 values[type(handle), field] = np.repeat(array, n, axis=0)
@@ -292,14 +292,14 @@ class World:
     def kill(self, uid: int, cause: str = "culled", killer: int = 0) -> None:
         """Mark an organism to die at the end of the phase `die`.
 
-        An organism that is marked already keeps its first cause.
+        An organism that is already marked keeps its first cause.
 
         Parameters
         ----------
         uid : int
             The organism.
         cause : str, default "culled"
-            Cause of death, which records and figures show.
+            Cause of death, as shown in records and figures.
         killer : int, default 0
             uid of the organism that killed it; 0 for none.
 
@@ -397,9 +397,9 @@ class World:
         return found
 
     def each(self, *components: type[Any]) -> Iterator[tuple[Any, ...]]:
-        """Yield the uid and handles of all living entities that have these components, in the order of uids.
+        """Yield the uid and handles of all living entities that have these components, sorted by uid.
 
-        Entities that are born or die during the loop are left out.
+        Entities that are born or die during the loop are skipped.
 
         Parameters
         ----------
@@ -408,7 +408,7 @@ class World:
         Yields
         ------
         tuple
-            (uid, handle, …), a handle per component.
+            (uid, handle, …), with one handle per component.
 
         Examples
         --------
@@ -425,7 +425,7 @@ class World:
             (int(t.uid[r]), t, int(r)) for t in self.tables.values() if t.has(components) for r in t.rows()
         ]
         for uid, table, row in sorted(living, key=lambda one: one[0]):
-            if table.uid[row] != uid:  # it has died, or has moved to another row
+            if table.uid[row] != uid:  # it has died or moved to another row
                 if not (there := np.flatnonzero(table.uid[: table.high] == uid)).size:
                     continue
                 row = int(there[0])
@@ -472,7 +472,7 @@ class World:
         return self
 
     def _act(self, processors: Iterable[Processor]) -> None:
-        """Run processors one after the other; in debug mode, check what each of them did."""
+        """Run processors one after another; in debug mode, check what each of them did."""
         if self.debug is None:
             for processor in processors:
                 processor.process()
@@ -481,7 +481,7 @@ class World:
                 self.debug.act(processor)
 
     def _pass_tick(self) -> None:
-        """Run all processors, with the division among threads that was faster lately."""
+        """Run all processors, with the division among threads that was recently faster."""
         processors = tuple(self.schedule)
         if self.workers.helpers:
             self.workers.tick(lambda: self._act(processors), lambda: sum(t.n for t in self.tables.values()))
@@ -489,7 +489,7 @@ class World:
             self._act(processors)
 
     def _entered(self) -> AbstractContextManager[None]:
-        """Return the context of a part of a tick; a world that others can observe overrides it."""
+        """Return the context for part of a tick; the esper bridge overrides this."""
         return nullcontext()
 
     def _mine(self) -> None:
@@ -499,10 +499,10 @@ class World:
     # --- births and deaths -----------------------------------------------------------------------------------
 
     def flush(self) -> None:
-        """Carry out the deaths, then the births, that were requested so far.
+        """Carry out all requested deaths, then all requested births.
 
-        `run` does so in every tick, at the ends of the phases `die` and `reproduce`. Call it for what you
-        request between ticks.
+        `run` does this in every tick, at the ends of the phases `die` and `reproduce`. Call it for requests
+        between ticks.
 
         Examples
         --------
@@ -523,33 +523,32 @@ class World:
             self._flush_births()
 
     def _flush_deaths(self) -> None:
-        """Free the rows of all entities that have a cause of death; hooks see them first, in the order of
-        uids."""
+        """Call the hooks for all entities that have a cause of death, sorted by uid, and free their rows."""
         if self.debug is None:
             self.turnover.bury_dying()
         else:
             self.debug.watch(Deaths.label, self.turnover.bury_dying, flush=True)
 
     def _flush_births(self) -> None:
-        """Bring the requested newborn to life, table by table, in the order of requests."""
+        """Add the requested newborns, table by table, in the order of requests."""
         if self.debug is None:
             self.turnover.bear()
         else:
             self.debug.watch(Births.label, self.turnover.bear, flush=True)
 
     def _admit(self, refuse: bool = True) -> None:
-        """Check the values that were written between ticks, before kernels read them; a world with a space
-        overrides it."""
+        """Check the values that were written between ticks, before kernels read them; worlds with a space
+        override this."""
 
     def _admit_newborn(
         self, table: Table, values: dict[tuple[type, str], Any], label: str
     ) -> dict[tuple[type, str], Any]:
-        """Return the checked values of newborn."""
+        """Return the checked values of newborns."""
         return values
 
     # --- for systems -----------------------------------------------------------------------------------------
 
     def _touch(self) -> None:
-        """Invalidate everything derived from positions: handles may have moved an entity."""
+        """Invalidate everything derived from positions, because handles can have moved an entity."""
         for table in self.tables.values():
             table.version += 1

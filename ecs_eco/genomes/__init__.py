@@ -1,8 +1,8 @@
 """Heredity: genomes as strings over a finite alphabet, the traits for which they code, and the operators of
 inheritance.
 
-The layout of a genome defines its meaning; `ecs_eco.systems` uses the traits. Names load on first use:
-`import ecs_eco.genomes` loads neither DEAP nor numba nor torch.
+The layout of a genome defines its meaning; `ecs_eco.systems` uses the traits. Names are loaded lazily:
+`import ecs_eco.genomes` imports neither DEAP nor numba nor torch.
 """
 
 from typing import TYPE_CHECKING

@@ -1,10 +1,10 @@
-"""The finite alphabet of a genome (the paper's Definition 3): letters outside, numbers u8 in columns."""
+"""The finite alphabet of a genome (Definition 3 in the paper): letters in texts, numbers u8 in columns."""
 
 import numpy as np
 
 
 class Alphabet:
-    """Letters of a genome, in an order of your choice; a locus contains the number of one of them, from 0.
+    """The letters of a genome, in an order of your choice; a locus contains the number of a letter, from 0.
 
     Parameters
     ----------
@@ -14,11 +14,11 @@ class Alphabet:
     Raises
     ------
     ValueError
-        For another number of letters, or one that occurs twice.
+        If the number of letters is wrong, or a letter occurs twice.
 
     Notes
     -----
-    Definition 3 of the paper; see docs/explanation/definitions.md.
+    Definition 3 in the paper; see docs/explanation/definitions.md.
 
     Examples
     --------
@@ -44,7 +44,7 @@ class Alphabet:
         return f"Alphabet({self.letters!r})"
 
     def encode(self, text: str) -> np.ndarray:
-        """Return the numbers of the letters of a text.
+        """Return the numbers of a text's letters.
 
         Parameters
         ----------
@@ -57,7 +57,7 @@ class Alphabet:
         Raises
         ------
         ValueError
-            For a letter that the alphabet lacks, with its position.
+            If a letter is not in the alphabet; gives its position.
 
         Examples
         --------
@@ -70,11 +70,11 @@ class Alphabet:
         except KeyError:
             at = next(i for i, letter in enumerate(text) if letter not in self._number)
             raise ValueError(
-                f"genome: {text[at]!r} at place {at} is not in the alphabet {self.letters!r}"
+                f"genome: {text[at]!r} at position {at} is not in the alphabet {self.letters!r}"
             ) from None
 
     def decode(self, loci: np.ndarray) -> str:
-        """Return the text of a row of numbers.
+        """Return a row of numbers as text.
 
         Parameters
         ----------
@@ -87,7 +87,7 @@ class Alphabet:
         Raises
         ------
         ValueError
-            For a number that is not a letter's, with its position.
+            If a number is not the number of a letter; gives its position.
 
         Examples
         --------
@@ -99,13 +99,12 @@ class Alphabet:
         row = np.asarray(loci)
         if row.ndim != 1 or row.dtype.kind not in "ui":
             raise ValueError(
-                f"genome: an array of {row.dtype} with the shape {row.shape}; "
-                "expected one row of whole numbers"
+                f"genome: an array of {row.dtype} with shape {row.shape}; expected one row of whole numbers"
             )
         wrong = np.flatnonzero((row < 0) | (row >= len(self)))
         if wrong.size:
             raise ValueError(
-                f"genome: {row[wrong[0]]} at place {wrong[0]} is not the number of a letter; expected 0 to "
+                f"genome: {row[wrong[0]]} at position {wrong[0]} is not the number of a letter; expected 0 to "
                 f"{len(self) - 1}"
             )
         return "".join(self.letters[i] for i in row.tolist())

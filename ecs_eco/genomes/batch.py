@@ -1,4 +1,4 @@
-"""Births: children's genomes from parents' genomes, in batches or one by one."""
+"""Births: children's genomes from their parents' genomes, in batches or one by one."""
 
 import random
 from collections.abc import Callable
@@ -39,12 +39,12 @@ class Operators:
     Parameters
     ----------
     toolbox : deap.base.Toolbox
-        With `mate` and `mutate`; `toolbox_of` makes one. Offspring are made by what is registered at the time.
+        Has `mate` and `mutate`; `toolbox_of` creates one. Births use the operators registered at the time.
     layout : Layout
     chance : float, default 1.0
         Probability of a crossover.
     mates : bool, default True
-        Whether genomes of two parents are crossed; otherwise `mate` is not checked.
+        Whether two parents' genomes are crossed; otherwise, `mate` is not checked.
 
     Attributes
     ----------
@@ -68,7 +68,7 @@ class Operators:
         if not 0 <= chance <= 1:
             raise ValueError(f"mate: chance = {chance}; expected 0 to 1")
         self.toolbox, self.layout, self.chance, self.mutation = toolbox, layout, chance, True
-        # mutate, with its chance, low and up for each locus
+        # mutate, and each locus' probability, low and up
         self._loci: tuple[Any, np.ndarray, np.ndarray, np.ndarray] | None = None
         self._seen: dict[str, tuple[Any, Callable[..., Any], dict[str, Any]]] = {}
         for word in ("mate", "mutate") if mates else ("mutate",):
@@ -76,15 +76,15 @@ class Operators:
 
     @property
     def choice(self) -> int:
-        """The number in CHOICES of the toolbox's `select_mate`; −1: a user's function."""
+        """The index of the toolbox's `select_mate` in CHOICES; −1 for a user's function."""
         return choice_of(self.toolbox)
 
     def offspring(self, first: np.ndarray, second: np.ndarray | None, keys: np.ndarray) -> np.ndarray:
         """Return the genomes of children.
 
-        With one string, two parents are crossed and the child is the first of the two results, with the
-        parents in random order; the genome of a single parent is copied. With two strings, each parent gives
-        one, crossed from its two. Then the child mutates.
+        With one string, two parents are crossed in random order, and the child is the first of the two
+        results; a single parent's genome is copied. With two strings, each parent contributes one string,
+        crossed from its two. Then the child mutates.
 
         Parameters
         ----------
@@ -120,7 +120,7 @@ class Operators:
         return child
 
     def _operator(self, word: str) -> tuple[Callable[..., Any], dict[str, Any]]:
-        """Return the function registered under a word and its arguments, checked on first sight."""
+        """Return the function registered under a word and its arguments; check them the first time."""
         operator = getattr(self.toolbox, word)
         if word not in self._seen or self._seen[word][0] is not operator:
             check_operator(word, operator, self.layout)
@@ -147,7 +147,7 @@ class Operators:
     def _cross_all(
         self, function: Callable[..., Any], arguments: dict[str, Any], births: Births, out: np.ndarray
     ) -> bool:
-        """Fill `out` with a kernel, if there is one for this operator."""
+        """Fill `out` with this operator's kernel, if there is one; return whether there is."""
         from deap import tools
 
         if function in (tools.cxOnePoint, tools.cxTwoPoint):
@@ -162,7 +162,8 @@ class Operators:
     def _take(
         self, string: np.ndarray, loci: np.ndarray | slice, letters: np.ndarray, before: int | None
     ) -> None:
-        """Write new letters into loci of a string that had `before` letters there (None: before a crossing)."""
+        """Write new letters to loci of a string that had `before` letters there (None: before a
+        crossover)."""
         string[loci] = letters
 
     def _mutate(self, strings: np.ndarray, keys: np.ndarray, salt: int) -> None:
@@ -193,7 +194,7 @@ class Operators:
         function: Callable[..., Any],
         arguments: dict[str, Any],
     ) -> None:
-        """Mutate birth by birth; genes with their own mutation rates separately."""
+        """Mutate birth by birth; genes with their own mutation rates are mutated separately."""
         size, mutate, name = len(self.layout.alphabet), self.toolbox.mutate, named(function)
         parts: list[tuple[np.ndarray | slice, dict[str, Any]]] = [(WHOLE, {})]
         fixed = self.layout.longest is None
@@ -209,7 +210,7 @@ class Operators:
                 random.seed(seed_of(keys[birth], MUTATE + 4 * salt))
                 for loci, rate in parts:
                     letters = self._letters(string[loci])
-                    before = len(letters)  # an operator may change the list
+                    before = len(letters)  # an operator can change the list
                     mutated = mutate(letters, **rate)
                     (after,) = strings_of("mutate", name, mutated, before if fixed else None, size)
                     self._take(string, loci, after, before)
@@ -217,11 +218,11 @@ class Operators:
 
 class VariableOperators(Operators):
     """The operators of a toolbox for strings of variable length. Strings are crossed; then genes are
-    duplicated and lost and letters inserted and deleted with the probabilities of the section; then `mutate`
-    is applied.
+    duplicated or lost, and letters inserted or deleted, with the section's probabilities; then `mutate` is
+    applied.
 
-    A change that would make a string longer than `longest`, or empty, does not happen: `at_limit` i64[5]
-    counts such crossings, duplications, losses, insertions and deletions.
+    A change that would make a string empty or longer than `longest` is not made, but counted in `at_limit`
+    i64[5]: crossings, duplications, losses, insertions and deletions.
     """
 
     layout: VariableLayout
@@ -244,7 +245,7 @@ class VariableOperators(Operators):
 
     @property
     def genes(self) -> tuple[Any, ...]:
-        """Return the parameters by which kernels find genes: blank, words, their length, letters, spans."""
+        """Return the parameters with which kernels find genes: blank, words, word length, letters, spans."""
         layout = self.layout
         return layout.blank, layout.words, layout.word, len(layout.alphabet), layout.spans
 
@@ -292,7 +293,7 @@ class VariableOperators(Operators):
     def _take(
         self, string: np.ndarray, loci: np.ndarray | slice, letters: np.ndarray, before: int | None
     ) -> None:
-        """Write new letters into a string, unless they are none or too many, which is counted."""
+        """Write new letters to a string, unless there are none or too many; count these cases."""
         if not 0 < letters.size <= string.size:
             event = "crossing" if before is None else "insertion" if letters.size > before else "deletion"
             self.at_limit[EVENTS.index(event)] += 1
@@ -302,7 +303,7 @@ class VariableOperators(Operators):
 
 
 def way_of(function: Callable[..., Any]) -> int | None:
-    """Return the number of the method by which an operator of DEAP mutates letters; None for any other."""
+    """Return the number of the method by which a DEAP operator mutates letters; None for other operators."""
     from deap import tools
 
     ways = (tools.mutUniformInt, tools.mutFlipBit, tools.mutShuffleIndexes)
@@ -317,7 +318,7 @@ def toss(keys: np.ndarray, salt: int, purpose: int) -> np.ndarray:
 
 
 def seed_of(key: np.uint64, part: int) -> int:
-    """Return the seed of Python's random numbers for a part of a birth."""
+    """Return the seed of Python's random numbers for one part of a birth."""
     return mix_int((int(key) + part) & ((1 << 64) - 1))
 
 
@@ -333,15 +334,15 @@ def operators_of(
     find: Callable[[Any], Any] = handed_over,
     mates: bool = True,
 ) -> Operators:
-    """Return the operators of the genome of a world file, for strings of fixed or of variable length.
+    """Return the operators for a world file's genome, with strings of fixed or variable length.
 
     Parameters
     ----------
     section : GenomeSection
     layout : Layout
-        As `layout_of` returns it.
+        As returned by `layout_of`.
     select_mate, find, mates
-        As for `toolbox_of`.
+        The same as for `toolbox_of`.
 
     Returns
     -------

@@ -1,8 +1,8 @@
-"""The code of one gene: its codons represent entries of a table, numbers in a range, or the weights of a
-network.
+"""The code of a gene: its codons represent table entries, numbers in a range, or the weights of a network.
 
-A codon of k letters of A is a number from 0 to A^k − 1, its first letter the most significant digit. With
-Gray code a digit is the sum of the letters so far modulo A: adjacent numbers differ in one letter.
+A codon of k letters from an alphabet of A letters is a number from 0 to A^k − 1; its first letter is the most
+significant digit. With Gray code, a digit is the sum of the letters so far modulo A, so adjacent numbers
+differ in one letter.
 """
 
 import math
@@ -14,7 +14,7 @@ from ecs_eco.genomes.later import kernels
 from ecs_eco.genomes.models import Gene
 from ecs_eco.genomes.traits import Shapes, Trait
 
-SLACK = 1e-6  # of a range: how far float32 may round beyond its end
+SLACK = 1e-6  # how far float32 can round beyond the end of a range, relative to its size
 
 
 class Codons:
@@ -26,7 +26,7 @@ class Codons:
         self.length = n * gene.letters
 
     def read(self, loci: np.ndarray, start: int) -> np.ndarray:
-        """Return the numbers i64[n, codons] in u8[n, loci], of the string that begins at `start`."""
+        """Return the numbers i64[n, codons] in u8[n, loci], from the string that begins at `start`."""
         out = np.empty((len(loci), self.n), np.int64)
         kernels.read_codons(
             loci, start + self.first, self.gene.letters, self.size, self.gene.code == "gray", out
@@ -34,14 +34,14 @@ class Codons:
         return out
 
     def write(self, numbers: np.ndarray, loci: np.ndarray, start: int) -> None:
-        """Write numbers i64[n, codons] into u8[n, loci]."""
+        """Write numbers i64[n, codons] to u8[n, loci]."""
         kernels.write_codons(
             numbers, start + self.first, self.gene.letters, self.size, self.gene.code == "gray", loci
         )
 
 
 class Code:
-    """Base of all codes; `trait` is the gene's trait, None for a neutral marker or an unknown trait."""
+    """The base class of codes; `trait` is the gene's trait, None for a neutral marker or an unknown trait."""
 
     dtype: type = np.float32
     width: tuple[int, ...] = ()  # shape of one organism's value
@@ -58,11 +58,11 @@ class Code:
         raise NotImplementedError
 
     def values(self, numbers: np.ndarray) -> np.ndarray:
-        """Return the values of numbers i64[n, codons] of codons, f64[n, …]."""
+        """Return the values f64[n, …] of codons with numbers i64[n, codons]."""
         raise NotImplementedError
 
     def numbers(self, values: np.ndarray, clip: bool) -> np.ndarray:
-        """Return numbers i64[n, codons] for values f64[n, …]; `clip`: of the nearest valid values."""
+        """Return numbers i64[n, codons] for values f64[n, …], or for the nearest valid ones with `clip`."""
         raise NotImplementedError
 
     def refuse(self, value: float, allowed: str) -> ValueError:
@@ -100,7 +100,7 @@ class Listed(Code):
 
 
 class Range(Code):
-    """A number from low to high, in equal steps, or by equal factors on a logarithmic scale."""
+    """A number from low to high, in equal steps or, on a logarithmic scale, by equal factors."""
 
     def __init__(self, gene: Gene, trait: Trait | None, codons: Codons) -> None:
         super().__init__(gene, trait, codons)
@@ -137,7 +137,7 @@ class Range(Code):
         if self.log:
             share = arrays.log(values / self.low) / arrays.log(self.high / self.low)
         total = np.rint(share * self.steps).astype(np.int64)
-        if self.log:  # the nearest logarithm need not be that of the nearest value
+        if self.log:  # the value with the nearest logarithm need not be the nearest value
             ratio = self.high / self.low
             low = np.clip(np.floor(share * self.steps), 0, self.steps - 1)
             below, above = (self.low * power(ratio, n / self.steps) for n in (low, low + 1))
@@ -147,13 +147,13 @@ class Range(Code):
 
 
 class Weights(Code):
-    """All weights of a network in one vector: each its own codon, or coefficients of a cosine transform.
+    """All weights of a network in one vector: one codon per weight, or coefficients of a cosine transform.
 
-    With form "direct" the resolution is that of a weight. With "cosine" a matrix (a, b) is the sum of its
-    low-frequency basis functions times their coefficients (Koutník, Gomez & Schmidhuber 2010), those of the
-    orthonormal two-dimensional discrete cosine transform of type II, in the order of the sum of both
-    frequencies; a bias vector likewise in one dimension. Range and resolution are then those of a
-    coefficient, and encoding drops the higher frequencies.
+    With form "direct", range and resolution apply to weights. With "cosine", a matrix (a, b) is a sum of
+    low-frequency basis functions times their coefficients (Koutník, Gomez & Schmidhuber 2010). The basis
+    functions come from the orthonormal two-dimensional discrete cosine transform of type II, in the order of
+    the sum of both frequencies; for a bias vector, the transform is one-dimensional. Range and resolution
+    then apply to coefficients, and encoding drops the higher frequencies.
     """
 
     def __init__(self, gene: Gene, trait: Trait | None, codons: Codons, shapes: Shapes) -> None:
@@ -189,7 +189,7 @@ class Weights(Code):
             parts, begin = [], 0
             for basis in self.bases:
                 part = values[:, begin : begin + basis.shape[1]]
-                # not @: the last bits of BLAS depend on its threads
+                # not @, because the last bits of BLAS results depend on its threads
                 parts.append(np.einsum("nw,kw->nk", part, basis))
                 begin += basis.shape[1]
             values, slack = np.concatenate(parts, axis=1), max(slack, self.resolution / 2)

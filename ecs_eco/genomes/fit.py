@@ -1,4 +1,4 @@
-"""Hand-written reflexes and happiness as small networks, so that mutation has weights to change."""
+"""Small networks fitted to hand-written reflexes and happiness, so that mutations have weights to change."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -10,31 +10,31 @@ from ecs_eco.compiled.threads import one_torch_thread
 from ecs_eco.genomes.later import kernels
 
 BATCH = 512
-RATE = 1e-2  # of Adam at the start; it falls to 0
-HELD_OUT = 4096  # samples for the error
+RATE = 1e-2  # initial learning rate of Adam; it falls to 0
+HELD_OUT = 4096  # number of samples for the error
 
 
 @dataclass(frozen=True)
 class Fitted:
-    """A network of tanh layers in the place of the function it was fitted to; call it with readings.
+    """A network of tanh layers that replaces the function to which it was fitted; call it with readings.
 
     Attributes
     ----------
     kind : {"reflex", "happiness"}
-        A happiness returns float32, shape (n,); a reflex int8, shape (n, actions), the most probable of −1, 0
-        and 1.
+        A happiness returns float32, shape (n,); a reflex returns the most probable of −1, 0 and 1 as int8,
+        shape (n, actions).
     sizes : tuple of int
-        Units of each layer, inputs and outputs included.
+        Units of each layer, including inputs and outputs.
     weights : array of float32
-        For each layer the matrix (inputs, units) by rows, then the bias.
+        For each layer, the matrix (inputs, units) row by row, then the bias.
     error : float
-        On held-out samples: of a reflex the share of wrong answers, of a happiness the root mean square error.
+        Error on held-out samples: share of wrong answers (reflex) or root mean square error (happiness).
     """
 
     kind: Literal["reflex", "happiness"]
     sizes: tuple[int, ...]
     weights: np.ndarray
-    # on held-out samples: share of wrong answers of a reflex, root of the mean square of a happiness
+    # on held-out samples: share of wrong answers (reflex) or root mean square error (happiness)
     error: float
 
     @property
@@ -56,18 +56,18 @@ class Fitted:
         Returns
         -------
         array
-            As for a call of the network.
+            The same as when the network is called.
 
         Raises
         ------
         ValueError
-            For arrays of other shapes.
+            If an array has the wrong shape.
         """
         if np.ndim(x) != 2 or x.shape[1] != self.sizes[0]:
-            raise ValueError(f"network: readings of the shape {np.shape(x)}; expected (n, {self.sizes[0]})")
+            raise ValueError(f"network: readings have shape {np.shape(x)}; expected (n, {self.sizes[0]})")
         if weights.shape[1:] != self.weights.shape or len(weights) not in (1, len(x)):
             allowed = f"(n, {self.weights.size}), n = 1 or {len(x)}"
-            raise ValueError(f"network: weights of the shape {weights.shape}; expected {allowed}")
+            raise ValueError(f"network: weights have shape {weights.shape}; expected {allowed}")
         out = np.empty((len(x), self.sizes[-1]), np.float32)
         kernels.forward(
             np.ascontiguousarray(x, np.float32),
@@ -80,7 +80,7 @@ class Fitted:
         return (out.reshape(len(x), self.sizes[-1] // 3, 3).argmax(axis=2) - 1).astype(np.int8)
 
     def with_weights(self, weights: np.ndarray) -> Self:
-        """Return a network of the same form with other weights.
+        """Return a network with the same layers and other weights.
 
         Parameters
         ----------
@@ -93,11 +93,11 @@ class Fitted:
         Raises
         ------
         ValueError
-            For an array of another shape.
+            If the array has the wrong shape.
         """
         weights = np.array(weights, np.float32)
         if weights.shape != self.weights.shape:
-            raise ValueError(f"network: weights of the shape {weights.shape}; expected {self.weights.shape}")
+            raise ValueError(f"network: weights have shape {weights.shape}; expected {self.weights.shape}")
         return replace(self, weights=weights, error=float("nan"))
 
 
@@ -117,12 +117,12 @@ def fit_network(
     Parameters
     ----------
     function : callable
-        Takes readings f32[n, n_inputs]; a reflex returns (n, actions), of which the signs count, a happiness
-        (n,).
+        Takes readings f32[n, n_inputs]; a reflex returns (n, actions), of which only the signs matter, a
+        happiness (n,).
     n_inputs : int
         Number of channels.
     low, high : float or sequence of float
-        Least and greatest reading of each channel; samples are drawn uniformly between them.
+        Lowest and highest reading of each channel; samples are drawn uniformly between them.
     hidden : sequence of int, default (16,)
         Units of each hidden layer.
     kind : {"reflex", "happiness"}
@@ -139,7 +139,7 @@ def fit_network(
     Raises
     ------
     ValueError
-        If the function returns another shape, or values that are not finite.
+        If the function returns a wrong shape, or values that are not finite.
 
     Examples
     --------
@@ -149,10 +149,10 @@ def fit_network(
     True
     """
     if kind not in ("reflex", "happiness"):
-        raise ValueError(f"fit_network: kind = {kind!r}; expected reflex and happiness")
+        raise ValueError(f"fit_network: kind = {kind!r}; expected reflex or happiness")
     least, most = (np.broadcast_to(np.asarray(end, np.float32), (n_inputs,)) for end in (low, high))
     if not (least < most).all():
-        raise ValueError(f"fit_network: low = {low}, high = {high}; each low must be below its high")
+        raise ValueError(f"fit_network: low = {low}, high = {high}; each low must be less than its high")
     rng = np.random.Generator(np.random.Philox(seed))
     x, x_held = (rng.uniform(least, most, (n, n_inputs)).astype(np.float32) for n in (samples, HELD_OUT))
     y, y_held = (_answers(function, part, kind) for part in (x, x_held))
@@ -162,7 +162,7 @@ def fit_network(
     target = (y - scale[0]) / scale[1] if kind == "happiness" else y + 1
     with one_torch_thread():
         layers = _train((x - middle) / half, target.astype(np.float32), sizes, rng, steps, kind)
-    # the network takes raw readings, and returns raw units
+    # the network receives raw readings and returns values in raw units
     layers[0][1] -= ((middle / half)[:, None] * layers[0][0]).sum(axis=0)
     layers[0][0] /= half[:, None]
     layers[-1][0] *= scale[1]
@@ -181,11 +181,11 @@ def _answers(function: Callable[[np.ndarray], np.ndarray], x: np.ndarray, kind: 
     if y.ndim != (2 if kind == "reflex" else 1) or len(y) != len(x):
         allowed = "(n, actions)" if kind == "reflex" else "(n,)"
         raise ValueError(
-            f"fit_network: the function returns the shape {y.shape} for {len(x)} readings; expected {allowed}"
+            f"fit_network: the function returns shape {y.shape} for {len(x)} readings; expected {allowed}"
         )
     if not np.isfinite(y).all():
         raise ValueError(
-            "fit_network: the function returns numbers that are not finite; expected finite ones between "
+            "fit_network: the function returns numbers that are not finite; expected finite numbers between "
             "low and high"
         )
     return np.sign(y) if kind == "reflex" else y

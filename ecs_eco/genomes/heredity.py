@@ -1,4 +1,4 @@
-"""Heredity: the inheritance of a newborn: its genome, its traits, and the weights of its brain."""
+"""Heredity: what a newborn inherits, that is, its genome, its traits and the weights of its brain."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -17,14 +17,14 @@ Values = dict[tuple[type, str], np.ndarray]
 
 
 class Heredity:
-    """The inherited columns of the newborn of one species.
+    """The inherited columns of one species' newborns.
 
     `targets` maps a gene's name to (component, field, index or None), where its value is written. `derived`
-    has the formula and the trait of each derived trait, after those that its formula reads. `mutation`,
-    `expression` and `shuffled` are switches of treatments: without expression genes are inherited and mutate,
-    but have no effect; if shuffled, the genes of a newborn come from random living members instead of its
-    parents. Founders have random letters, unless `alike` is given: (row u8[loci], which of its letters all
-    founders share bool[loci]).
+    contains the formula and the trait of each derived trait, after those that its formula reads. `mutation`,
+    `expression` and `shuffled` are switches for treatments: without expression, genes are inherited and
+    mutate but have no effect; if shuffled, a newborn's genes come from random living members instead of its
+    parents. Founders have random letters, unless `alike` is given: a row u8[loci], and which of its letters
+    all founders share, bool[loci].
     """
 
     def __init__(
@@ -54,8 +54,8 @@ class Heredity:
         self.shuffled = False
 
     def state(self) -> dict[str, np.ndarray]:
-        """Return the state that is in no column: the weights of founders, empty if these are random, and
-        how often strings of variable length reached their limit."""
+        """Return the state that is not in columns: the founders' weights (empty if random), and how often
+        strings of variable length reached their limit."""
         out = (
             {}
             if self.minds is None
@@ -102,7 +102,7 @@ class Heredity:
     ) -> Values:
         """Return the inherited columns of the children of rows `first` i64[k] and `second` i64[k] (−1: dead).
 
-        `identity` u64[k] distinguishes the newborn of a tick; `sperm` u8[k, loci] are genomes of fathers.
+        `identity` u64[k] distinguishes the newborns of a tick; `sperm` u8[k, loci] are the fathers' genomes.
         """
         keys = hashed(keys_of(world, table), identity)
         values: Values = {}
@@ -123,7 +123,7 @@ class Heredity:
                 values[Policy, "weights"] = self._noisy(
                     table[Policy].weights[_one_of(keys, first, second)], keys
                 )
-                if hidden_units(table):  # a child may have units that the parent lacked
+                if hidden_units(table):  # a child can have units that the parent lacked
                     self.minds.complete(
                         values[Policy, "weights"], self.minds.draw(identity, keys_of(world, table))
                     )
@@ -133,7 +133,7 @@ class Heredity:
         return values
 
     def _prune(self, table: Table, values: Values) -> None:
-        """Keep only the hidden units that genes give to networks."""
+        """Keep only as many hidden units of networks as genes specify."""
         for layer, at in hidden_units(table).items():
             if (Policy, "weights") in values and (Traits, "value") in values:
                 values[Policy, "weights"] = np.ascontiguousarray(values[Policy, "weights"])
@@ -142,7 +142,7 @@ class Heredity:
                 )
 
     def express(self, table: Table, loci: np.ndarray) -> Values:
-        """Return the traits of genomes u8[k, loci], as columns."""
+        """Return the traits of genomes u8[k, loci] as columns."""
         if not self.expression:
             return {}
         out: Values = {}
@@ -168,24 +168,24 @@ class Heredity:
 
 
 def hidden_units(table: Table) -> dict[int, int]:
-    """Return the hidden layers whose number of units is heritable, and their positions in Traits."""
+    """Return the hidden layers whose number of units is heritable, with their positions in Traits."""
     traits = {} if table.species is None else table.species.traits
     return {int(key.rpartition(".")[2]): at for key, at in traits.items() if key.startswith("policy.hidden.")}
 
 
 def keys_of(world: World, table: Table) -> np.uint64:
-    """Return the key of one species' newborn of this tick."""
+    """Return the key for one species' newborns in this tick."""
     return np.uint64(random.mix_int(int(world.key) ^ ((table.place + 1) << 32)))
 
 
 def _anyone(table: Table, keys: np.ndarray, number: int) -> np.ndarray:
-    """Return a random living row for each key, all equally likely: i64[k]."""
+    """Return a random living row for each key: i64[k]. All rows are equally likely."""
     rows = table.by_uid()
     return rows[(draws(keys, random.GENES + ((2 + number) << 8)) * rows.size).astype(np.int64)]
 
 
 def _one_of(keys: np.ndarray, first: np.ndarray, second: np.ndarray | None) -> np.ndarray:
-    """Return one parent of each, both equally likely; the other if it is dead (−1): i64[k]."""
+    """Return one parent of each child: i64[k]. Both are equally likely, unless one is dead (−1)."""
     if second is None:
         return first
     return np.where((draws(keys, random.BRAIN) < 0.5) | (second < 0), first, second)

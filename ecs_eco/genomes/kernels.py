@@ -1,8 +1,8 @@
-"""Kernels over many genomes at once: u8[n, loci], a letter's number per locus.
+"""Kernels that process many genomes at once: u8[n, loci], one letter number per locus.
 
-Draws depend only on the key of each birth. A `salt` distinguishes the draws of several crossings of one
-birth. Keys are mixed first: `draw` takes key ^ locus, which is the same for many pairs of small numbers. A
-draw is a multiple of 2**-24: a probability below 6e-8 acts as 6e-8.
+Draws depend only on the key of each birth. A `salt` distinguishes the draws of several crossings in one
+birth. Keys are mixed first, because `draw` takes key ^ locus, which is the same for many pairs of small
+numbers. A draw is a multiple of 2**-24, so a probability below 6e-8 acts as 6e-8.
 """
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from ecs_eco.compiled.jit import njit
 from ecs_eco.engine.random import draw, mix
 
-# The purposes of a birth's draws.
+# the purposes of a birth's draws
 ORDER, CROSS, POINT_1, POINT_2, SWAP, MUTATE, LETTER, FOUND = range(1, 9)
 SALT = 16  # distance between purposes
 UNIFORM, FLIP, SHUFFLE = range(3)  # methods by which a letter mutates
@@ -18,7 +18,7 @@ UNIFORM, FLIP, SHUFFLE = range(3)  # methods by which a letter mutates
 
 @njit
 def read_codons(loci, first, letters, size, gray, out):
-    """Fill out i64[n, codons] with the numbers of the codons that begin at locus `first`, `letters` each."""
+    """Fill `out` i64[n, codons] with the numbers of codons of `letters` letters, from locus `first` on."""
     for row in range(out.shape[0]):
         at = first
         for codon in range(out.shape[1]):
@@ -35,8 +35,7 @@ def read_codons(loci, first, letters, size, gray, out):
 
 @njit
 def write_codons(numbers, first, letters, size, gray, loci):
-    """Write numbers i64[n, codons] as the letters of codons from locus `first` on: the inverse of
-    `read_codons`."""
+    """Write numbers i64[n, codons] as codons from locus `first` on: the inverse of `read_codons`."""
     for row in range(numbers.shape[0]):
         for codon in range(numbers.shape[1]):
             left = numbers[row, codon]
@@ -49,8 +48,7 @@ def write_codons(numbers, first, letters, size, gray, loci):
 
 @njit
 def combine(coefficients, basis, out):
-    """Fill out f64[n, size] with coefficients f64[n, k] times basis f64[k, size], in a fixed order of
-    summation."""
+    """Fill `out` f64[n, size] with coefficients f64[n, k] times basis f64[k, size], in a fixed order."""
     for row in range(out.shape[0]):
         for i in range(out.shape[1]):
             out[row, i] = 0.0
@@ -62,7 +60,7 @@ def combine(coefficients, basis, out):
 
 @njit
 def toss(keys, salt, purpose, out):
-    """Fill out f32[n] with a draw for each birth."""
+    """Fill `out` f32[n] with a draw for each birth."""
     for birth in range(keys.size):
         key = mix(keys[birth])
         out[birth] = draw(key, 0, purpose + SALT * salt)
@@ -70,7 +68,7 @@ def toss(keys, salt, purpose, out):
 
 @njit
 def letters_of(keys, size, out):
-    """Fill out u8[n, loci] with letters drawn uniformly."""
+    """Fill `out` u8[n, loci] with letters drawn uniformly."""
     for birth in range(keys.size):
         key = mix(keys[birth])
         for locus in range(out.shape[1]):
@@ -79,8 +77,8 @@ def letters_of(keys, size, out):
 
 @njit
 def cross_points(first, second, swapped, crossed, keys, salt, points, out):
-    """Copy `first` u8[n, loci], with the part beyond one point, or between two, from `second`; `swapped`
-    rows start from `second`."""
+    """Copy `first` u8[n, loci], but `second` beyond one point or between two points; `swapped` rows exchange
+    the two."""
     n = first.shape[1]
     for birth in range(keys.size):
         key = mix(keys[birth])
@@ -103,8 +101,8 @@ def cross_points(first, second, swapped, crossed, keys, salt, points, out):
 
 @njit
 def cross_uniform(first, second, swapped, crossed, keys, salt, chance, out):
-    """Copy `first` u8[n, loci], with each locus from `second` with the same probability; `swapped` rows
-    start from `second`."""
+    """Copy `first` u8[n, loci], but take each locus from `second` with the same probability; `swapped` rows
+    exchange the two."""
     for birth in range(keys.size):
         key = mix(keys[birth])
         here, there = (second[birth], first[birth]) if swapped[birth] else (first[birth], second[birth])
@@ -115,7 +113,7 @@ def cross_uniform(first, second, swapped, crossed, keys, salt, chance, out):
 
 @njit
 def mutate(strings, keys, salt, way, rates, low, up):
-    """Mutate each letter of u8[n, loci] with the probability of its locus, by one of the three methods of
+    """Mutate each letter of u8[n, loci] with its locus' probability, by one of the three methods of
     `change`."""
     for birth in range(keys.size):
         key, string = mix(keys[birth]), strings[birth]
@@ -127,8 +125,8 @@ def mutate(strings, keys, salt, way, rates, low, up):
 
 @njit
 def change(string, n, i, way, u, low, up):
-    """Change letter i of n by a draw u: to one from low to up, to the other of two, or swap it with that
-    of another place."""
+    """Change letter i of n with a draw u: replace it by one from low to up or by the other of two letters, or
+    swap it with another one."""
     if way == UNIFORM:
         string[i] = low + np.int64(u * (up - low + 1))
     elif way == FLIP:
@@ -141,11 +139,11 @@ def change(string, n, i, way, u, low, up):
 
 @njit
 def forward(x, sizes, weights, out):
-    """Fill out f32[n, last] with the output of tanh layers for x f32[n, first] and weights f32[n, size], or
+    """Fill `out` f32[n, last] with the output of tanh layers for x f32[n, first] and weights f32[n, size], or
     f32[1, size] for all rows.
 
-    Each layer's weights are its matrix (in, out) by rows, then its bias. The sum of a unit has the same order
-    in every row.
+    Each layer's weights are its matrix (in, out) row by row, then its bias. A unit's inputs are summed in the
+    same order in every row.
     """
     widest = 0
     for s in sizes:

@@ -1,4 +1,4 @@
-"""Kernels for genomes that load numba on first use: layouts are checked without it."""
+"""Kernels for genomes, which load numba lazily, so that layouts can be checked without it."""
 
 from typing import TYPE_CHECKING
 

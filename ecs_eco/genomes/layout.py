@@ -1,4 +1,4 @@
-"""The layout of a genome: which loci code for which value, in both directions."""
+"""The layout of a genome: which loci code for which values, for decoding and encoding."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from types import MappingProxyType
@@ -16,7 +16,7 @@ from ecs_eco.genomes.traits import Shapes, Trait
 
 
 class Piece(NamedTuple):
-    """A part of a genome's text: its string, its gene ("" if it is neutral), its first locus, its letters."""
+    """A piece of a genome's text: its string, gene ("" if neutral), first locus and letters."""
 
     string: int
     gene: str
@@ -25,27 +25,27 @@ class Piece(NamedTuple):
 
 
 class Layout:
-    """The mapping between loci and values in both directions; every row of letters decodes to valid values.
+    """The mapping between loci and values; every row of letters decodes to valid values.
 
     Parameters
     ----------
     genes : sequence of Gene
     alphabet : str or Alphabet, default "ACGT"
     ploidy : {1, 2}
-        Strings of an organism. A row of loci contains the first string, then the second.
-    dominance : {"first", "mean", "greater"}
-        Of two alleles: the first string's value, the mean, or the greater one.
+        Strings per organism. A row of loci contains the first string, then the second.
+    expression : {"first", "mean", "greater"}
+        Value of two alleles: the first string's value, the mean, or the greater one.
     loci : int, optional
-        Length of a string; default: the length of the genes. Loci that no gene uses are neutral.
+        Length of a string; default: the length of all genes. Loci that no gene uses are neutral.
     traits : Mapping of str to Trait, optional
-        Values that genes may code for; default: any name.
+        Values for which genes can code; default: any name.
     shapes : Mapping, optional
-        Shapes of the matrices of networks, by trait or gene.
+        Shapes of networks' matrices, by trait or gene.
 
     Raises
     ------
     ConfigError
-        With every problem of the genes.
+        Contains every problem with the genes.
 
     Examples
     --------
@@ -56,14 +56,14 @@ class Layout:
     """
 
     longest: int | None = None
-    """Maximum letters of a string; None: strings keep their length."""
+    """Maximum number of letters in a string; None: strings keep their length."""
     doubled = "first"
-    """How several copies of a gene in a string combine, if strings vary in length."""
+    """How several copies of a gene in a string are combined, if strings vary in length."""
     blank = 0
-    """The number of a letter that codes for nothing."""
+    """The number for unused positions."""
 
     derived: Mapping[str, Derived] = MappingProxyType({})
-    """Traits that are formulas of genes, as the section lists them: they have no letters."""
+    """Traits that are formulas of genes and have no letters, as listed in the section."""
 
     def __init__(
         self,
@@ -74,7 +74,7 @@ class Layout:
         loci: int | None = None,
         traits: Mapping[str, Trait] | None = None,
         shapes: Mapping[str, Shapes] | None = None,
-        dominance: Expression | None = None,  # the former name of expression
+        dominance: Expression | None = None,  # former name of expression
     ) -> None:
         expression = dominance or expression
         self.alphabet = alphabet if isinstance(alphabet, Alphabet) else Alphabet(alphabet)
@@ -87,7 +87,7 @@ class Layout:
             if value not in allowed:
                 wrong.append(Problem((key,), "not possible", value, listed(allowed)))
         if wrong:
-            raise ConfigError(wrong, "this genome is refused")
+            raise ConfigError(wrong, "invalid genome")
         self.ploidy, self.expression = ploidy, expression
         at = places(genes, traits or {}, shapes) or []
         self.genes = tuple(
@@ -96,7 +96,7 @@ class Layout:
         )
         self.length = self.begin = loci or max(stop for _, stop in at)  # of one string, and of a founder's
         self.founder = list(range(len(self.genes)))  # the genes of a founder's string, in order
-        self.row = self.length * ploidy  # letters of an organism
+        self.row = self.length * ploidy  # letters per organism
         self.highest = len(self.alphabet) - 1  # numbers in a row
         self._by_name = {code.name: code for code in self.genes}
 
@@ -114,7 +114,7 @@ class Layout:
         )
 
     def table(self) -> list[dict[str, Any]]:
-        """Return a row for each gene and derived trait.
+        """Return one row per gene and derived trait.
 
         Returns
         -------
@@ -140,7 +140,7 @@ class Layout:
         ]
 
     def decode(self, loci: np.ndarray, names: Collection[str] | None = None) -> dict[str, np.ndarray]:
-        """Return the values that genomes code for.
+        """Return the values for which genomes code.
 
         Parameters
         ----------
@@ -151,12 +151,12 @@ class Layout:
         Returns
         -------
         dict of str to array
-            By gene: float32, int32 for integers, shape (n,); (n, weights) for networks.
+            By gene: float32, or int32 for integers, shape (n,); (n, weights) for networks.
 
         Raises
         ------
         ValueError
-            For an array of another shape or type.
+            If the array has the wrong shape or type.
 
         Examples
         --------
@@ -187,7 +187,7 @@ class Layout:
         Raises
         ------
         UnknownName
-            For an unknown gene.
+            If a gene is unknown.
         """
         code, loci = self[name], self.check(loci)
         return np.stack(
@@ -195,14 +195,14 @@ class Layout:
         ).astype(code.dtype)
 
     def encode(self, values: Mapping[str, Any], clip: bool = False) -> np.ndarray:
-        """Return genomes that code for given values; both strings are the same, neutral loci are 0.
+        """Return genomes that code for given values; both strings are the same, and neutral loci are 0.
 
         Parameters
         ----------
         values : Mapping of str to float or array, shape (n,)
-            By gene. Neutral markers may be left out.
+            By gene. Neutral markers are optional.
         clip : bool, default False
-            Whether a value beyond a gene's range becomes the nearest valid one.
+            Whether values beyond a gene's range become the nearest valid value.
 
         Returns
         -------
@@ -212,9 +212,9 @@ class Layout:
         Raises
         ------
         ValueError
-            For a value beyond a gene's range, or one that is missing.
+            If a value is missing or beyond a gene's range.
         UnknownName
-            For an unknown gene.
+            If a gene is unknown.
 
         Examples
         --------
@@ -231,21 +231,21 @@ class Layout:
         return out
 
     def copies(self, loci: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Return the copies of genes in rows u8[n, row]: none to be searched, because genes have fixed places."""
+        """Return the copies of genes in rows u8[n, row]: nothing, because genes have fixed positions."""
         return ()
 
     def _places(self, order: Sequence[int]) -> list[tuple[int, Code]]:
-        """Return where the codons begin in a string of these genes, for each gene."""
+        """Return the first codon position of each gene in a string of these genes."""
         return [(self.genes[g].first, self.genes[g]) for g in order]
 
     def _write(self, out: np.ndarray, place: int, code: Code, numbers: np.ndarray | None) -> None:
-        """Write the numbers of a gene's codons from `place` on into each string."""
+        """Write the numbers of a gene's codons to each string, from `place` on."""
         if numbers is not None:
             for first in range(0, self.row, self.length):
                 code.codons.write(numbers, out, first + place - code.first)
 
     def _arrays(self, values: Mapping[str, Any]) -> tuple[dict[str, np.ndarray], int]:
-        """Return the values of genes by name, and their number of organisms; raises as `encode`."""
+        """Return the values of genes by name, and the number of organisms. Raises the same as `encode`."""
         for name in values:
             self[name]
         arrays = {
@@ -257,12 +257,12 @@ class Layout:
         wrong = next((name for name, a in arrays.items() if len(a) not in (1, n)), None)
         if wrong is not None:
             raise ValueError(
-                f"gene {wrong!r}: {len(arrays[wrong])} values, and {n} of another gene; expected 1 or {n}"
+                f"gene {wrong!r}: {len(arrays[wrong])} values, but another gene has {n}; expected 1 or {n}"
             )
         return arrays, n
 
     def own(self, n: int = 1) -> np.ndarray:
-        """Return equal genomes that code for the species' own values; all other letters are drawn.
+        """Return identical genomes that code for the species' own values; all other letters are drawn.
 
         Parameters
         ----------
@@ -275,7 +275,7 @@ class Layout:
         Raises
         ------
         ValueError
-            If no codon of a gene means the species' own value.
+            If no codon of a gene represents the species' own value.
         """
         out = self.random(np.zeros(n, np.uint64))
         for code, begins in self._of_values():
@@ -287,7 +287,7 @@ class Layout:
         return out
 
     def coded(self) -> np.ndarray:
-        """Return which letters code for a value of the species, not for networks: bool[loci]."""
+        """Return which letters code for a value of the species, excluding networks: bool[loci]."""
         out = np.zeros(self.row, np.bool_)
         for code, begins in self._of_values():
             for begin in begins:
@@ -295,32 +295,32 @@ class Layout:
         return out
 
     def begins(self, code: Code) -> list[int]:
-        """Return where in a founder's row the codons of a gene begin: in each string."""
+        """Return the positions in a founder's row at which a gene's codons begin, in each string."""
         return [begin for one, begins in self._founder() if one is code for begin in begins]
 
     def own_value(self, code: Code) -> float:
-        """Return the value of an organism without a copy of a gene: the species' own value, or 0."""
+        """Return the value if there is no copy of a gene: the species' own value, or 0 if it has no trait."""
         return 0.0 if code.trait is None else float(code.trait.default)
 
     def _founder(self) -> list[tuple[Code, list[int]]]:
-        """Return the genes of a founder, each with where its codons begin in each string."""
+        """Return the genes of a founder, each with the start of its codons in each string."""
         strings = range(0, self.row, self.length)
         return [(code, [s + place for s in strings]) for place, code in self._places(self.founder)]
 
     def _of_values(self) -> list[tuple[Code, list[int]]]:
-        """Return the genes that code for a value of the species."""
+        """Return the genes that code for a value of the species, with the starts of their codons."""
         return [(c, at) for c, at in self._founder() if c.trait is not None and not isinstance(c, Weights)]
 
     def random(self, keys: np.ndarray) -> np.ndarray:
         """Return genomes of founders, with letters drawn uniformly.
 
-        If strings vary in length, they have as many copies of each gene as its `copies`, and letters are drawn
-        after promoters and up to `loci`.
+        If strings vary in length, each gene has the number of copies given by its `copies`, and letters are
+        drawn after promoters and up to `loci`.
 
         Parameters
         ----------
         keys : array of uint64, shape (n,)
-            Equal keys give equal genomes.
+            Equal keys give identical genomes.
 
         Returns
         -------
@@ -336,7 +336,7 @@ class Layout:
         return out
 
     def rates(self, chance: float) -> np.ndarray:
-        """Return each locus' probability of mutation f32[length]: a gene's own, or `chance`."""
+        """Return each locus' mutation probability f32[length]: the gene's, or `chance`."""
         out = np.full(self.length, chance, np.float32)
         for code in self.genes:
             if code.gene.mutation_rate is not None:
@@ -370,7 +370,7 @@ class Layout:
         Raises
         ------
         ValueError
-            For a text of another length, or with other letters.
+            If a text has the wrong length or other letters.
         """
         return self.check(
             np.stack([self.alphabet.encode(text) for text in texts])
@@ -379,7 +379,7 @@ class Layout:
         )
 
     def mark(self, genome: str | np.ndarray) -> list[Piece]:
-        """Return the pieces of one genome in order: its genes, and what is neutral between them.
+        """Return the pieces of one genome in order: its genes and the neutral parts between them.
 
         Parameters
         ----------
@@ -411,15 +411,15 @@ class Layout:
         return pieces
 
     def _strings(self, text: str) -> list[str]:
-        """Return the strings of a genome's text."""
+        """Return the strings in a genome's text."""
         return [text[at : at + self.length] for at in range(0, self.row, self.length)]
 
     def _genes_in(self, string: str) -> Iterable[tuple[str, int, int]]:
-        """Return the genes of a string in order: their names, where each begins, and where it ends."""
+        """Return the genes of a string in order: name, start and end of each."""
         return [(code.name, code.first, code.stop) for code in sorted(self.genes, key=lambda c: c.first)]
 
     def check(self, loci: np.ndarray) -> np.ndarray:
-        """Return rows unchanged. Raises ValueError for another width or type, or a wrong number."""
+        """Return rows unchanged. Raises ValueError if their width, type or numbers are invalid."""
         highest = self.highest
         if (
             not isinstance(loci, np.ndarray)
@@ -429,18 +429,18 @@ class Layout:
         ):
             kind, shape = getattr(loci, "dtype", type(loci).__name__), np.shape(loci)
             raise ValueError(
-                f"genome: an array of {kind} with the shape {shape}; expected rows of u8[n, {self.row}]"
+                f"genome: an array of {kind} with shape {shape}; expected rows of u8[n, {self.row}]"
             )
         if highest < 255 and loci.size and loci.max() > highest:
             row, place = np.argwhere(loci > highest)[0]
             raise ValueError(
-                f"genome {row}: {loci[row, place]} at place {place} is not the number of a letter; expected "
+                f"genome {row}: {loci[row, place]} at position {place} is not the number of a letter; expected "
                 f"0 to {highest}"
             )
         return loci
 
     def _expressed(self, code: Code, loci: np.ndarray, found: tuple[np.ndarray, ...]) -> np.ndarray:
-        """Return the values of a gene; `found` as `copies` returns it."""
+        """Return the values of a gene; `found` is the result of `copies`."""
         first = code.values(code.codons.read(loci, 0))
         if self.ploidy == 1 or (how := code.gene.expression or self.expression) == "first":
             return first
@@ -452,12 +452,12 @@ class Layout:
 
     def _array(self, code: Code, values: Mapping[str, Any]) -> np.ndarray:
         if code.name not in values:
-            raise ValueError(f"gene {code.name!r}: no value given; the given ones are {listed(values)}")
+            raise ValueError(f"gene {code.name!r}: no value; values are given for {listed(values)}")
         array = np.asarray(values[code.name], np.float64)
         rows = array if array.ndim > len(code.width) else array[None]
         if rows.shape[1:] != code.width:
             allowed = ", ".join(["n", *map(str, code.width)])
-            raise ValueError(f"gene {code.name!r}: values of the shape {array.shape}; expected ({allowed})")
+            raise ValueError(f"gene {code.name!r}: values have shape {array.shape}; expected ({allowed})")
         if not np.isfinite(rows).all():
             raise ValueError(f"gene {code.name!r}: a value is not finite")
         return rows

@@ -31,56 +31,56 @@ OperatorName = Annotated[str, Field(pattern=r"^[A-Za-z_][\w.]*(:[A-Za-z_]\w*)?$"
 
 
 class Gene(Section, own=LETTERS):
-    """Loci that code for one value of the organism: by a table of values, by a range, or as the weights of
-    a network."""
+    """Loci that code for a value of an organism: a table entry, a number in a range, or a network's
+    weights."""
 
     name: Name = about("name of the gene")
     trait: str | None = about(
-        "the species' key whose value it replaces; absent: none, a neutral marker", None
+        "the species' key whose value it replaces; default: none, a neutral marker", None
     )
-    letters: Annotated[int, Field(ge=1, le=64)] = quantity("letters of one codon", "1")
+    letters: Annotated[int, Field(ge=1, le=64)] = quantity("letters per codon", "1")
     at: Annotated[int, Field(ge=0, le=50_000_000)] | None = quantity(
-        "first locus; absent: after the previous gene", "1", None
+        "first locus; default: after the previous gene", "1", None
     )
-    values: list[Real] | None = about("a value for each codon in order; values may repeat", None)
+    values: list[Real] | None = about("a value for each codon, in order; values can repeat", None)
     low: Real | None = quantity("the value of the first codon", "unit of the trait", None)
     high: Real | None = quantity("the value of the last codon", "unit of the trait", None)
     code: Literal["positional", "gray", "additive"] = about(
-        "positional: digits of a number; gray: so that neighboring values differ in one letter; additive: "
-        "codons add up",
+        "positional: letters are digits of a number; gray: neighboring values differ in one letter; "
+        "additive: codons add up",
         "positional",
     )
     codons: Annotated[int, Field(ge=1, le=10_000)] = quantity(
         'codons that add up, for code = "additive"', "1", 1
     )
     scale: Literal["linear", "log"] = about("log: equal steps are equal factors", "linear")
-    whole: bool = about("whether values are rounded to integers; an integer trait always is", False)
+    whole: bool = about("whether values are rounded to integers; values of integer traits always are", False)
     form: Literal["direct", "cosine"] | None = about(
-        "of a network's weights: each its codon, or low-frequency coefficients of a cosine transform of "
-        "every matrix",
+        "coding of a network's weights: one codon per weight, or low-frequency coefficients of a cosine "
+        "transform of every matrix",
         None,
     )
     coefficients: Count | None = quantity(
         'maximum number of coefficients per matrix, for form = "cosine"', "1", None
     )
     mutation_rate: Share | None = quantity(
-        "its own probability per letter of mutation (indpb); absent: that of mutate",
+        "mutation probability per letter (indpb); default: the same as in mutate",
         "1",
         None,
         former="mutation",
     )
     expression: Expression | None = about(
-        "with two strings, how two alleles combine; absent: as for the genome", None, former="dominance"
+        "with two strings, how two alleles combine; default: as for the genome", None, former="dominance"
     )
     promoter: Annotated[str, Field(min_length=1, max_length=16)] | None = about(
-        "with `max_length`: the letters that begin each copy of the gene; absent: a word chosen by its number",
+        "with `max_length`: letters that begin each copy of the gene; default: a word derived from its number",
         omit=True,
     )
     copies: Annotated[int, Field(ge=0, le=10_000)] = quantity(
         "with `max_length`: copies of the gene in a founder's string", "1", 1, omit=True
     )
     copy_rule: CopyRule | None = about(
-        "with `max_length`: how several copies in a string combine; absent: as for the genome",
+        "with `max_length`: how several copies in a string combine; default: as for the genome",
         None,
         former="doubled",
         omit=True,
@@ -90,16 +90,16 @@ class Gene(Section, own=LETTERS):
 _From: Any = with_keyword(
     "from",
     Name | Annotated[list[Name], Field(min_length=1)],
-    about("the gene or derived trait that the formula reads, or a list of several"),
+    about("the gene or derived trait that the formula reads, or a list of these"),
 )
 
 
 class Derived(_From, own=LETTERS):  # type: ignore[call-arg]
-    """A trait without letters: a formula of the values of genes, so that one gene may have several
-    effects. Values beyond the limits of the trait become the nearest limit, integers are rounded."""
+    """A trait without letters, computed from genes by a formula, so that one gene can have several effects.
+    Values beyond the trait's limits are set to the nearest limit, and integers are rounded."""
 
     trait: str | None = about(
-        "the species' key whose value it replaces; absent: the one that ends with NAME", None
+        "the species' key whose value it replaces; default: the key that ends with NAME", None
     )
     formula: Annotated[str, Field(max_length=1000)] = about(
         "formula of the values of genes and other derived traits, by name"
@@ -113,7 +113,7 @@ class Derived(_From, own=LETTERS):  # type: ignore[call-arg]
 
 
 def _deaps_name(function: object) -> str:
-    """Return the name of a function of `deap.tools`, which a file may contain as well; "" for any other."""
+    """Return the name of a function in `deap.tools`, which world files can also use; "" for others."""
     if not getattr(function, "__module__", "").startswith("deap."):
         return ""
     from deap import tools
@@ -123,10 +123,10 @@ def _deaps_name(function: object) -> str:
 
 
 class Operator(Section):
-    """An operator of DEAP by name, "module:name" of a similar function, or the function itself, and its
-    keyword arguments.
+    """A DEAP operator by name, "module:name" of a similar function, or the function itself, with its keyword
+    arguments.
 
-    In Python, a function registered in a DEAP toolbox, such as `toolbox.mate`, may replace the whole section,
+    In Python, a function registered in a DEAP toolbox, such as `toolbox.mate`, can replace the whole section,
     or `operator`.
     """
 
@@ -150,10 +150,10 @@ class Operator(Section):
             if twice := [k for k, v in function.keywords.items() if arguments.setdefault(k, v) != v]:
                 conflict = (
                     f"{twice[0]} = {function.keywords[twice[0]]!r} in the toolbox, "
-                    f"and {arguments[twice[0]]!r} next to it"
+                    f"but {arguments[twice[0]]!r} in the section"
                 )
                 raise ValueError(
-                    f"{conflict}; use only one: toolbox.{cls.__name__.lower()} may replace the section"
+                    f"{conflict}; use only one: toolbox.{cls.__name__.lower()} can replace the section"
                 )
             function = function.func
         return {"operator": _deaps_name(function) or function, **arguments}
@@ -168,10 +168,10 @@ class Mate(Operator, own=LETTERS):
     """The crossover of two strings."""
 
     operator: OperatorName = about(
-        "cxOnePoint, cxTwoPoint, cxUniform …; with `max_length`, absent means cxUnequal", "cxTwoPoint"
+        "cxOnePoint, cxTwoPoint, cxUniform …; default with `max_length`: cxUnequal", "cxTwoPoint"
     )
     chance: Share = quantity(
-        "probability of crossover; without it the child copies a random parent", "1", 1.0
+        "probability of crossover; otherwise, the child copies a random parent's genome", "1", 1.0
     )
 
 
@@ -203,42 +203,38 @@ class GenomeSection(Section, own=LETTERS):
     alphabet: Annotated[
         str, Field(min_length=2, max_length=256), AfterValidator(lambda letters: Alphabet(letters).letters)
     ] = about("letters, in an order of your choice", "ACGT")
-    ploidy: Literal[1, 2] = quantity("strings of an organism", "1", 1)
+    ploidy: Literal[1, 2] = quantity("strings per organism", "1", 1)
     expression: Expression = about(
-        "with two strings: the first one's value, the mean, or the greater one", "first", former="dominance"
+        "with two strings: the first value, the mean, or the greater value", "first", former="dominance"
     )
     loci: Count | None = quantity(
-        "length of a string; absent: that of the genes; loci that no gene uses are neutral", "1", None
+        "length of a string; default: the length of all genes; loci that no gene uses are neutral", "1", None
     )
     founders: Literal["own", "random"] = about(
-        "letters at the start: those that code for the species' own values, or all random", "random"
+        "letters at the start: letters that code for the species' own values, or random letters", "random"
     )
     mate: Mate = table("crossover", Mate, change=FREE)
     mutate: Mutate = table("mutation", lambda: Mutate.model_validate({"indpb": 0.005}), change=FREE)
     max_length: Count | None = quantity(
-        "maximum letters of a string, which lets strings vary in length; absent: all strings have the same "
-        "length, and genes a fixed place",
+        "maximum letters per string, which lets strings vary in length; default: all strings have the same "
+        "length, and genes have fixed positions",
         "1",
         None,
         former="longest",
         omit=True,
     )
     copy_rule: CopyRule = about(
-        "with `max_length`: how several copies of a gene in a string combine: the first one's value, the "
-        "mean, the sum (within the range of one copy) or the greatest",
+        "with `max_length`: how several copies of a gene in a string combine: the first copy's value, the "
+        "mean, the sum (within the range of one copy) or the greatest value",
         "first",
         former="doubled",
         omit=True,
     )
     insertion: Share = quantity(
-        "with `max_length`: probability per letter of an insertion before it",
-        "1",
-        0.0,
-        omit=True,
-        change=FREE,
+        "with `max_length`: probability of an insertion before each letter", "1", 0.0, omit=True, change=FREE
     )
     base_deletion: Share = quantity(
-        "with `max_length`: probability per letter of a deletion",
+        "with `max_length`: probability that a letter is deleted",
         "1",
         0.0,
         former="deletion",
@@ -246,27 +242,27 @@ class GenomeSection(Section, own=LETTERS):
         change=FREE,
     )
     duplication: Share = quantity(
-        "with `max_length`: probability per copy of a gene of a tandem duplication",
+        "with `max_length`: probability that a copy of a gene is duplicated in tandem",
         "1",
         0.0,
         omit=True,
         change=FREE,
     )
     gene_deletion: Share = quantity(
-        "with `max_length`: probability per copy of a gene of its loss",
+        "with `max_length`: probability that a copy of a gene is lost",
         "1",
         0.0,
         former="loss",
         omit=True,
         change=FREE,
     )
-    genes: Annotated[list[Gene], Field(min_length=1)] = about("what the loci code for")
+    genes: Annotated[list[Gene], Field(min_length=1)] = about("the values for which the loci code")
     derived: dict[Name, Derived] = about("name = a trait that is a formula of genes", {}, omit=True)
 
     @model_validator(mode="before")
     @classmethod
     def _unequal_crossover(cls, given: object) -> Any:
-        """Make strings of variable length cross at genes, unless an operator is named."""
+        """Cross strings of variable length at genes, unless an operator is named."""
         if not isinstance(given, dict) or given.get("max_length") is None:
             return given
         mate = given.get("mate", {})

@@ -1,7 +1,7 @@
 """DEAP's operators on genomes: a toolbox with `mate`, `mutate` and `select_mate`.
 
-An operator of DEAP that has a kernel here runs as that kernel for all births at once; any other function in
-the toolbox is called for each birth, with lists of integers, as DEAP calls it.
+A DEAP operator for which there is a kernel runs as that kernel for all births at once; any other function in
+the toolbox is called for each birth with lists of integers, as in DEAP.
 """
 
 import inspect
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 
 TRIALS = 20
 PREFIX = {"mate": "cx", "mutate": "mut"}
-LONGEST_TRIED = 10_000  # loci of the strings on which an operator is tried
-# the operators of DEAP that data may name, and the arguments of each
+LONGEST_TRIED = 10_000  # maximum length of the strings on which an operator is tried
+# DEAP operators that world files can name, and the arguments of each
 SAFE: dict[str, dict[str, tuple[str, ...]]] = {
     "mate": {"cxOnePoint": (), "cxTwoPoint": (), "cxUniform": ("indpb",)},
     "mutate": {
@@ -35,7 +35,7 @@ SAFE: dict[str, dict[str, tuple[str, ...]]] = {
         "mutUniformInt": ("low", "up", "indpb"),
     },
 }
-# further ones for strings of variable length: our own, and DEAP's
+# additional operators for strings of variable length: our own and DEAP's
 VARIABLE: dict[str, dict[str, tuple[str, ...]]] = {
     "mate": {"cxUnequal": ("slip",), "cxMessyOnePoint": ()},
     "mutate": {},
@@ -43,7 +43,7 @@ VARIABLE: dict[str, dict[str, tuple[str, ...]]] = {
 _NUMBERS = "it produces numbers between letters"
 _STRATEGY = "it needs a strategy in addition to the genome"
 _ORDER = "it permutes a genome that contains every letter once"
-REFUSED = {  # operators of DEAP that cannot work on letters
+REFUSED = {  # DEAP operators that cannot work on letters
     "cxBlend": _NUMBERS,
     "cxSimulatedBinary": _NUMBERS,
     "cxSimulatedBinaryBounded": _NUMBERS,
@@ -73,15 +73,15 @@ def toolbox_of(
     Parameters
     ----------
     section : GenomeSection or Mapping
-        A section `genome` of a world file, or a dict with `mate` and `mutate`, such as
-        {"mutate": {"operator": "mutUniformInt", "indpb": 0.01}}.
+        A `genome` section of a world file, or a dict with `mate` and `mutate`, such as {"mutate":
+        {"operator": "mutUniformInt", "indpb": 0.01}}.
     layout : Layout
     select_mate : {"nearest", "random", "richest", "oldest"}
         Rule of mate choice.
     find : callable, optional
-        Returns the function of "module:name", as `WorldConfig.function` does; default: pass functions.
+        Returns the function for "module:name", like `WorldConfig.function`; default: only accept functions.
     mates : bool, default True
-        Whether `mate` is used, and therefore checked.
+        Whether `mate` is used and must be checked.
 
     Returns
     -------
@@ -90,14 +90,14 @@ def toolbox_of(
     Raises
     ------
     ValueError
-        For an operator that cannot work on these genomes, with the reason.
+        If an operator cannot work on these genomes; gives the reason.
     UnknownName
-        For an operator that DEAP does not have.
+        If DEAP does not have an operator.
 
     Notes
     -----
-    Operators of DEAP that have a kernel here (cxOnePoint, cxTwoPoint, cxUniform, mutUniformInt …) run as that
-    kernel for all births at once; other functions are called for each birth with lists of integers.
+    DEAP operators for which there is a kernel (cxOnePoint, cxTwoPoint, cxUniform, mutUniformInt …) run as
+    that kernel for all births at once; other functions are called for each birth with lists of integers.
 
     Examples
     --------
@@ -127,24 +127,24 @@ def toolbox_of(
 def operator_of(
     word: str, name: object, layout: Layout, find: Callable[[Any], Any] = handed_over
 ) -> Callable[..., Any]:
-    """Return the operator of this name, or the result of `find` for a function or "module:name"."""
+    """Return the operator with this name, or the result of `find` for a function or "module:name"."""
     if not isinstance(name, str) or ":" in name:
         return find(name)
     check_name(word, name, layout)
     if name == "cxUnequal":
-        return UnequalCrossover(layout)  # type: ignore[arg-type]  # of variable length: the name was checked
+        return UnequalCrossover(layout)  # type: ignore[arg-type]  # the check of the name ensures this
     from deap import tools
 
     return getattr(tools, name)
 
 
 def known_operators(word: str, layout: Layout) -> dict[str, tuple[str, ...]]:
-    """Return the operators that data may name for genomes of a layout, and the arguments of each."""
+    """Return the operators that world files can name for genomes of a layout, and the arguments of each."""
     return SAFE[word] | (VARIABLE[word] if layout.longest is not None else {})
 
 
 def check_name(word: str, name: str, layout: Layout) -> None:
-    """Raise ValueError or UnknownName for a name other than the operators on letters."""
+    """Raise ValueError or UnknownName unless a name is one of the known operators."""
     known = known_operators(word, layout)
     if name == "cxUnequal" and name not in known:
         raise ValueError(
@@ -160,7 +160,7 @@ def check_name(word: str, name: str, layout: Layout) -> None:
 
 
 def defaults(name: object, layout: Layout) -> dict[str, Any]:
-    """Return default arguments: mutUniformInt draws among all letters."""
+    """Return an operator's default arguments; mutUniformInt draws from all letters."""
     if name == "cxUnequal":
         return {"slip": SLIP}
     return {"low": 0, "up": len(layout.alphabet) - 1} if name == "mutUniformInt" else {}
@@ -196,7 +196,7 @@ def check_operator(word: str, operator: Callable[..., Any], layout: Layout) -> N
 
 
 def _check_values(word: str, name: str, arguments: Mapping[str, Any], layout: Layout) -> None:
-    """Raise ValueError if these arguments, or this operator, do not fit genomes of the layout."""
+    """Raise ValueError if this operator or its arguments do not fit genomes of the layout."""
     if name == "mutFlipBit" and len(layout.alphabet) > 2:
         letters = layout.alphabet.letters
         raise ValueError(
@@ -214,7 +214,7 @@ def _check_values(word: str, name: str, arguments: Mapping[str, Any], layout: La
     if own and layout.longest is not None and word == "mutate" and name not in (*SAFE[word],):
         raise ValueError(
             f"mutate: {name} ignores the positions of genes, so the gene {own[0]!r} cannot have "
-            "a mutation of its own"
+            "its own mutation_rate"
         )
     if word == "mutate" and own and ("indpb" not in arguments or name == "mutShuffleIndexes"):
         why = "moves letters from gene to gene" if name == "mutShuffleIndexes" else "has no indpb"
@@ -231,14 +231,14 @@ def _check_letters(word: str, arguments: Mapping[str, Any], layout: Layout) -> N
             continue
         given = f"{word}: mutUniformInt with {len(value)} numbers as {key}; expected one"
         if layout.longest is not None:
-            raise ValueError(f"{given}, as genes have no fixed place")
+            raise ValueError(f"{given}, because genes have no fixed positions")
         if len(value) < layout.length:
             raise ValueError(f"{given}, or {layout.length}: one per locus")
     low, up = (np.atleast_1d(arguments[key])[: layout.length] for key in ("low", "up"))
     if (low > up).any():
         raise ValueError(
             f"{word}: mutUniformInt with low = {arguments['low']} above up = {arguments['up']}; "
-            "expected low at most up"
+            "expected low <= up"
         )
 
 
@@ -266,14 +266,14 @@ def _takes(takes: Iterable[str], wrong: str = "") -> str:
 
 
 def choice_of(toolbox: "Toolbox") -> int:
-    """Return the number in CHOICES of the toolbox's `select_mate`, −1 for a user's function."""
+    """Return the index of the toolbox's `select_mate` in CHOICES, −1 for a user's function."""
     rules = list(RULES.values())
     function = getattr(toolbox.select_mate, "func", toolbox.select_mate)
     return rules.index(function) if function in rules else -1
 
 
 def strings_of(word: str, name: str, result: object, length: int | None, size: int) -> list[np.ndarray]:
-    """Return the genomes u8[length] that an operator returned (None: any length). Raises ValueError."""
+    """Return the genomes u8[length] that an operator returned (None: of any length). Raises ValueError."""
     n = 2 if word == "mate" else 1
     if not isinstance(result, tuple) or len(result) != n:
         allowed = f"a tuple of {'two genomes' if n == 2 else 'one genome'}, as DEAP's operators return"
@@ -292,7 +292,7 @@ def _string(word: str, name: str, genome: Sequence[Any], length: int | None, siz
             "genomes keep their length"
         )
     try:
-        letters = np.frombuffer(bytes(list(genome)), np.uint8)  # the fastest check of a list of integers
+        letters = np.frombuffer(bytes(list(genome)), np.uint8)  # the fastest way to check a list of integers
         if letters.max() < size:
             return letters
     except (TypeError, ValueError):
@@ -300,7 +300,7 @@ def _string(word: str, name: str, genome: Sequence[Any], length: int | None, siz
     at, letter = next((i, x) for i, x in enumerate(genome) if not (_is_whole(x) and 0 <= x < size))
     allowed = f"whole numbers from 0 to {size - 1}"
     raise ValueError(
-        f"{word}: {name} puts {letter!r} at place {at}, which is not a letter; expected {allowed}"
+        f"{word}: {name} puts {letter!r} at position {at}, which is not a letter; expected {allowed}"
     )
 
 
@@ -337,7 +337,7 @@ def _try(word: str, name: str, operator: Callable[..., Any], layout: Layout) -> 
                 strings_of(word, name, operator(*pair), expected, size)
     except (TypeError, AttributeError, IndexError, KeyError, ZeroDivisionError, OverflowError) as error:
         raise ValueError(
-            f"{word}: {name} fails on a list of letters' numbers: {type(error).__name__}: {error}"
+            f"{word}: {name} fails on a list of letter numbers: {type(error).__name__}: {error}"
         ) from error
     if str(np.random.get_state()) != numbers:  # noqa: NPY002
         raise ValueError(

@@ -1,4 +1,4 @@
-"""Individual values in place of the species', if genes code for them."""
+"""Individual values that replace the species' values if genes code for them."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -12,10 +12,10 @@ from ecs_eco.engine.table import Table
 
 def own_values(table: Table, shared: Mapping[str, Any]) -> tuple[Any, ...]:
     """Return the values of keys of the world file: unchanged if no gene codes for any of them, otherwise all
-    as arrays [table.high], with each organism's own value for keys that a gene codes for.
+    as arrays [table.high], with individual values for keys for which a gene codes.
 
-    So a kernel is compiled at most twice: for shared and for individual values. Arrays have the type of the
-    given values, f64 for a number of Python. Keys are dotted, within the species' section.
+    So kernels are compiled at most twice: for shared and for individual values. Arrays have the type of the
+    given values, or f64 for Python numbers. Keys are dotted and relative to the species' section.
     """
     coded = table.species.traits
     if not coded or coded.keys().isdisjoint(shared):
@@ -32,12 +32,12 @@ def own_value(table: Table, key: str, shared: Any) -> Any:
     key : str
         Dotted key within the species' section, such as "metabolism.basal".
     shared : float
-        The value that all share, where no gene codes for the key.
+        The value that all organisms share if no gene codes for the key.
 
     Returns
     -------
     float or array, shape (table.high,)
-        `shared` itself, or each organism's own value by row.
+        `shared` itself, or each organism's value by row.
 
     Examples
     --------
@@ -51,7 +51,7 @@ def own_value(table: Table, key: str, shared: Any) -> Any:
 
 
 def highest(value: Number, alive: np.ndarray) -> float:
-    """Return the greatest of some rows' values, or the one that all share."""
+    """Return the maximum over some rows, or the shared value."""
     if not isinstance(value, np.ndarray):
         return float(value)
     return float(value[alive[: value.size]].max(initial=0.0))

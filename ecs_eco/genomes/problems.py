@@ -1,4 +1,4 @@
-"""Problems with the genes of a layout, each with its key in the section of the genome."""
+"""Problems with the genes of a layout, each with its key in the genome section."""
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -21,9 +21,10 @@ def problems(
     traits: Mapping[str, Trait] | None,
     shapes: Mapping[str, Shapes],
 ) -> Iterator[Problem]:
-    """All problems of genes over an alphabet of `size` letters, on a string of `loci` (None: as long as needed).
+    """Yield all problems with genes over `size` letters, on strings with `loci` loci (None: as many as
+    needed).
 
-    `traits` are those that the species has (None: any name); `shapes` those of networks by trait or by gene."""
+    `traits` are the species' traits (None: any name); `shapes` are networks' shapes by trait or gene."""
     if not genes:
         yield Problem(("genes",), "is empty", allowed="at least one gene")
     names: set[str] = set()
@@ -34,7 +35,7 @@ def problems(
             yield Problem((*key, "name"), "another gene has this name", gene.name, "each name once")
         names.add(gene.name)
         if gene.trait is not None and gene.trait in coded:
-            what = f"the gene {coded[gene.trait]} codes for it too"
+            what = f"the gene {coded[gene.trait]} also codes for it"
             yield Problem((*key, "trait"), what, gene.trait, "one gene for each trait")
         coded.setdefault(gene.trait or "", gene.name)
         if gene.trait is not None and traits is not None and gene.trait not in traits:
@@ -44,7 +45,7 @@ def problems(
         trait = (traits or {}).get(gene.trait or "")
         most = MOST_WEIGHT_LEVELS if is_weights(gene, trait) else MOST_LEVELS
         if size**gene.letters > most:
-            fault = f"too long a codon: it would have {size}^{gene.letters} values"
+            fault = f"codon is too long: it would have {size}^{gene.letters} values"
             fit = max(letters for letters in range(1, 32) if size**letters <= most)
             yield Problem((*key, "letters"), fault, gene.letters, f"at most {fit}")
         elif is_weights(gene, trait):
@@ -61,12 +62,12 @@ def is_weights(gene: Gene, trait: Trait | None) -> bool:
 
 
 def shapes_of(gene: Gene, shapes: Mapping[str, Shapes]) -> Shapes | None:
-    """The shapes of the network that a gene codes for, if they are known."""
+    """Return the shapes of the network for which a gene codes, if known."""
     return shapes.get(gene.name, shapes.get(gene.trait or ""))
 
 
 def n_codons(gene: Gene, trait: Trait | None, shapes: Mapping[str, Shapes]) -> int | None:
-    """Return how many codons a gene has; None where the shapes of its network are not known."""
+    """Return how many codons a gene has; None if the shapes of its network are unknown."""
     if not is_weights(gene, trait):
         return gene.codons
     known = shapes_of(gene, shapes)
@@ -79,7 +80,7 @@ def n_codons(gene: Gene, trait: Trait | None, shapes: Mapping[str, Shapes]) -> i
 def places(
     genes: Sequence[Gene], traits: Mapping[str, Trait], shapes: Mapping[str, Shapes]
 ) -> list[tuple[int, int]] | None:
-    """The first locus and the one after the last of each gene; None where a length is not known."""
+    """Return each gene's first locus and the locus after its last; None if any length is unknown."""
     spans, at = [], 0
     for gene in genes:
         n = n_codons(gene, traits.get(gene.trait or ""), shapes)
@@ -102,20 +103,20 @@ def _of_places(
         if spans[i][0] < spans[before][1]:
             fault = (
                 f"overlaps the gene {genes[before].name}, "
-                f"which has the loci {spans[before][0]} to {spans[before][1] - 1}"
+                f"which occupies loci {spans[before][0]} to {spans[before][1] - 1}"
             )
             yield Problem(("genes", i, "at"), fault, spans[i][0], f"at least {spans[before][1]}")
     needed = max((stop for _, stop in spans), default=0)
     if loci is not None and loci < needed:
         yield Problem(
-            ("loci",), f"too short a string: the genes need {needed} loci", loci, f"at least {needed}"
+            ("loci",), f"string is too short: the genes need {needed} loci", loci, f"at least {needed}"
         )
     elif needed > LONGEST:
         yield Problem(("genes",), f"the genes need {needed} loci", allowed=f"at most {LONGEST}")
 
 
 def _faults(key: Key, gene: Gene, faults: Iterable[tuple[bool, str, str, str]]) -> Iterator[Problem]:
-    """Yield the problems of a gene; `faults` are whether it has one, its field, fault and expected value."""
+    """Yield the problems with a gene; `faults` are tuples (exists, field, description, expected value)."""
     for wrong, field, what, allowed in faults:
         if wrong:
             value = getattr(gene, field)
@@ -124,34 +125,34 @@ def _faults(key: Key, gene: Gene, faults: Iterable[tuple[bool, str, str, str]]) 
 
 def _of_weights(key: Key, gene: Gene, shapes: Mapping[str, Shapes]) -> Iterator[Problem]:
     noun, more = "the weights of a network", gene.coefficients is not None
-    nothing = 'form = "cosine", or nothing here'
+    nothing = 'form = "cosine", or no such key'
     faults = (
         (gene.form is None, "form", f"is missing: the gene codes for {noun}", "direct or cosine"),
-        (gene.values is not None, "values", f"of no use for {noun}", "low and high"),
-        (gene.codons > 1, "codons", f"of no use for {noun}", "low and high"),
-        (gene.whole, "whole", f"of no use for {noun}", "low and high"),
+        (gene.values is not None, "values", f"has no effect for {noun}", "low and high"),
+        (gene.codons > 1, "codons", f"has no effect for {noun}", "low and high"),
+        (gene.whole, "whole", f"has no effect for {noun}", "low and high"),
         (gene.code == "additive", "code", f"not possible for {noun}", "positional or gray"),
         (gene.scale == "log", "scale", f"not possible for {noun}", "linear"),
         (
             gene.form == "cosine" and not more,
             "coefficients",
-            "is missing: how many for each matrix",
+            "is missing: the number for each matrix",
             "a whole number from 1",
         ),
-        (gene.form == "direct" and more, "coefficients", "of no use: every weight has a codon", nothing),
+        (gene.form == "direct" and more, "coefficients", "has no effect: every weight has a codon", nothing),
     )
     yield from _faults(key, gene, faults)
     yield from _of_range(key, gene, None)
     if shapes_of(gene, shapes) is None:
         allowed = 'trait = "policy.weights", or shapes = {gene: [...]}'
-        yield Problem((*key, "form"), "the network that it codes for is not known", gene.form, allowed)
+        yield Problem((*key, "form"), "the network for which it codes is unknown", gene.form, allowed)
 
 
 def _of_value(key: Key, gene: Gene, size: int, trait: Trait | None) -> Iterator[Problem]:
     adds, n = gene.code == "additive", gene.codons
-    unused, few = f'of no use with code = "{gene.code}"', 'too few to add up, with code = "additive"'
+    unused, few = f'has no effect with code = "{gene.code}"', 'too few codons for code = "additive"'
     faults = (
-        (gene.coefficients is not None, "coefficients", "only for the weights of a network", "nothing here"),
+        (gene.coefficients is not None, "coefficients", "only for the weights of a network", "no such key"),
         (adds and n < 2, "codons", few, "at least 2"),
         (not adds and n > 1, "codons", unused, 'code = "additive", or 1'),
     )
@@ -163,9 +164,7 @@ def _of_value(key: Key, gene: Gene, size: int, trait: Trait | None) -> Iterator[
         if (value := getattr(gene, field)) != default:
             yield Problem((*key, field), "given together with values", value, "one of them")
     if len(gene.values) != (levels := size**gene.letters):
-        fault = (
-            f"{len(gene.values)} of them, and a codon of {gene.letters} of {size} letters has {levels} values"
-        )
+        fault = f"{len(gene.values)} values, but a codon of {gene.letters} of {size} letters has {levels}"
         yield Problem((*key, "values"), fault, gene.values, f"{levels} numbers")
     for j, value in enumerate(gene.values):
         yield from _of_bound((*key, "values", j), gene, trait, value)
@@ -185,7 +184,7 @@ def _of_range(key: Key, gene: Gene, trait: Trait | None) -> Iterator[Problem]:
     if gene.scale == "log" and is_whole(gene, trait):
         yield Problem((*key, "scale"), "not possible for whole numbers", gene.scale, "linear")
     elif gene.scale == "log" and gene.low <= 0:
-        yield Problem((*key, "low"), "no logarithm of it", gene.low, "more than 0")
+        yield Problem((*key, "low"), "has no logarithm", gene.low, "more than 0")
 
 
 def _of_bound(key: Key, gene: Gene, trait: Trait | None, value: float) -> Iterator[Problem]:
@@ -194,5 +193,5 @@ def _of_bound(key: Key, gene: Gene, trait: Trait | None, value: float) -> Iterat
     if trait is not None and not trait.low <= value <= trait.high:
         unit = "" if trait.unit == "1" else f" {trait.unit}"
         yield Problem(
-            key, f"outside of what {trait.name} can be", value, f"{trait.low:g} to {trait.high:g}{unit}"
+            key, f"outside the range of {trait.name}", value, f"{trait.low:g} to {trait.high:g}{unit}"
         )

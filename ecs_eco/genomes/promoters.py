@@ -1,7 +1,7 @@
-"""Promoters: the words of letters that mark genes in strings of variable length.
+"""Promoters: the words that mark genes in strings of variable length.
 
 A string is read from its first letter on. A promoter followed by the letters that its gene needs is a copy of
-the gene, and reading continues behind it; any other letter is neutral.
+the gene, and reading continues after it; any other letter is neutral.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -13,15 +13,15 @@ from ecs_eco.genomes.models import Gene, GenomeSection
 from ecs_eco.genomes.problems import n_codons
 from ecs_eco.genomes.traits import Shapes, Trait
 
-MOST_WORDS = 2**16  # of the longest promoter's length
-LONGEST = 1_000_000  # letters of a string of variable length
-RARE = 64  # random letters begin a gene about once in this many, with promoters by default
-MOST_LETTERS = 254  # of an alphabet: two more numbers mark the end of a string and, in texts, its separator
-ONLY = {"promoter": None, "copies": 1, "copy_rule": None}  # keys of a gene that need a variable length
+MOST_WORDS = 2**16  # maximum number of words as long as the longest promoter
+LONGEST = 1_000_000  # maximum letters in a string of variable length
+RARE = 64  # with default promoters, a gene begins about once in this many random letters
+MOST_LETTERS = 254  # in an alphabet; two more numbers mark the end of a string and, in texts, the separator
+ONLY = {"promoter": None, "copies": 1, "copy_rule": None}  # keys of a gene that require variable length
 
 
 def default_promoters(n: int, letters: str) -> list[str]:
-    """Return words for n genes, of equal length and evenly spaced in the order of the alphabet."""
+    """Return words of equal length for n genes, evenly spaced in alphabetical order."""
     size, length = len(letters), 1
     while size**length < RARE * n and size ** (length + 1) <= MOST_WORDS:
         length += 1
@@ -31,13 +31,13 @@ def default_promoters(n: int, letters: str) -> list[str]:
 
 
 def promoters_of(genes: Sequence[Gene], letters: str) -> list[str]:
-    """Return each gene's promoter: its own, or the default."""
+    """Return each gene's promoter: the given or the default one."""
     given = default_promoters(len(genes), letters)
     return [gene.promoter or word for gene, word in zip(genes, given, strict=True)]
 
 
 def word_table(promoters: Sequence[str], letters: str) -> np.ndarray:
-    """Return the gene whose promoter begins each word, −1 for none: i16[size ** length]."""
+    """Return, for each word, the gene with whose promoter it begins, or −1: i16[size ** length]."""
     size, length = len(letters), max(map(len, promoters))
     table = np.full(size**length, -1, np.int16)
     for gene, word in enumerate(promoters):
@@ -49,9 +49,9 @@ def word_table(promoters: Sequence[str], letters: str) -> np.ndarray:
 def copies_in(
     string: str, promoters: Mapping[str, str], spans: Mapping[str, int]
 ) -> Iterator[tuple[str, int]]:
-    """Return the genes of a string, given as text: the name of each copy and where its promoter begins.
+    """Yield the genes in a string, given as text: the name of each copy and the start of its promoter.
 
-    `promoters` and `spans` (letters of a copy, with its promoter) are by name of the gene.
+    `promoters` and `spans` (letters per copy, including its promoter) are keyed by gene name.
     """
     at = 0
     while at < len(string):
@@ -71,16 +71,16 @@ def copies_in(
 def problems_of_variable(
     section: GenomeSection, traits: Mapping[str, Trait] | None, shapes: Mapping[str, Shapes]
 ) -> Iterator[Problem]:
-    """Yield the problems of a genome section that concern strings of variable length."""
+    """Yield the problems in a genome section that concern strings of variable length."""
     if section.max_length is None:
         fixed = "strings of this genome have a fixed length"
         for key in ("insertion", "base_deletion", "duplication", "gene_deletion"):
             if value := getattr(section, key):
-                yield Problem((key,), fixed, value, "max_length = …, or nothing here")
+                yield Problem((key,), fixed, value, "max_length = …, or no such key")
         for i, gene in enumerate(section.genes):
             for key, default in ONLY.items():
                 if (value := getattr(gene, key)) != default:
-                    yield Problem(("genes", i, key), fixed, value, "genome.max_length = …, or nothing here")
+                    yield Problem(("genes", i, key), fixed, value, "genome.max_length = …, or no such key")
         return
     if len(letters := section.alphabet) > MOST_LETTERS:
         what = "too many letters for strings of variable length"
@@ -88,17 +88,17 @@ def problems_of_variable(
     for first, second in (("insertion", "base_deletion"), ("duplication", "gene_deletion")):
         a, b = getattr(section, first), getattr(section, second)
         if a + b > 1:
-            yield Problem((second,), f"more than 1 together with {first}", b, f"at most {1 - a:g}")
+            yield Problem((second,), f"sum with {first} exceeds 1", b, f"at most {1 - a:g}")
     for i, gene in enumerate(section.genes):
         if gene.at is not None:
-            what = "genes have no fixed place in strings of variable length"
-            yield Problem(("genes", i, "at"), what, gene.at, "promoter = …, or nothing here")
+            what = "genes have no fixed positions in strings of variable length"
+            yield Problem(("genes", i, "at"), what, gene.at, "promoter = …, or no such key")
     yield from _of_words(section.genes, letters)
     yield from _of_lengths(section, traits or {}, shapes)
 
 
 def _of_words(genes: Sequence[Gene], letters: str) -> Iterator[Problem]:
-    """Yield a problem if promoters are not words of the alphabet, or one begins with another."""
+    """Yield a problem if a promoter is not a word of the alphabet, or one begins with another."""
     most = max(k for k in range(1, 17) if len(letters) ** k <= MOST_WORDS)
     words = promoters_of(genes, letters)
     for i, word in enumerate(words):
@@ -110,14 +110,14 @@ def _of_words(genes: Sequence[Gene], letters: str) -> Iterator[Problem]:
         for j, other in enumerate(words[:i]):
             if word.startswith(other) or other.startswith(word):
                 what = f"one begins with the other: the promoter of {genes[j].name} is {other!r}"
-                yield Problem(key, what, word, "words of which none begins with another")
+                yield Problem(key, what, word, "words that do not begin with one another")
                 break
 
 
 def _of_lengths(
     section: GenomeSection, traits: Mapping[str, Trait], shapes: Mapping[str, Shapes]
 ) -> Iterator[Problem]:
-    """Yield a problem if a founder's genes do not fit into its string, or this into the longest."""
+    """Yield a problem if a founder's genes do not fit into its string, or its string is too long."""
     longest = section.max_length or 0
     if longest > LONGEST:
         yield Problem(("max_length",), "too many letters", longest, f"at most {LONGEST}")
@@ -127,10 +127,10 @@ def _of_lengths(
         for gene, word in zip(section.genes, words, strict=True)
     )
     if section.loci is not None and section.loci < needed:
-        what = f"too short a string: a founder's genes need {needed} letters"
+        what = f"string is too short: a founder's genes need {needed} letters"
         yield Problem(("loci",), what, section.loci, f"at least {needed}")
     if needed == 0 and section.loci is None:
-        what = "founders have neither a gene nor a letter"
-        yield Problem(("genes",), what, allowed="copies = 1 of a gene, or loci = …")
+        what = "founders have neither genes nor other letters"
+        yield Problem(("genes",), what, allowed="copies = 1 for a gene, or loci = …")
     if longest < (least := max(needed, section.loci or 0)):
         yield Problem(("max_length",), "founders have more letters", longest, f"at least {least}")

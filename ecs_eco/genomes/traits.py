@@ -1,4 +1,4 @@
-"""A trait: a value of a species that a gene may replace, and the column of individual values."""
+"""Traits: values of a species that genes can replace, and the columns of individual values."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ Shapes = Sequence[tuple[int, ...]]
 
 @dataclass(frozen=True)
 class Trait:
-    """A value of a species that a gene may replace, and its column: component.field, or its entry `index`."""
+    """A value of a species that a gene can replace, and its column: component.field, or its entry `index`."""
 
     name: str
     component: str
@@ -26,7 +26,6 @@ class Trait:
     text: str
 
     def nearest(self, values: np.ndarray) -> np.ndarray:
-        """Return the possible values nearest to others: within limits, rounded if integers; of NaN, the
-        species' own."""
+        """Return the nearest possible values: within limits, rounded if integers; NaN becomes the default."""
         values = np.where(np.isnan(values), self.default, np.clip(values, self.low, self.high))
         return np.rint(values) if self.kind in ("whole", "sign") else values

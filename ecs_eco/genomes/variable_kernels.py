@@ -1,9 +1,10 @@
-"""Kernels over many strings of variable length: u8[n, longest], letters up to the first blank.
+"""Kernels that process many strings of variable length: u8[n, longest], letters up to the first blank.
 
 The blank is the number after the last letter's. Genes are found by their promoters: `words` i16[size ** k]
-has the gene that each word of k letters begins, `spans` i64[genes] the letters of a copy with its promoter. A
-change that would make a string longer than `longest`, or empty, does not happen, and is counted in `at_limit`
-i64[5]: crossings, duplications, losses, insertions, deletions. Draws are as in `kernels`.
+contains the gene with whose promoter each word of k letters begins, `spans` i64[genes] the letters of a copy,
+including its promoter. A change that would make a string empty or longer than `longest` is not made, but
+counted in `at_limit` i64[5]: crossings, duplications, losses, insertions, deletions. Draws work as in
+`kernels`.
 """
 
 import numpy as np
@@ -12,10 +13,10 @@ from ecs_eco.compiled.jit import njit
 from ecs_eco.engine.random import draw, mix
 from ecs_eco.genomes.kernels import LETTER, MUTATE, POINT_1, SALT, change
 
-# purposes of a birth's draws, after those of `kernels`
+# purposes of a birth's draws, following those in `kernels`
 DUPLICATE, REARRANGE, GAP, INDEL, INSERT, SLIP = range(9, 15)
 CROSSING, DUPLICATION, LOSS, INSERTION, DELETION = range(5)  # in at_limit
-NEVER = 1 << 40  # more than a string has letters
+NEVER = 1 << 40  # larger than the number of letters in any string
 
 
 @njit
@@ -29,7 +30,7 @@ def end_of(string, blank):
 
 @njit
 def gap(u, chance):
-    """Return how many trials of this probability fail before the next success, for a draw u in [0, 1)."""
+    """Return how many trials with this probability fail before the next success, from a draw u in [0, 1)."""
     if chance <= 0:
         return NEVER
     return np.int64(np.log1p(-np.float64(u)) / np.log1p(-chance)) if chance < 1 else np.int64(0)
@@ -37,14 +38,14 @@ def gap(u, chance):
 
 @njit
 def parse(string, n, words, k, size, spans, at, gene):
-    """Find the genes in the first n letters: where the promoter of each copy begins, and its gene's
-    number; return the number of copies."""
+    """Find the genes in the first n letters: write the start of each copy's promoter and the number of its
+    gene; return the number of copies."""
     top = np.int64(1)
     for _ in range(k - 1):
         top *= size
     i, m, word, anew = 0, 0, np.int64(0), True
     while i < n:
-        if anew:  # a word that extends over the end is filled with zeros: no gene fits there
+        if anew:  # words that extend beyond the end are filled with zeros, because no gene fits there
             word = np.int64(0)
             for j in range(i, i + k):
                 word = word * size + (np.int64(string[j]) if j < n else 0)
@@ -62,7 +63,7 @@ def parse(string, n, words, k, size, spans, at, gene):
 
 @njit
 def count_copies(strings, blank, words, k, size, spans, out):
-    """Fill out i64[n] with the number of copies of all genes in each string."""
+    """Fill `out` i64[n] with the number of copies of all genes in each string."""
     at, gene = np.empty(strings.shape[1], np.int64), np.empty(strings.shape[1], np.int64)
     for s in range(out.size):
         out[s] = parse(strings[s], end_of(strings[s], blank), words, k, size, spans, at, gene)
@@ -70,8 +71,7 @@ def count_copies(strings, blank, words, k, size, spans, out):
 
 @njit
 def find_copies(strings, blank, words, k, size, spans, string, at, gene):
-    """List all copies of all strings, in order: their string, where their promoter begins, their gene; i64
-    each."""
+    """List all copies in all strings, in order: string, start of the promoter and gene; i64 each."""
     places, genes = np.empty(strings.shape[1], np.int64), np.empty(strings.shape[1], np.int64)
     c = 0
     for s in range(strings.shape[0]):
@@ -83,7 +83,7 @@ def find_copies(strings, blank, words, k, size, spans, string, at, gene):
 
 @njit
 def join_strings(strings, blank, ploidy, out):
-    """Fill out u8[n, …] with the letters of each genome's strings, blank + 1 between two, then blanks."""
+    """Fill `out` u8[n, …] with the letters of each genome's strings, separated by blank + 1, then blanks."""
     for row in range(out.shape[0]):
         to = 0
         for s in range(row * ploidy, (row + 1) * ploidy):
@@ -98,8 +98,8 @@ def join_strings(strings, blank, ploidy, out):
 
 @njit
 def partner_of(pick, copies, gene_1, m_1, gene_2, m_2):
-    """Return the `pick`-th copy of string 1 with a counterpart of its rank in string 2, and that one; (−1,
-    how many have one) if pick is beyond them."""
+    """Return the `pick`-th copy in string 1 that has a counterpart of its rank in string 2, and the
+    counterpart; (−1, number of such copies) if there are fewer."""
     n = 0
     for c in range(m_1):
         rank = 0
@@ -119,8 +119,8 @@ def partner_of(pick, copies, gene_1, m_1, gene_2, m_2):
 
 @njit
 def slipped_of(pick, copies, gene_1, m_1, gene_2, m_2):
-    """Return the `pick`-th pair of copies of the same gene, of string 1 and of string 2; (−1, how many
-    there are) if pick is beyond them."""
+    """Return the `pick`-th pair of copies of the same gene, from string 1 and from string 2; (−1, number of
+    pairs) if there are fewer."""
     n = 0
     for c in range(m_1):
         if pick < n + copies[gene_1[c]]:
@@ -137,8 +137,8 @@ def slipped_of(pick, copies, gene_1, m_1, gene_2, m_2):
 def cross_unequal(
     first, second, swapped, crossed, keys, salt, slip, blank, words, k, size, spans, at_limit, out
 ):
-    """Copy `first` u8[n, longest] up to the promoter of one of its genes, and `second` from that of the
-    counterpart on; `swapped` rows begin with `second`.
+    """Copy `first` u8[n, longest] up to the promoter of one of its genes, then `second` from its
+    counterpart's promoter on; `swapped` rows exchange the two.
 
     The counterpart is the copy of the same gene with the same rank or, with probability `slip`, any copy of
     the gene. All pairs of counterparts are equally likely.
@@ -181,8 +181,8 @@ def cross_unequal(
 
 @njit
 def rearrange(strings, keys, salt, duplication, loss, blank, words, k, size, spans, at_limit):
-    """Duplicate each copy of a gene with probability `duplication`, the new one right after the old one,
-    or remove it with probability `loss`."""
+    """Duplicate each copy of a gene with probability `duplication`, inserting the new copy right after it, or
+    remove it with probability `loss`."""
     longest, total, least = strings.shape[1], duplication + loss, spans.min()
     at, gene = np.empty(longest, np.int64), np.empty(longest, np.int64)
     times, old = np.empty(longest, np.int64), np.empty(longest, np.uint8)
@@ -267,7 +267,7 @@ def insert_and_delete(strings, keys, salt, insertion, deletion, blank, size, at_
 
 @njit
 def mutate_letters(strings, keys, salt, way, chance, low, up, blank):
-    """Mutate each letter with the same probability, as `kernels.mutate` does."""
+    """Mutate each letter with the same probability, like `kernels.mutate`."""
     for birth in range(keys.size):
         key, string = mix(keys[birth]), strings[birth]
         n = end_of(string, blank)
@@ -279,8 +279,8 @@ def mutate_letters(strings, keys, salt, way, chance, low, up, blank):
 
 @njit
 def mutate_by_gene(strings, keys, salt, way, chance, own, low, up, blank, words, k, size, spans, skipped):
-    """Mutate as `mutate_letters`, but letters of a copy that follow its promoter, of `skipped` i64[genes]
-    letters, with the probability of the gene, `own` f64[genes]."""
+    """Mutate like `mutate_letters`, but letters of a copy after its promoter, which has `skipped` i64[genes]
+    letters, with the gene's own probability `own` f64[genes]."""
     longest = strings.shape[1]
     at, gene = np.empty(longest, np.int64), np.empty(longest, np.int64)
     rates = np.empty(longest, np.float64)

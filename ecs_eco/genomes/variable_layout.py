@@ -14,15 +14,15 @@ from ecs_eco.genomes.models import GenomeSection
 from ecs_eco.genomes.promoters import copies_in, problems_of_variable, promoters_of, word_table
 from ecs_eco.genomes.traits import Shapes, Trait
 
-SEPARATORS = "|/;:,. "  # between the strings of a text; the first one that is not a letter
+SEPARATORS = "|/;:,. "  # separators between the strings of a text; the first that is not a letter is used
 
 
 class VariableLayout(Layout):
     """Genes on one or two strings of at most `longest` letters: a row u8[longest * ploidy] contains the
-    letters of each string, then blanks, the number after the last letter's.
+    letters of each string, then blanks, whose number follows the last letter's.
 
-    Every row decodes to valid values: `doubled` determines how several copies of a gene combine; without any
-    copy the species' own value is used (for a neutral marker 0, for a network weights of 0). Raises
+    Every row decodes to valid values: `doubled` determines how several copies of a gene combine; without a
+    copy, the species' own value is used (0 for a neutral marker, zero weights for a network). Raises
     ConfigError.
     """
 
@@ -35,7 +35,7 @@ class VariableLayout(Layout):
         shapes: Mapping[str, Shapes] | None = None,
     ) -> None:
         if wrong := list(problems_of_variable(section, traits, shapes or {})):
-            raise ConfigError(wrong, "this genome is refused")
+            raise ConfigError(wrong, "invalid genome")
         super().__init__(
             section.genes, section.alphabet, section.ploidy, section.expression, None, traits, shapes
         )
@@ -50,13 +50,13 @@ class VariableLayout(Layout):
         self.skipped = np.array([len(word) for word in words], np.int64)
         self.spans = self.skipped + [code.codons.length for code in self.genes]
         self.founder = [g for g, code in enumerate(self.genes) for _ in range(code.gene.copies)]
-        self.begin = section.loci or int(self.spans[self.founder].sum())  # letters of a founder's string
+        self.begin = section.loci or int(self.spans[self.founder].sum())  # letters in a founder's string
         for code in self.genes:
             code.first = code.codons.first = 0
             code.stop = code.codons.length
 
     def table(self) -> list[dict[str, Any]]:
-        """Return a row for each gene and derived trait: gene, promoter, letters, trait, meaning, resolution."""
+        """Return one row per gene and derived trait: gene, promoter, letters, trait, meaning, resolution."""
         rows = super().table()
         letters = {code.name: code.codons.length for code in self.genes}
         return [
@@ -82,7 +82,7 @@ class VariableLayout(Layout):
         return string, at, gene
 
     def copy_numbers(self, loci: np.ndarray) -> dict[str, np.ndarray]:
-        """Return how many copies of each gene rows u8[n, row] have, in all strings: i64[n] by gene."""
+        """Return the number of copies of each gene in rows u8[n, row], over all strings: i64[n] by gene."""
         string, _, gene = self.copies(loci)
         return {
             code.name: np.bincount(string[gene == g] // self.ploidy, minlength=len(loci))
@@ -90,7 +90,7 @@ class VariableLayout(Layout):
         }
 
     def lengths(self, loci: np.ndarray) -> np.ndarray:
-        """Return how many letters each string of rows u8[n, row] has: i64[n, ploidy]."""
+        """Return the number of letters in each string of rows u8[n, row]: i64[n, ploidy]."""
         ended = self.check(loci).reshape(len(loci), self.ploidy, self.longest) == self.blank
         lengths: np.ndarray = np.where(ended.any(axis=2), ended.argmax(axis=2), self.longest)
         return lengths
@@ -100,7 +100,7 @@ class VariableLayout(Layout):
         return self._values(loci, self.copies(loci), self[name])
 
     def alleles(self, loci: np.ndarray, name: str) -> np.ndarray:
-        """Return the value of one gene in each string [n, ploidy, …]; without a copy, the species' own."""
+        """Return a gene's value in each string [n, ploidy, …]; without a copy, the species' own value."""
         code = self[name]
         value, has = self._by_string(loci, self.copies(loci), code)
         value[~has] = self.own_value(code)
@@ -155,14 +155,15 @@ class VariableLayout(Layout):
         return np.rint(out) if code.dtype is np.int32 else out
 
     def rates(self, chance: float) -> np.ndarray:
-        """Return each gene's probability of mutation of a letter f64[genes]: its own, or `chance`."""
+        """Return each gene's mutation probability per letter f64[genes]: its own, or `chance`."""
         return np.array(
             [chance if code.gene.mutation_rate is None else code.gene.mutation_rate for code in self.genes],
             np.float64,
         )
 
     def _places(self, order: Sequence[int]) -> list[tuple[int, Code]]:
-        """Return where the letters behind the promoter of each copy begin; raise ValueError if too long."""
+        """Return the start of the letters after each copy's promoter; raise ValueError if there are too
+        many."""
         if (needed := int(self.spans[order].sum())) > self.longest:
             raise ValueError(f"genome: these genes need {needed} letters; expected {self.longest}")
         ends = accumulate(int(self.spans[g]) for g in order)
@@ -171,7 +172,7 @@ class VariableLayout(Layout):
         ]
 
     def _write(self, out: np.ndarray, place: int, code: Code, numbers: np.ndarray | None) -> None:
-        """Write a promoter that ends at `place`, and behind it the numbers of its codons."""
+        """Write a promoter that ends at `place`, then the numbers of its codons."""
         word = self.alphabet.encode(self.promoters[code.name])
         for first in range(0, self.row, self.longest):
             out[:, first + place - word.size : first + place] = word
@@ -180,22 +181,22 @@ class VariableLayout(Layout):
     # --- texts ----------------------------------------------------------------------------------------------
 
     def text(self, row: np.ndarray) -> str:
-        """Return one genome u8[row] as text: its strings, with a separator between two."""
+        """Return one genome u8[row] as text: its strings, joined by a separator."""
         (ends,) = self.lengths(np.asarray(row)[None])
         return self.separator.join(
             self.alphabet.decode(row[s * self.longest : s * self.longest + end]) for s, end in enumerate(ends)
         )
 
     def joined(self, loci: np.ndarray) -> np.ndarray:
-        """Return the letters of rows u8[n, row] as in texts: u8[n, row + ploidy − 1], where `blank` is not
-        a letter and blank + 1 is the separator."""
+        """Return the letters of rows u8[n, row] as in texts: u8[n, row + ploidy − 1], where `blank` marks
+        unused positions and blank + 1 is the separator."""
         out = np.empty((len(loci), self.row + self.ploidy - 1), np.uint8)
         strings = np.ascontiguousarray(loci).reshape(-1, self.longest)
         variable_kernels.join_strings(strings, self.blank, self.ploidy, out)
         return out
 
     def rows(self, texts: Sequence[str]) -> np.ndarray:
-        """Return the rows u8[n, row] of texts; raise ValueError for another number of strings."""
+        """Return the rows u8[n, row] of texts; raise ValueError if the number of strings is wrong."""
         out = np.full((len(texts), self.row), self.blank, np.uint8)
         for i, text in enumerate(texts):
             strings = self._strings(text)
@@ -222,15 +223,15 @@ def layout_of(
     traits: Mapping[str, Trait] | None = None,
     shapes: Mapping[str, Shapes] | Shapes | None = None,
 ) -> Layout:
-    """Return the layout of the genome of a world file, of fixed or of variable length.
+    """Return the layout of a world file's genome, of fixed or variable length.
 
     Parameters
     ----------
     section : GenomeSection
     traits : Mapping of str to Trait, optional
-        Values that genes may code for; default: any name.
+        Values for which genes can code; default: any name.
     shapes : Mapping or sequence, optional
-        Shapes of networks by trait; a sequence: those of policy.weights.
+        Shapes of networks by trait; a sequence contains the shapes of policy.weights.
 
     Returns
     -------
@@ -239,7 +240,7 @@ def layout_of(
     Raises
     ------
     ConfigError
-        With every problem of the genes.
+        Contains every problem with the genes.
 
     Examples
     --------

@@ -19,7 +19,7 @@ def frequencies(layout: Layout, loci: np.ndarray) -> dict[str, dict[float, float
     Returns
     -------
     dict of str to dict of float to float
-        By gene, then by value. Genes of whole networks are left out.
+        By gene, then by value. Genes for whole networks are omitted.
 
     Examples
     --------
@@ -51,7 +51,7 @@ def diversity(layout: Layout, loci: np.ndarray) -> np.ndarray:
     Raises
     ------
     ValueError
-        For strings of variable length, which have no loci in common.
+        If strings vary in length, because they have no loci in common.
 
     Notes
     -----
@@ -77,7 +77,7 @@ def diversity(layout: Layout, loci: np.ndarray) -> np.ndarray:
 
 
 class GenomeStatistics(tools.MultiStatistics):
-    """DEAP's MultiStatistics of each gene's values, and of diversity, or of letters and copies of genes."""
+    """DEAP's MultiStatistics for each gene's values, and for diversity or numbers of letters and copies."""
 
     def __init__(self, layout: Layout) -> None:
         names = [code.name for code in layout.genes if not isinstance(code, Weights)]
@@ -87,7 +87,7 @@ class GenomeStatistics(tools.MultiStatistics):
         self.layout = layout
 
     def compile(self, data: np.ndarray) -> dict[str, dict[str, float]]:
-        """Return {gene: {statistic: value}} of genomes u8[n, loci], as a Logbook records it."""
+        """Return {gene: {statistic: value}} for genomes u8[n, loci], in the form that a Logbook records."""
         loci = np.asarray(data, np.uint8)
         columns = self.layout.decode(loci)
         if isinstance(self.layout, VariableLayout):
@@ -100,7 +100,7 @@ class GenomeStatistics(tools.MultiStatistics):
 
 
 def statistics(layout: Layout) -> GenomeStatistics:
-    """Return DEAP statistics of genomes, with mean, std, min and max of each gene and of diversity.
+    """Return DEAP statistics for genomes, with mean, std, min and max for each gene and for diversity.
 
     Parameters
     ----------

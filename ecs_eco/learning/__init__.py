@@ -1,9 +1,9 @@
-"""Learning during life: actor-critic networks and PPO, for populations whose members are born and die in
+"""Learning during life: actor-critic networks and PPO, for populations whose members are born and die
 mid-rollout.
 
-This package knows no biology and also trains plain Gymnasium vector environments. How an organism senses,
-decides and is rewarded belongs to `ecs_eco.nervous` and `ecs_eco.systems`. Names load on first use: `from
-ecs_eco.learning import PPO` loads neither torch nor numba.
+This package contains no biology and also trains plain Gymnasium vector environments. Sensing, decisions and
+rewards belong in `ecs_eco.nervous` and `ecs_eco.systems`. Names are loaded lazily: `from ecs_eco.learning
+import PPO` imports neither torch nor numba.
 """
 
 from typing import TYPE_CHECKING

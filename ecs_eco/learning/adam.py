@@ -1,4 +1,4 @@
-"""Adam's step as a kernel."""
+"""The Adam optimizer as kernels."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ import numpy as np
 
 from ecs_eco.compiled.jit import njit
 
-# sums may be taken in any order here, which is the same for the same number of weights
+# the compiler may reorder sums here; their order depends only on the number of weights
 summing_njit: Any = partial(njit, fastmath={"contract", "reassoc"})
 
 
 @summing_njit
 def adam(weights, gradients, moment_1, moment_2, step, settings):
-    """Take Adam's step (Kingma and Ba 2015, algorithm 1) down the sum of the gradients' rows; return its
-    norm. The settings are learning rate, epsilon, largest norm of the gradient, and weight decay.
+    """Take one Adam step (Kingma and Ba 2015, algorithm 1) for the sum of the rows of `gradients`; return its
+    norm. `settings` are learning rate, epsilon, maximum gradient norm and weight decay.
 
     Weight decay is decoupled from the gradient (Loshchilov and Hutter 2019). If the gradient is not finite,
     nothing changes.
@@ -47,8 +47,8 @@ def adam(weights, gradients, moment_1, moment_2, step, settings):
 
 @summing_njit
 def adam_each(weights, gradients, moment_1, moment_2, steps, rates, settings):
-    """Take a step of Adam with each row of weights f32[k, size], whose settings are the rates [k] and the
-    others; return the norms of the gradients f64[k]."""
+    """Take one Adam step for each row of weights f32[k, size], with learning rates [k] and otherwise common
+    settings; return the gradient norms f64[k]."""
     norms = np.empty(len(weights))
     for i in range(len(weights)):
         own = (rates[i], *settings)

@@ -1,10 +1,10 @@
-"""Other names of PPO's hyperparameters: those of Stable-Baselines3, CleanRL and papers."""
+"""Alternative names of PPO's hyperparameters, used by Stable-Baselines3, CleanRL and papers."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 
-FORMER = {"entropy": "entropy_coef", "minibatch": "minibatch_size"}  # our former names → ours
+FORMER = {"entropy": "entropy_coef", "minibatch": "minibatch_size"}  # our former names → current names
 ALIASES = FORMER | {  # their name → ours
     "gamma": "discount",
     "lr": "learning_rate",
@@ -26,16 +26,17 @@ ALIASES = FORMER | {  # their name → ours
 
 
 def resolve(given: Iterable[str]) -> dict[str, str]:
-    """Return our name of each of these settings. Raises ValueError if a setting is given under two names."""
+    """Return our name for each alias among the settings. Raises ValueError if one is given under two
+    names."""
     names = list(given)
     known = {word: ALIASES[word] for word in names if word in ALIASES}
     for i, (word, name) in enumerate(known.items()):
         twice = name if name in names else next((w for w in [*known][:i] if known[w] == name), "")
         if twice:
-            raise ValueError(f"{word} and {twice} are the same setting, {name}: give one")
+            raise ValueError(f"{word} and {twice} are the same setting, {name}: pass only one")
     return known
 
 
 def hint(word: str) -> str:
-    """Return a hint for another name that was accepted: the name of the setting here."""
+    """Return a hint for an accepted alias: the name of the setting here."""
     return f"{word} is called {ALIASES[word]} here"

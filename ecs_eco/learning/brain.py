@@ -1,7 +1,7 @@
 """Plain actor-critic networks of small tanh layers: their shape, the layout of their weights, and `Brain`,
 which all members of a species share.
 
-Inference needs no torch; ppo.py does the learning.
+Inference needs no torch; learning is in ppo.py.
 """
 
 from __future__ import annotations
@@ -24,19 +24,17 @@ from ecs_eco.learning.policy_network import PolicyNetwork, Split
 
 
 class PlainNetwork:
-    """The shape of a policy with a choice per action group, and a value, over the same observations.
+    """The shape of a network that computes a choice per action group (the policy) and a value.
 
-    `groups` are the numbers of options of the categorical ones, then CONTINUOUS for each continuous one.
-    `trunk` is "shared" (policy and value read the same hidden layers) or "separate" (each has its own). A
-    network is one row of `size` numbers: of each layer the matrix (in, out), then the bias. With a shared
-    trunk the last layer has all outputs of the policy, then the value; otherwise the policy's layers come
+    `groups` contains the number of options of each categorical group, then CONTINUOUS for each continuous
+    one. `trunk` is "shared" (policy and value read the same hidden layers) or "separate" (each has its own).
+    A network is one row of `size` numbers: for each layer, the matrix (in, out), then the bias. With a shared
+    trunk, the last layer has all outputs of the policy, then the value; otherwise the policy's layers come
     first.
     """
 
-    memory = 0  # numbers that it keeps between decisions
-    by_row = (
-        True  # the output for one row is independent of the others, to the bit: processes may share the rows
-    )
+    memory = 0  # number of values kept between decisions
+    by_row = True  # rows are independent, bit for bit, so processes can share them
 
     def __init__(
         self, n_observations: int, groups: tuple[int, ...], hidden: tuple[int, ...], trunk: str = "shared"
@@ -102,7 +100,7 @@ class PlainNetwork:
 
 
 class Brain(PlainNetwork, PolicyNetwork):
-    """The built-in actor-critic network: a choice in each group of actions, and a value.
+    """The built-in actor-critic network, which outputs a choice per action group and a value.
 
     Parameters
     ----------
@@ -118,8 +116,8 @@ class Brain(PlainNetwork, PolicyNetwork):
 
     Notes
     -----
-    Weights are orthogonal (Saxe et al. 2014), drawn from Philox keyed by (seed, layer), with gain sqrt(2), 0.01
-    for the policy's head and 1 for the value's.
+    Weights are orthogonal (Saxe et al. 2014), drawn from Philox keyed by (seed, layer). The gain is sqrt(2),
+    but 0.01 for the policy head and 1 for the value head.
 
     Examples
     --------
@@ -153,15 +151,15 @@ class Brain(PlainNetwork, PolicyNetwork):
         Returns
         -------
         dict of str to array of float32
-            As torch has them: weight (out, in), bias (out).
+            Shaped as in torch: weight (out, in), bias (out).
         """
         return self.named_views(self.weights)
 
     def recall(
         self, observations: np.ndarray, memory: np.ndarray, split: Split | None = None
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the result of `forward`, and the memory f32[n, 0] unchanged; the bits of a row depend
-        neither on other rows nor on the number of threads."""
+        """Return the result of `forward`, and the memory f32[n, 0] unchanged. Bit for bit, a row's results do
+        not depend on other rows or on the number of threads."""
         n = self._rows(observations)
         x = np.asarray(observations, np.float32).T
         if not x.flags.forc:
@@ -175,7 +173,7 @@ class Brain(PlainNetwork, PolicyNetwork):
         return logits, values, memory
 
     def _draw(self, seed: int) -> None:
-        """Draw all weights again; biases are zero."""
+        """Redraw all weights; biases are zero."""
         matrices = [(name, w) for name, w in self.named().items() if name.endswith("weight")]
         generators = [np.random.Generator(np.random.Philox(key=[seed, n])) for n in range(len(matrices))]
         with nullcontext() if portable.on() else one_blas_thread():
@@ -193,14 +191,14 @@ def orthogonal(generator: np.random.Generator, n_out: int, n_in: int) -> np.ndar
         q, r = np.linalg.qr(generator.standard_normal((max(n_out, n_in), min(n_out, n_in))))
         q *= np.sign(np.diag(r))
         return q if n_out >= n_in else q.T
-    # libraries choose the order of sums by the processor
+    # in libraries, the order of sums depends on the processor
     columns = normals(generator, (min(n_out, n_in), max(n_out, n_in)))
     _orthonormalise(columns)
     return columns.T if n_out >= n_in else columns
 
 
 def normals(generator: np.random.Generator, shape: tuple[int, int]) -> np.ndarray:
-    """Return normal numbers f64 of this shape (Box and Muller 1958)."""
+    """Return normally distributed numbers, f64 of this shape (Box and Muller 1958)."""
     u, v = generator.random((2, *shape))
     numbers: np.ndarray = np.sqrt(-2.0 * arrays.log1p(-u)) * arrays.cos(2.0 * np.pi * v)
     return numbers
@@ -208,7 +206,7 @@ def normals(generator: np.random.Generator, shape: tuple[int, int]) -> np.ndarra
 
 @njit
 def _orthonormalise(vectors):
-    """Orthonormalize the rows f64[k, n], each against those before it, twice (Giraud et al. 2005)."""
+    """Orthonormalize the rows f64[k, n], each against all previous ones, twice (Giraud et al. 2005)."""
     for i in range(len(vectors)):
         for _ in range(2):
             for j in range(i):

@@ -26,10 +26,10 @@ def brain_of(
     device: str = "cpu",
     trunk: str = "shared",
 ) -> PolicyNetwork:
-    """Return a new brain: of `network(n_observations, groups)`, or the built-in one with a `trunk`, without
-    torch if it runs on the CPU.
+    """Return a new brain from `network(n_observations, groups)`, or the built-in one with a `trunk`, which
+    does not need torch on the CPU.
 
-    Raises ValueError for a module that cannot be a brain, and for a device that does not exist.
+    Raises ValueError if the module cannot be a brain or the device does not exist.
     """
     if network is None and device == "cpu":
         return Brain(n_observations, groups, hidden, seed, trunk)
@@ -52,8 +52,8 @@ def individuals_of(
     seed: int,
     device: str = "cpu",
 ) -> Individuals:
-    """Return the networks of a species whose members each have their own: with kernels for the built-in
-    network with categorical actions, with torch.func for others."""
+    """Return the networks of a species whose members each have their own: kernels for the built-in network
+    with categorical actions, otherwise torch.func."""
     from ecs_eco.learning.individual import Individuals
 
     if network is None and device == "cpu" and not laid_out(groups)[1]:
@@ -67,7 +67,7 @@ def individuals_of(
 
 
 def learner_of(brain: PolicyNetwork, ppo: PPO, seed: int, workers: int = 1) -> TorchLearner:
-    """Return the learner of a brain: kernels for a plain network, autograd otherwise; both give the same
+    """Return the learner for a brain: kernels for a plain network, autograd otherwise; both give the same
     results."""
     if isinstance(brain, Brain):
         from ecs_eco.learning.ppo import Learner

@@ -6,12 +6,12 @@ import numpy as np
 
 from ecs_eco.learning.arithmetic import exp, fused_njit, log, lone_fused_njit
 
-BLOCK = 128  # rows that are transposed at once
+BLOCK = 128  # rows transposed at once
 
 
 @lone_fused_njit
 def choose(logits, offsets, uniforms, choice, log_probability):
-    """Draw a choice in each group for each row, and write its log-probability.
+    """Draw a choice in each group for each row, and write the log-probabilities.
 
     Parameters
     ----------
@@ -21,7 +21,7 @@ def choose(logits, offsets, uniforms, choice, log_probability):
     uniforms : array of float32, shape (n, groups)
         Random numbers in [0, 1).
     choice : array of int, shape (n, groups)
-        Receives the options, from 0.
+        Receives the chosen options, counted from 0.
     log_probability : array of float32, shape (n,)
         Receives the sum over groups.
     """
@@ -50,11 +50,11 @@ def choose(logits, offsets, uniforms, choice, log_probability):
 
 @lone_fused_njit
 def _draw(side, low, high, rest, total, taken, number):
-    """Choose one of the options low … high − 1 of each column at `rest`, uniform in [0, 1).
+    """Choose one of the options low … high − 1 in each column, according to `rest`, uniform in [0, 1).
 
-    `side` f32[k, BLOCK] are logits, reduced here by the largest; `total` becomes the sum of their
-    exponentials, `taken` the chosen logit, `number` its index, from 0: f32[BLOCK] each, as float32 for vector
-    code.
+    `side` f32[k, BLOCK] contains logits, from which the largest is subtracted in place. `total` receives the
+    sum of their exponentials, `taken` the chosen logit and `number` its index from 0; each is f32[BLOCK], so
+    that loops can be vectorized.
     """
     zero, one = np.float32(0), np.float32(1)
     for i in range(BLOCK):
@@ -83,7 +83,7 @@ def _draw(side, low, high, rest, total, taken, number):
 
 @fused_njit
 def choose_best(logits, offsets, choice):
-    """Write the most probable choice in each group for each row; the first of equal ones.
+    """Write the most probable choice in each group for each row; of equal ones, the first.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def choose_best(logits, offsets, choice):
     offsets : array of int
         First column of each group, and the end: `brain.offsets`.
     choice : array of int, shape (n, groups)
-        Receives the options, from 0.
+        Receives the chosen options, counted from 0.
     """
     for i in range(logits.shape[0]):
         for g in range(len(offsets) - 1):

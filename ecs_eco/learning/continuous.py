@@ -1,12 +1,12 @@
-"""Continuous actions: numbers drawn from normal distributions whose mean and deviation the network outputs.
+"""Continuous actions: numbers drawn from normal distributions whose means and deviations the network outputs.
 
-Among the `groups` of a network, each is `CONTINUOUS`, comes after all categorical ones and takes two outputs:
-the mean, and the natural logarithm of the standard deviation, clipped to LEAST … MOST. Numbers are in units
-of half the action's range around its middle, so that −1 and 1 are its limits. A number beyond them is
-executed as the limit, and learned from as it was drawn.
+In a network's `groups`, each continuous action is `CONTINUOUS`, follows all categorical groups and has two
+outputs: the mean, and the natural logarithm of the standard deviation, clipped to LEAST … MOST. Numbers are
+measured from the middle of the action's range in units of half its width, so its limits are −1 and 1. A
+number beyond a limit is executed as the limit, but learning uses the number drawn.
 
-In the built-in network the deviation is one learned number for all observations, a bias: if the weights of a
-whole layer could change it too, it would fall many times faster than the mean improves.
+In the built-in network, the deviation is a bias, one learned number for all observations: if the weights of a
+whole layer could also change it, it would fall many times faster than the mean improves.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ import numpy as np
 
 from ecs_eco.learning.arithmetic import exp, fused_njit, log
 
-LEAST, MOST = np.float32(-5.0), np.float32(2.0)  # of the logarithm of the standard deviation
+LEAST, MOST = np.float32(-5.0), np.float32(2.0)  # limits of the log standard deviation
 HALF_LOG_2_PI = np.float32(0.9189385332046727)
 TURN = np.float32(2 * np.pi)
 
 
 class Continuous(int):
-    """The size of a continuous action's head, distinct from a categorical one of two options."""
+    """The size of a continuous action's head, distinguishable from a categorical group with two options."""
 
     def __repr__(self) -> str:
         return "CONTINUOUS"
@@ -33,31 +33,31 @@ CONTINUOUS = Continuous(2)
 
 
 def laid_out(groups: Sequence[int]) -> tuple[np.ndarray, int]:
-    """Return where the outputs of each categorical group begin and the last one's end, i64[G + 1], and the
-    number of continuous groups after them. Raises ValueError if a categorical group follows a continuous
-    one."""
+    """Return the first output of each categorical group and their end, i64[G + 1], and the number of
+    continuous groups that follow. Raises ValueError if a categorical group follows a continuous one."""
     kinds = [isinstance(group, Continuous) for group in groups]
     if kinds != sorted(kinds):
-        raise ValueError(f"groups = {tuple(groups)}: continuous ones come last")
+        raise ValueError(f"groups = {tuple(groups)}: continuous ones must come last")
     return np.cumsum((0, *groups[: kinds.count(False)])).astype(np.int64), kinds.count(True)
 
 
 def spreads(groups: Sequence[int]) -> np.ndarray:
-    """Return which outputs are logarithms of deviations: i64[continuous groups]."""
+    """Return the indices of the outputs that are log deviations: i64[continuous groups]."""
     offsets, n = laid_out(groups)
     return offsets[-1] + 2 * np.arange(n) + 1
 
 
 def in_units(numbers: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Return numbers f32[n, k] as actions between low [k] and high [k], in the actions' own units."""
+    """Return numbers f32[n, k] as actions between low [k] and high [k], in the actions' units."""
     actions: np.ndarray = (low + high) / 2 + (high - low) / 2 * np.clip(numbers, -1, 1)
     return actions
 
 
 @fused_njit
 def draw_numbers(outputs, uniforms, numbers, log_probability):
-    """Draw numbers f32[n, k] from normal distributions of outputs f32[n, 2 k] (mean, log deviation), and
-    add their log-probabilities to f32[n]; uniforms f32[n, 2 k] are in [0, 1) (Box and Muller 1958)."""
+    """Draw numbers f32[n, k] from normal distributions given by outputs f32[n, 2 k] (mean, log deviation);
+    add their log-probabilities to `log_probability` f32[n]. Uniforms f32[n, 2 k] are in [0, 1) (Box and
+    Muller 1958)."""
     for i in range(numbers.shape[0]):
         for j in range(numbers.shape[1]):
             radius = np.sqrt(max(np.float32(0), np.float32(-2) * log(np.float32(1) - uniforms[i, 2 * j])))

@@ -1,10 +1,11 @@
-"""The gradient of PPO's loss by the weights of a plain network, shared or individual: forward, loss and
+"""The gradient of PPO's loss with respect to a plain network's weights, shared or individual: forward, loss,
 backward.
 
-Everything is in one flat array, the scratch: the activations of all layers, the deltas (the gradient by each
-layer's sums, before tanh), the weights, their gradient, and the fields of `Layout`. A layer's activations are
-(rows, wide), a row for each transition, up to a multiple of ROWS; wide is the number of the layer's units, up
-to a multiple of LANES. The padding behind the units, and behind a matrix's rows, is read and ignored.
+Everything is in one flat array, the scratch: the activations of all layers, the deltas (the gradient with
+respect to each layer's sums before tanh), the weights, their gradient, and the fields of `Layout`. A layer's
+activations are (rows, wide): one row per transition, padded to a multiple of ROWS; wide is the number of the
+layer's units, padded to a multiple of LANES. Padding after the units and after a matrix's rows is read but
+ignored.
 """
 
 from __future__ import annotations
@@ -19,24 +20,24 @@ from ecs_eco.learning.layers import layer_of
 from ecs_eco.learning.loss import allocate_scratch, gather_transitions, output_gradient, take_terms
 from ecs_eco.learning.tiles import ROWS, column_sums, product, round_up
 
-BLOCK = 64  # transitions that pass through a shared network at once: their activations stay in the cache
+BLOCK = 64  # transitions per pass through a shared network; their activations stay in the cache
 
 
 class Layout(NamedTuple):
-    """The positions of parts of the scratch, behind the activations."""
+    """The positions of the parts of the scratch that follow the activations."""
 
     deltas: int
     weights: int
     gradient: int
     transposed: int  # the matrices above the first layer, (out, in)
     zeros: int
-    head: int  # the gradient by a head's matrix, (out, in)
+    head: int  # the gradient for a head's matrix, (out, in)
     end: int
 
 
 @fused_njit
 def layout_of(layers, rows):
-    """Return the layout in a scratch for up to `rows` transitions at once, and `layers` as in layers.py."""
+    """Return the layout of a scratch for up to `rows` transitions; `layers` is the table in layers.py."""
     units = size = transposed = widest = head = 0
     for level in range(len(layers)):
         layer = layer_of(layers, level)
@@ -46,14 +47,14 @@ def layout_of(layers, rows):
         head = max(head, 0 if layer.hidden else round_up(layer.outputs, ROWS) * narrow)
     deltas = round_up(rows, ROWS) * units
     gradient = 2 * deltas + size + LANES
-    there = gradient + size + ROWS * widest + LANES  # tiles extend beyond it
+    there = gradient + size + ROWS * widest + LANES  # tiles extend beyond the gradient
     zeros = there + transposed
     return Layout(deltas, 2 * deltas, gradient, there, zeros, zeros + widest, zeros + widest + head)
 
 
 @lone_fused_njit
 def gather_observations(observations, chosen, scratch):
-    """Write the chosen observations [t, c] to the input layer, zeros into the rows behind them."""
+    """Write the chosen observations [t, c] to the input layer, and zeros to the rows after them."""
     n, c, wide = len(chosen), observations.shape[1], round_up(observations.shape[1], LANES)
     for i in range(n * wide, round_up(n, ROWS) * wide):
         scratch[np.uint64(i)] = 0
@@ -65,8 +66,7 @@ def gather_observations(observations, chosen, scratch):
 
 @fused_njit
 def transpose_weights(scratch, layout, layers):
-    """Write the matrix (a, b) of each layer above the first as (b, wide), after every change of the
-    weights."""
+    """Transpose each layer's matrix (a, b) above the first to (b, wide), whenever weights have changed."""
     for level in range(len(layers)):
         layer = layer_of(layers, level)
         a, b, wide = layer.inputs, layer.outputs, round_up(layer.inputs, LANES)
@@ -93,7 +93,7 @@ def forward(scratch, layout, layers, rows):
 
 @fused_njit
 def backward(scratch, layout, layers, rows, n):
-    """Fill the gradient from the deltas of the outputs of n transitions in these rows."""
+    """Compute the gradient from the output deltas of n transitions in these rows."""
     for level in range(len(layers) - 1, -1, -1):
         layer = layer_of(layers, level)
         narrow, wide = round_up(layer.inputs, LANES), round_up(layer.outputs, LANES)
@@ -103,9 +103,7 @@ def backward(scratch, layout, layers, rows, n):
             b = layer.outputs
             product(scratch, above, wide, 1, rows, transposed, narrow, b, zeros, 0, below, narrow, narrow)
             _through_tanh(scratch, below, rows * layer.below, rows * narrow)
-    for level in range(
-        len(layers)
-    ):  # from the first to the last, because tiles extend beyond their own block
+    for level in range(len(layers)):  # in ascending order, because tiles extend beyond their own block
         layer = layer_of(layers, level)
         a, b, gradient = layer.inputs, layer.outputs, layout.gradient + layer.weights
         narrow, wide, deltas = round_up(a, LANES), round_up(b, LANES), layout.deltas + rows * layer.above
@@ -120,7 +118,7 @@ def backward(scratch, layout, layers, rows, n):
 
 @fused_njit
 def _head_gradient(scratch, layout, layer, deltas, rows, n, gradient):
-    """Write the gradient by a head's matrix: few outputs fill rows of tiles better than vectors."""
+    """Write the gradient for a head's matrix; its few outputs fill tile rows better than vectors."""
     a, b, turned = layer.inputs, layer.outputs, layout.head
     narrow, wide = round_up(a, LANES), round_up(b, LANES)
     product(
@@ -133,7 +131,7 @@ def _head_gradient(scratch, layout, layer, deltas, rows, n, gradient):
 
 @fused_njit
 def _through_tanh(scratch, deltas, h, n):
-    """Multiply n numbers of the gradient by the derivative of tanh, given its results h."""
+    """Multiply n numbers of the gradient by the derivative of tanh, computed from its outputs at h."""
     one = spread(np.float32(1))
     for i in range(0, n, LANES):
         y = load(scratch, h + i)
@@ -142,9 +140,8 @@ def _through_tanh(scratch, deltas, h, n):
 
 @fused_njit
 def loss_gradient(scratch, layout, layers, n, offsets, settings, loss):
-    """Write the gradient of the loss over n transitions, which lie in the scratch of the network and in
-    that of the loss, by its weights, which are transposed too; add the loss's terms to those of the
-    latter."""
+    """Write the gradient of the loss over n transitions with respect to the weights; add the loss's terms to
+    `loss`. Both scratches contain the transitions, and the network's also contains the transposed weights."""
     rows = round_up(n, ROWS)
     forward(scratch, layout, layers, rows)
     output_gradient(scratch, layout.deltas, layers, rows, n, offsets, settings, loss)
@@ -156,7 +153,7 @@ def shared_gradient(scratch, weights, layers, offsets, log, chosen, settings, sh
     """Write the gradient f32[size] of the loss over the chosen transitions i64[n], each with the weight
     `share`, and the sums of its terms, f64[5].
 
-    `scratch`, initially zeros, is for this network only, see `scratch_for`; `log` has a rollout's
+    `scratch`, initially zeros, is for this network only (see `scratch_for`); `log` contains a rollout's
     observations, choices, numbers and steps. The gradient of each block is summed separately.
     """
     observations, choices, numbers, steps = log
@@ -176,5 +173,5 @@ def shared_gradient(scratch, weights, layers, offsets, log, chosen, settings, sh
 
 
 def scratch_for(layers: np.ndarray) -> np.ndarray:
-    """Return the scratch of `shared_gradient`."""
+    """Return the scratch for `shared_gradient`."""
     return np.zeros(layout_of(layers, BLOCK).end, np.float32)

@@ -1,8 +1,8 @@
-"""A brain for every animal: each has its own weights, its own Adam and its own hyperparameters, and learns
-from its own life.
+"""A brain for every animal, with its own weights, Adam moments and hyperparameters, that learns from its
+life.
 
 Weights and rollouts are columns of the animals' table, in blocks of rows (components Policy and Experience),
-so that a brain is born and dies with its animal. The loss is that of ppo.py; the kernels are in
+so a brain is created and freed with its animal. The loss is the same as in ppo.py; the kernels are in
 individual_kernels.py.
 """
 
@@ -25,31 +25,31 @@ if TYPE_CHECKING:
     from ecs_eco.engine.blocks import Blocked
     from ecs_eco.engine.schema import Columns
 
-WEIGHTS = 170  # used, both ways in learning, in the 30 ns that `split` counts per organism
+WEIGHTS = 170  # weights used (forward and backward in learning) in the 30 ns that `split` counts per organism
 
 
 class Animals(NamedTuple):
-    """Animals that learn, k of them."""
+    """The k animals that learn."""
 
-    rows: np.ndarray  # i64[k], of their table
+    rows: np.ndarray  # i64[k], in their table
     uid: np.ndarray  # u64[k]
     bootstrap: np.ndarray  # f32[k]: the values of their current states
     settings: np.ndarray  # f64[k, Hyperparameters]
     report: np.ndarray  # f64[k, TERMS], written while they learn
     memory: np.ndarray  # f32[k, memory] at the beginning of their rollouts
-    numbers: np.ndarray  # f32[k, horizon, continuous groups], drawn
+    numbers: np.ndarray  # f32[k, horizon, continuous groups]: draws
 
     def part(self, which: slice | np.ndarray) -> Animals:
-        """Return some of them."""
+        """Return some of the animals."""
         return Animals(*(array[which] for array in self))
 
 
 class Individuals(PlainNetwork):
     """The networks of all individuals of a species, and PPO for each of them.
 
-    Each has a trunk of tanh layers, shared by the heads of policy and value. What an animal decides and learns
-    depends, bit for bit, neither on its row, nor on other animals, nor on threads. `policy.kind = "individual"`
-    in a world file uses it.
+    Each has a trunk of tanh layers, shared by the policy head and the value head. Bit for bit, an animal's
+    decisions and learning do not depend on its row, on other animals or on threads. A world file selects it
+    with `policy.kind = "individual"`.
 
     Parameters
     ----------
@@ -77,18 +77,18 @@ class Individuals(PlainNetwork):
         }
 
     def reset(self, ppo: PPO) -> None:
-        """Set other hyperparameters; the horizon stays."""
+        """Replace the hyperparameters; the horizon must stay the same."""
         self.ppo = ppo
 
     def flat(self, brain: PolicyNetwork) -> np.ndarray:
-        """Return the weights of a shared brain in the order in which individuals store theirs: f32[size]."""
+        """Return a shared brain's weights in the order that individuals use: f32[size]."""
         weights, named = np.empty(self.size, np.float32), brain.named()
         for name, part in self.named_views(weights).items():
             part[...] = named[name]
         return weights
 
     def module(self, weights: np.ndarray) -> Any:
-        """Return one organism's network, of weights f32[size], as a torch module."""
+        """Return one organism's network, with weights f32[size], as a torch module."""
         import torch
 
         from ecs_eco.learning.mlp import MLP
@@ -100,10 +100,10 @@ class Individuals(PlainNetwork):
         return module.eval()
 
     def draw(self, who: np.ndarray, key: int | np.uint64) -> np.ndarray:
-        """Return random networks f32[k, size] for newborn, each the same for the same key and `who` u64[k].
+        """Return random networks f32[k, size] for newborns, determined by the key and `who` u64[k].
 
-        Weights are normal with deviation gain / sqrt(inputs); the gain is sqrt(2), 0.01 for the logits, 1 for
-        the value. Biases are zero.
+        Weights are normally distributed with deviation gain / sqrt(inputs); the gain is sqrt(2), but 0.01 for
+        the logits and 1 for the value. Biases are zero.
         """
         deviations = np.zeros(self.size, np.float32)
         for matrix in self.views(deviations)[::2]:
@@ -114,9 +114,9 @@ class Individuals(PlainNetwork):
         return weights
 
     def prune(self, weights: np.ndarray, units: np.ndarray, layer: int) -> None:
-        """Keep only the first `units` i64[k] of a hidden layer in each network of weights f32[k, size].
+        """Keep only the first `units` i64[k] units of a hidden layer in each network of weights f32[k, size].
 
-        All weights to and from the others become 0 and stay 0: no gradient reaches them.
+        All weights to and from the other units become 0 and stay 0, because no gradient reaches them.
         """
         missing = np.arange(self.hidden[layer]) >= units[:, None]
         into, bias, out = self.views(weights)[2 * layer : 2 * layer + 3]
@@ -125,7 +125,7 @@ class Individuals(PlainNetwork):
         out[missing] = 0
 
     def complete(self, weights: np.ndarray, fresh: np.ndarray) -> None:
-        """Give networks f32[k, size] their missing hidden units (weights of 0) from `fresh` ones."""
+        """Fill in the missing hidden units (all weights 0) of networks f32[k, size] from `fresh` ones."""
         for layer in range(len(self.hidden)):
             into, bias, out = self.views(weights)[2 * layer : 2 * layer + 3]
             lacking = ~(into.any(axis=1) | (bias != 0) | out.any(axis=2))
@@ -137,8 +137,8 @@ class Individuals(PlainNetwork):
     def forward(
         self, policy: Columns, rows: np.ndarray, x: np.ndarray, split: Split
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the logits f32[n, n_logits] and values f32[n] of the animals of `rows` i64[n] with
-        observations f32[n, c]."""
+        """Return the logits f32[n, n_logits] and values f32[n] of animals in `rows` i64[n] with observations
+        f32[n, c]."""
         n = len(rows)
         if x.shape != (n, self.n_observations):
             raise ValueError(f"observations have shape {x.shape}; expected {(n, self.n_observations)}")
@@ -158,7 +158,8 @@ class Individuals(PlainNetwork):
         log_probability: np.ndarray,
         values: np.ndarray,
     ) -> None:
-        """Append a transition to the rollout of each row i64[n]: f32[n, c], int[n, groups], f32[n], f32[n].
+        """Append a transition to the rollout of each row i64[n]: `x` f32[n, c], `choice` int[n, groups],
+        others f32[n].
 
         Raises ValueError if a rollout is full: `learn` empties it.
         """
@@ -169,22 +170,22 @@ class Individuals(PlainNetwork):
         if full:
             horizon = self.ppo.horizon
             raise ValueError(
-                f"{full} of {len(rows)} rollouts have their {horizon} transitions already: "
-                "`learn` from those `due` first"
+                f"{full} of {len(rows)} rollouts already have {horizon} transitions: "
+                "first `learn` from those that are `due`"
             )
 
     def credit(self, experience: Columns, rows: np.ndarray, reward: np.ndarray) -> None:
-        """Add rewards f32[n] to the last transition of each row; rows without one (newborn) are skipped."""
+        """Add rewards f32[n] to the last transition of each row; rows without one (newborns) are skipped."""
         if len(rows):
             kernels.credit(experience.reward.by_address(), rows, experience.length, reward)
 
     def due(
         self, experience: Columns, rows: np.ndarray, uid: np.ndarray, born: np.ndarray, tick: int
     ) -> np.ndarray:
-        """Return whose rollout is complete, bool[n].
+        """Return which animals' rollouts are complete: bool[n].
 
-        The first rollout of a life ends at an age drawn from the uid, later ones when they are full: about 1
-        / horizon of the animals learn in a tick, even if all were born in the same one.
+        The first rollout of a life ends at an age drawn from the uid, later ones when they are full, so about
+        1 / horizon of the animals learn in each tick, even if all were born in the same tick.
         """
         due = np.empty(len(rows), np.bool_)
         kernels.full_rollouts(experience.length, rows, uid, born, tick, self.ppo.horizon, due)
@@ -203,15 +204,16 @@ class Individuals(PlainNetwork):
         memory: np.ndarray | None = None,
         numbers: np.ndarray | None = None,
     ) -> dict[str, float]:
-        """Train the animals of `rows` i64[n] on their rollouts, and empty these; `bootstrap` f32[n] are
-        the values of their current states.
+        """Train the animals in `rows` i64[n] on their rollouts, then empty these; `bootstrap` f32[n] are the
+        values of the animals' current states.
 
-        `plasticity` has their learning rates, discounts and entropy coefficients, each f32[n] or one number
-        for all; None: those of `ppo`; `own` has other hyperparameters by name, [n] each, for the built-in
-        network. `memory` f32[n, memory] are their memories at the beginning of their rollouts, `numbers`
-        f32[n, horizon, n_numbers] their draws for continuous actions. With a learning rate of 0 an animal
-        drops its rollout and does not change. Returns the means over those that learned, named as those of
-        `Learner.update`, and their number n_animals. Raises FloatingPointError if a gradient is not finite.
+        `plasticity` contains their learning rates, discounts and entropy coefficients, each f32[n] or one
+        number for all; None: use `ppo`. `own` contains other hyperparameters by name, [n] each, for the
+        built-in network. `memory` f32[n, memory] is their memory at the beginning of their rollouts,
+        `numbers` f32[n, horizon, n_numbers] their draws for continuous actions. An animal with a learning
+        rate of 0 discards its rollout and does not change. Returns means over the animals that learned, named
+        as in `Learner.update`, and their number, n_animals. Raises FloatingPointError if a gradient is not
+        finite.
         """
         n = len(rows)
         settings = self._settings(n, plasticity, own or {})
@@ -235,7 +237,7 @@ class Individuals(PlainNetwork):
         return summary(*(self.bands.learnt(self, *told) if self.by_row else told))
 
     def _train(self, policy: Columns, experience: Columns, animals: Animals, split: Split) -> None:
-        """Take the animals' steps of Adam, and write their reports."""
+        """Take the animals' Adam steps, and write their reports."""
         epochs = setting_of(animals.settings, "epochs")
         split(
             kernels.train,
@@ -254,8 +256,8 @@ class Individuals(PlainNetwork):
     def _settings(
         self, n: int, plasticity: tuple[Any, Any, Any] | None, own: Mapping[str, np.ndarray]
     ) -> np.ndarray:
-        """Return the hyperparameters f64[n, Hyperparameters] of n animals: those of the species, replaced
-        by their plasticity and their `own` [n]."""
+        """Return the hyperparameters f64[n, Hyperparameters] of n animals: the species' values, overridden by
+        the animals' plasticity and their `own` [n]."""
         if plasticity is not None:
             own = {**own, **dict(zip(("learning_rate", "discount", "entropy_coef"), plasticity, strict=True))}
         settings = np.empty((n, len(kernels.Hyperparameters._fields)))
@@ -264,7 +266,7 @@ class Individuals(PlainNetwork):
         return settings
 
     def _tell(self, policy: Columns, rows: np.ndarray, report: np.ndarray) -> None:
-        """Share with all processes what each of them has learned for its part of the rows i64[n]."""
+        """Share each process's results, for its part of the rows i64[n], with all processes."""
         n, (first, last) = len(rows), self.bands.part(len(rows))
         for column in (policy.weights, policy.moment_1, policy.moment_2, policy.steps, policy.updates):
             column[rows] = self.bands.gathered(n, column[rows[first:last]])
@@ -277,20 +279,20 @@ def setting_of(settings: np.ndarray, name: str) -> np.ndarray:
 
 
 def require_finite(report: np.ndarray, uid: np.ndarray) -> None:
-    """Raise FloatingPointError that names an animal whose gradient is not finite."""
+    """Raise FloatingPointError if an animal's gradient is not finite."""
     if isfinite(np.add.reduce(report[:, 5])):
         return
     finite = np.isfinite(report[:, 5])
     if not finite.all():
         lost = np.flatnonzero(~finite)
         raise FloatingPointError(
-            f"the gradient of animal {uid[lost[0]]} is {report[lost[0], 5]} ({lost.size} such in all); "
+            f"the gradient of animal {uid[lost[0]]} is {report[lost[0], 5]} ({lost.size} in all); "
             "observations, rewards and values must be finite"
         )
 
 
 def summary(report: np.ndarray, lengths: np.ndarray, rates: np.ndarray) -> dict[str, float]:
-    """Return means over animals; of the reward, over transitions; NaN if no animal learned."""
+    """Return means over animals, but over transitions for the reward; NaN if no animal learned."""
     n, total = len(report), np.add.reduce
     if not n:
         return dict.fromkeys((*kernels.TERMS, "learning_rate"), float("nan")) | {
@@ -314,5 +316,5 @@ def _rollouts(experience: Columns) -> tuple[Any, Any, Any]:
 
 
 def _addresses(*columns: Blocked) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
-    """Return the addresses of columns, as kernels take them."""
+    """Return the addresses of columns in the form that kernels expect."""
     return tuple(column.by_address() for column in columns)

@@ -1,8 +1,8 @@
-"""Kernels over animals that each have their own network: newborn weights, recording of transitions, one
-update of PPO.
+"""Kernels for animals that each have their own network: newborns' weights, recording of transitions, PPO
+updates.
 
-Columns are in blocks, see `Blocked.by_address`; animal j of the arguments is row `rows[j]` of the table. Each
-animal's numbers are summed in an order that depends only on its own rollout.
+Columns are in blocks (see `Blocked.by_address`); animal j of the arguments is row `rows[j]` of the table.
+Each animal's numbers are summed in an order that depends only on its own rollout.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ from ecs_eco.learning.loss import (
 from ecs_eco.learning.rollout import STEP, fill_advantages, summarize
 
 TERMS = (*LOSS_TERMS, "gradient_norm", "explained_variance", "reward")
-AHEAD = 8  # animals: this many others are recorded while the data of one are fetched
-_BIRTH = 1 << 32  # purposes of the numbers drawn for newborn weights begin here
+AHEAD = 8  # number of animals recorded while the data of a later one is fetched
+_BIRTH = 1 << 32  # first `purpose` of the draws for newborns' weights
 
 
 class Hyperparameters(NamedTuple):
-    """The hyperparameters of one animal: fields of PPO."""
+    """The hyperparameters of one animal, which are fields of PPO."""
 
     learning_rate: np.float32
     discount: np.float32
@@ -64,8 +64,7 @@ class Workspace(NamedTuple):
 
 @fused_njit
 def draw_newborn(key, who, deviations, weights):
-    """Fill f32[k, size] with normal numbers (Box and Muller 1958) of these deviations f32[size]; 0 stays
-    0."""
+    """Draw weights f32[k, size] from normal distributions (Box and Muller 1958) with these deviations."""
     for j in range(len(who)):
         for i in range(len(deviations)):
             weights[j, i] = 0
@@ -77,8 +76,8 @@ def draw_newborn(key, who, deviations, weights):
 
 @fused_njit
 def record(observations, choices, returns, length, rows, x, choice, log_probability, value):
-    """Append a transition to each animal's rollout; return how many had no space left. `returns` are the
-    columns of log-probabilities, values and rewards."""
+    """Append a transition to each animal's rollout; return how many rollouts were full. `returns` contains
+    the columns of log-probabilities, values and rewards."""
     log_probabilities, values, rewards = returns
     full, horizon = 0, rewards[1].shape[1]
     for j in range(len(rows)):
@@ -103,7 +102,7 @@ def record(observations, choices, returns, length, rows, x, choice, log_probabil
 
 @fused_njit
 def _prefetch_place(row, length, observations, choices, log_probabilities, values):
-    """Prefetch the place of an animal's next transition."""
+    """Prefetch the memory for an animal's next transition."""
     place, c = row % BLOCK * values[1].shape[1] + length[row], observations[1].shape[2]
     for k in range(0, c, LANES):
         prefetch(flat_block_of(row, observations), place * c + k)
@@ -123,7 +122,7 @@ def credit(rewards, rows, length, reward):
 
 @fused_njit
 def full_rollouts(length, rows, uid, born, tick, horizon, due):
-    """Write whose rollout is complete: full, or the first of a life, which ends at an age drawn from the
+    """Write to `due` which rollouts are complete: full, or the first of a life at an age drawn from the
     uid."""
     for i in range(len(rows)):
         n = length[rows[i]]
@@ -149,12 +148,12 @@ def train(
     report,
 ):
     """Train animals first … last − 1 on their rollouts and empty them; `report` f64[n, TERMS] receives the
-    means over each one's steps.
+    means over each animal's steps.
 
-    `networks` are the columns of weights and both moments, `counters` those of steps, updates and the
-    rollouts' lengths, `returns` those of log-probabilities, values and rewards. `bootstrap` f32[n] are the
-    values of the current states, and `settings` f64[n, Hyperparameters]; with a learning rate of 0 nothing
-    changes.
+    `networks` contains the columns of weights and both moments, `counters` the columns of steps, updates and
+    rollout lengths, `returns` the columns of log-probabilities, values and rewards. `bootstrap` f32[n] are
+    the values of the current states; `settings` is f64[n, Hyperparameters]. With a learning rate of 0,
+    nothing changes.
     """
     steps, updates, length = counters
     horizon = returns[0][1].shape[1]
@@ -175,7 +174,7 @@ def train(
         loss = LossSettings(
             own.clip, own.clip_value, own.entropy_coef, own.value_weight, np.float32(shift), np.float32(scale)
         )
-        if j + 1 < last:  # the next animal's data arrive while this one learns
+        if j + 1 < last:  # fetch the next animal's data while this one learns
             for column in networks:
                 prefetch_row(rows[j + 1], column)
             prefetch_row(rows[j + 1], observations)
@@ -206,7 +205,7 @@ def _hyperparameters(settings, j):
 
 @fused_njit
 def _workspace(layers, offsets, horizon):
-    """Return the memory for the rollout of one animal, whose steps all belong to one row."""
+    """Return the memory for one animal's rollout, whose steps all belong to one row."""
     layout = layout_of(layers, horizon)
     return Workspace(
         np.zeros(layout.end, np.float32),
@@ -230,7 +229,7 @@ def _read_transitions(row, returns, steps):
 
 @fused_njit
 def _fit(row, n, networks, steps, observations, choices, work, layers, offsets, own, loss, key, terms):
-    """Take an animal's steps of Adam, and write the terms of the loss, as means over them."""
+    """Take an animal's Adam steps, and write the means of the loss terms over these."""
     at, size, layout = row % BLOCK, networks[0][1].shape[1], work.layout
     kept = block_of(row, networks[0])[at]
     moment_1, moment_2 = block_of(row, networks[1])[at], block_of(row, networks[2])[at]
@@ -257,7 +256,7 @@ def _fit(row, n, networks, steps, observations, choices, work, layers, offsets, 
             loss_gradient(work.network, layout, layers, len(chosen), offsets, loss, work.loss)
             steps[row] += 1
             terms[5] += adam(weights, gradient, moment_1, moment_2, steps[row], settings)
-    for i in range(size):  # copying a slice would check for each number whether the slice repeats it
+    for i in range(size):  # a slice copy would check each number for overlap
         kept[np.uint64(i)] = weights[np.uint64(i)]
     take_terms(work.loss, terms)
     for term in range(6):

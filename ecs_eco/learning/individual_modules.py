@@ -1,7 +1,6 @@
-"""A torch module for every animal: the weights of all are rows of one column, and torch.func runs and trains
-them at once.
+"""A torch module for every animal: weights are rows of one column; torch.func runs and trains them together.
 
-The columns are those of individual.py, so brains are born, inherited, saved and freed in the same way.
+The columns are the same as in individual.py, so brains are created, inherited, saved and freed likewise.
 """
 
 from __future__ import annotations
@@ -29,19 +28,19 @@ from ecs_eco.learning.torch_ppo import ppo_loss
 if TYPE_CHECKING:
     from ecs_eco.engine.schema import Columns
 
-ANIMALS = 256  # animals whose networks run at once
+ANIMALS = 256  # animals whose networks run together
 
 
 class IndividualModules(Individuals):
     """The networks of all individuals of a species, each `network(n_observations, groups)` with its own
     weights.
 
-    On the CPU the same animals decide and learn the same bits on any number of threads. Modules without a
-    rule for torch.func.vmap (as of torch 2: GRUCell and LSTMCell) run animal by animal. Raises ValueError for
-    a module that cannot be a brain.
+    On the CPU, decisions and learning are the same, bit for bit, on any number of threads. Modules that
+    torch.func.vmap does not support (in torch 2, GRUCell and LSTMCell) run one animal at a time. Raises
+    ValueError if a module cannot be a brain.
     """
 
-    by_row = False  # torch computes many at once
+    by_row = False  # torch computes many rows at once
 
     def __init__(
         self,
@@ -72,8 +71,8 @@ class IndividualModules(Individuals):
         self._try()
 
     def draw(self, who: np.ndarray, key: int | np.uint64) -> np.ndarray:
-        """Return the weights f32[k, size] that the module's constructor draws for newborn: the same for
-        the same key and `who` u64[k]."""
+        """Return the weights f32[k, size] that the module's constructor draws for newborns; each is
+        determined by the key and its `who` u64[k]."""
         weights = np.empty((len(who), self.size), np.float32)
         with torch.random.fork_rng(devices=[]), one_torch_thread():
             for i, one in enumerate(np.asarray(who, np.uint64).tolist()):
@@ -85,12 +84,11 @@ class IndividualModules(Individuals):
         return weights
 
     def flat(self, brain: PolicyNetwork) -> np.ndarray:
-        """Return the weights of a shared brain of this network in the order in which individuals store
-        theirs: f32[size]."""
+        """Return the weights of a shared brain with this network in the individuals' order: f32[size]."""
         return np.concatenate([np.asarray(brain.named()[name], np.float32).ravel() for name in self.names])
 
     def module(self, weights: np.ndarray) -> torch.nn.Module:
-        """Return one organism's network, of weights f32[size]."""
+        """Return one organism's network, with weights f32[size]."""
         module = copy.deepcopy(self.brain.module).cpu()
         parameters = [p for p in module.parameters() if p.requires_grad]
         torch.nn.utils.vector_to_parameters(torch.from_numpy(np.array(weights)), parameters)
@@ -99,14 +97,13 @@ class IndividualModules(Individuals):
     def forward(
         self, policy: Columns, rows: np.ndarray, x: np.ndarray, split: Split
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return logits f32[n, n_logits] and values f32[n] of the animals of `rows` i64[n], without
-        memory."""
+        """Return logits f32[n, n_logits] and values f32[n] of animals in `rows` i64[n], without memory."""
         return self.recall(policy, rows, x, np.zeros((len(rows), self.memory), np.float32))[:2]
 
     def recall(
         self, policy: Columns, rows: np.ndarray, x: np.ndarray, memory: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return logits, values, and the next memory f32[n, memory], of animals with this memory."""
+        """Return the logits, values and next memory f32[n, memory] of animals with this memory."""
         n = len(rows)
         logits, values = np.empty((n, self.n_logits), np.float32), np.empty(n, np.float32)
         later = np.empty((n, self.memory), np.float32)
@@ -120,7 +117,7 @@ class IndividualModules(Individuals):
         return logits, values, later
 
     def _train(self, policy: Columns, experience: Columns, animals: Animals, split: Split) -> None:
-        """Take the animals' steps of Adam, and write their reports."""
+        """Take the animals' Adam steps, and write their reports."""
         rates, lengths = setting_of(animals.settings, "learning_rate"), experience.length[animals.rows]
         learning = np.flatnonzero((rates != 0) & (lengths > 0))
         with self.brain.reproducible(), one_torch_thread():
@@ -146,7 +143,7 @@ class IndividualModules(Individuals):
         }
 
     def _fit(self, policy: Columns, experience: Columns, animals: Animals) -> np.ndarray:
-        """Train animals, each on its rollout, and write weights and moments; return f64[k, terms …]."""
+        """Train each animal on its rollout, and write weights and moments; return f64[k, terms …]."""
         ppo, tensor, rows, settings = self.ppo, self.brain.tensor, animals.rows, animals.settings
         lengths = experience.length[rows].astype(np.int64)
         steps, (mean, deviation, explained, reward) = self._advantages_of(experience, animals, lengths)
@@ -188,8 +185,8 @@ class IndividualModules(Individuals):
     def _advantages_of(
         self, experience: Columns, animals: Animals, lengths: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the transitions of animals with advantages, STEP[k, horizon] with zeros beyond each one's
-        length, and the statistics of `summarize` for each, f64[4, k]."""
+        """Return the animals' transitions with advantages, STEP[k, horizon], with zeros beyond each rollout's
+        length, and the statistics of `summarize` for each animal, f64[4, k]."""
         shape, gae_lambda = (len(lengths), self.ppo.horizon), np.float32(self.ppo.gae_lambda)
         steps, ended = np.zeros(shape, STEP), np.zeros(self.ppo.horizon, np.bool_)
         for name in ("log_probability", "value", "reward"):
@@ -204,8 +201,7 @@ class IndividualModules(Individuals):
     def _loss(
         self, weights: torch.Tensor, one: dict[str, torch.Tensor]
     ) -> tuple[torch.Tensor, tuple[torch.Tensor, ...]]:
-        """Return the mean loss of one animal over the transitions that are `chosen` f32[horizon], and its
-        terms."""
+        """Return the mean loss of one animal over the `chosen` f32[horizon] transitions, and its terms."""
         logits, values = self._replay(self._named(weights), one["observations"], one["memory"])
         entropy, shift, scale, chosen = (one[name] for name in ("entropy", "shift", "scale", "chosen"))
         ppo = self.ppo
@@ -216,8 +212,8 @@ class IndividualModules(Individuals):
     def _replay(
         self, named: dict[str, torch.Tensor], observations: torch.Tensor, state: torch.Tensor
     ) -> tuple[torch.Tensor, torch.Tensor]:
-        """Return logits [horizon, k] and values [horizon] of one animal; gradients go back `unroll` ticks
-        of its memory."""
+        """Return logits [horizon, k] and values [horizon] of one animal; gradients flow back through `unroll`
+        ticks of its memory."""
         module = self.brain.module
         if not self.memory:
             return functional_call(module, named, (observations,))
@@ -229,8 +225,8 @@ class IndividualModules(Individuals):
         return torch.cat([o[0] for o in outputs]), torch.cat([o[1] for o in outputs])
 
     def _try(self) -> None:
-        """Choose to run animal by animal if torch cannot run several at once. Raises ValueError if such a
-        network cannot learn at all."""
+        """Choose to run one animal at a time if torch cannot run several together. Raises ValueError if such
+        a network cannot learn at all."""
         n, horizon = 2, 3
         weights, memory = np.zeros((n, self.size), np.float32), np.zeros((n, self.memory), np.float32)
         seen, zeros = np.zeros((n, horizon, self.n_observations), np.float32), torch.zeros(n, horizon)
@@ -246,23 +242,22 @@ class IndividualModules(Individuals):
             self._each = each
             try:
                 with one_torch_thread(), self.brain.reproducible(), warnings.catch_warnings():
-                    # of operations that vmap itself would run one by one
+                    # vmap warns of operations that it would run one by one
                     warnings.simplefilter("error", UserWarning)
                     each(grad_and_value(self._loss, has_aux=True))(self.brain.tensor(weights), blank)
-                    with torch.no_grad():  # the operations may differ then
+                    with torch.no_grad():  # can use different operations
                         self._think(weights, seen[:, 0], memory)
                 return
             except Exception as error:
                 failed = error
         raise ValueError(
-            f"cannot be an individual's: torch.func raises {type(failed).__name__}: "
+            f"cannot be used for individuals: torch.func raises {type(failed).__name__}: "
             f"{str(failed).strip().splitlines()[0][:200]}"
         ) from failed
 
 
 def one_by_one(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return what torch.func.vmap returns for a function, with the items of its arguments taken one after
-    the other."""
+    """Return a function like torch.func.vmap's that computes the items of its arguments one by one."""
 
     def item(argument: Any, i: int) -> Any:
         return {k: v[i] for k, v in argument.items()} if isinstance(argument, dict) else argument[i]
@@ -282,7 +277,7 @@ def _stacked(items: list[Any]) -> Any:
 def _minibatches(
     there: np.ndarray, parts: int, seed: int, uid: np.ndarray, updates: np.ndarray, epoch: int
 ) -> list[np.ndarray]:
-    """Return masks bool[k, horizon] that distribute each animal's transitions at random among the gradient
+    """Return masks bool[k, horizon] that randomly distribute each animal's transitions over the gradient
     steps of an epoch."""
     if parts == 1:
         return [there]

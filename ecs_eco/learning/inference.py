@@ -1,6 +1,6 @@
-"""Inference of plain networks without torch: kernels with a fixed order of summation.
+"""Inference with plain networks, without torch: kernels with a fixed order of summation.
 
-The output for one organism does not depend, to the bit, on the others, on its position, or on the number of
+Bit for bit, an organism's output does not depend on other organisms, on its position or on the number of
 threads.
 """
 
@@ -15,16 +15,16 @@ from ecs_eco.learning.arithmetic import fused_njit, lone_fused_njit, tanh
 from ecs_eco.learning.layers import layer_of
 from ecs_eco.learning.tiles import ROWS, product, round_up
 
-BLOCK = 64  # organisms: four vectors of the widest kind
+BLOCK = 64  # organisms: four of the widest vectors
 
 
 @fused_njit
 def infer_shared(first, last, observations, weights, layers, logits, values):
-    """Write the outputs of the same weights f32[size] for organisms first to last of the observations f32[c,
-    n]: logits f32[n, k], values f32[n].
+    """Write the outputs of one network with weights f32[size] for organisms first to last of the observations
+    f32[c, n]: logits f32[n, k], values f32[n].
 
-    The observations of a block are transposed, (units, organisms), so that all loops run along the organisms,
-    as vector code.
+    Each block of observations is transposed to (units, organisms), so that all loops run over organisms and
+    can be vectorized.
     """
     n_observations, n_logits = observations.shape[0], logits.shape[1]
     widest = units = 0
@@ -63,7 +63,7 @@ def infer_shared(first, last, observations, weights, layers, logits, values):
 
 @lone_fused_njit
 def _lay_weights(weights, layers, biases, scratch):
-    """Copy the weights, and write each bias as a whole vector."""
+    """Copy the weights, repeating each bias to fill a vector."""
     for i in range(len(weights)):
         scratch[i] = weights[i]
     for level in range(len(layers)):
@@ -77,8 +77,8 @@ def _lay_weights(weights, layers, biases, scratch):
 
 @fused_njit
 def _take(observations, start, size, scratch, to):
-    """Copy the observations of organisms from `start` on into a block: as vectors if each of the n
-    observations is contiguous."""
+    """Copy observations of organisms from `start` on into a block, as vectors if each of the n is
+    contiguous."""
     n = observations.shape[0]
     if size == BLOCK and observations.strides[1] == 4:
         step = observations.strides[0] // 4
@@ -94,10 +94,10 @@ def _take(observations, start, size, scratch, to):
 @lone_fused_njit
 def infer_individual(first, last, rows, weights, layers, x, logits, values):
     """Write the logits f32[n, k] and values f32[n] of animals first … last − 1 with observations f32[n, c],
-    each with its own weights: animal j's are row `rows[j]` of a column `Blocked.by_address`.
+    each with its own weights: row `rows[j]` of a column from `Blocked.by_address` for animal j.
 
-    Every fourth input of a layer is summed separately. Up to LANES numbers behind each animal's weights are
-    read and ignored.
+    A layer's inputs are summed in four groups, every fourth input in one. Up to LANES numbers after each
+    animal's weights are read but ignored.
     """
     zero, k, size, wide = spread(np.float32(0)), logits.shape[1], weights[1].shape[1], x.shape[1]
     for level in range(len(layers)):

@@ -1,4 +1,4 @@
-"""The layers of a plain network, as kernels take them: a table i64[layers, 7], a `Layer` per row."""
+"""The layers of a plain network as a table for kernels: i64[layers, 7], one `Layer` per row."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ class Layer(NamedTuple):
 
     inputs: int
     outputs: int
-    weights: int  # where its matrix (inputs, outputs) begins in a row of weights; then its bias
-    transposed: int  # and in the transposed weights, whose rows are up to a multiple of LANES
-    below: int  # where its input begins [numbers per transition]; 0: the observations
-    above: int  # where its output begins
+    weights: int  # start of its matrix (inputs, outputs) in a row of weights; its bias follows
+    transposed: int  # start in the transposed weights, whose rows are padded to a multiple of LANES
+    below: int  # start of its input [numbers per transition]; 0: the observations
+    above: int  # start of its output
     hidden: int  # whether tanh is applied
 
 

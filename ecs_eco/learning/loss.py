@@ -1,11 +1,11 @@
-"""PPO's loss as a kernel: its terms, and its gradient by the outputs of a plain network.
+"""PPO's loss as a kernel: its terms, and its gradient with respect to a plain network's outputs.
 
-Loss = -min(r A, clip(r) A) - entropy_weight H + value_weight (V - R)^2, with r the ratio of the choice's new
-and old probabilities, A the advantage, R = A + the old value (Schulman et al. 2017, eq. 7 and 9).
-`torch_ppo.ppo_loss` is the same in autograd.
+Loss = -min(r A, clip(r) A) - entropy_weight H + value_weight (V - R)^2, where r is the ratio of the choice's
+new and old probabilities, A the advantage, and R = A + the old value (Schulman et al. 2017, eq. 7 and 9).
+`torch_ppo.ppo_loss` computes the same with autograd.
 
-Transitions are transposed, so that all loops run along a block of them, as vector code: these loops use only
-float32, and their length is that of the arrays, because the compiler unrolls short loops of known length.
+Transitions are transposed so that all loops run over a block of them and can be vectorized. These loops use
+only float32 and take their length from arrays, because the compiler unrolls short loops of known length.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ from ecs_eco.learning.tiles import round_up
 
 BLOCK = 32  # transitions
 LOSS_TERMS = ("policy_loss", "value_loss", "entropy", "approx_kl", "clip_fraction")
-# where the sums of the loss's terms begin in `LossScratch.terms`, behind the policy's
+# start of the sums of each loss term in `LossScratch.terms`, after the policy loss
 VALUE, ENTROPY, KL, CLIPPED = BLOCK, 2 * BLOCK, 3 * BLOCK, 4 * BLOCK
 
 
 class LossSettings(NamedTuple):
-    """The parameters of the loss; advantages are taken as (A - shift) * scale."""
+    """The parameters of the loss; advantages are normalized to (A - shift) * scale."""
 
     clip: np.float32
     clip_value: np.float32
@@ -38,7 +38,7 @@ class LossSettings(NamedTuple):
 
 
 class LossScratch(NamedTuple):
-    """The arrays of `gather_transitions` and `output_gradient`, for n transitions of G choices, K numbers."""
+    """The arrays of `gather_transitions` and `output_gradient` for n transitions, G choices and K numbers."""
 
     weight: np.ndarray  # f32[n]: weight of each transition in the mean
     log_probability: np.ndarray  # f32[n], at the decision
@@ -46,17 +46,17 @@ class LossScratch(NamedTuple):
     advantage: np.ndarray  # f32[n]
     choices: np.ndarray  # f32[G, n]
     numbers: np.ndarray  # f32[K, n]
-    outputs: np.ndarray  # f32[outputs, BLOCK], the value last, then the gradient by them
-    exponentials: np.ndarray  # f32[outputs, BLOCK], of logits minus the group's largest
+    outputs: np.ndarray  # f32[outputs, BLOCK], the value last; then their gradient
+    exponentials: np.ndarray  # f32[outputs, BLOCK], of logits minus their group's largest
     mean_logit: np.ndarray  # f32[G, BLOCK]
     inverse_sum: np.ndarray  # f32[G, BLOCK], of the exponentials
-    log_ratio: np.ndarray  # f32[BLOCK], then the gradient by the log-probability
+    log_ratio: np.ndarray  # f32[BLOCK]; then the gradient for the log-probability
     terms: np.ndarray  # f32[5 * BLOCK]: sums of the loss's terms
 
 
 @fused_njit
 def allocate_scratch(offsets, n_numbers, rows):
-    """Return the memory for the loss of up to `rows` transitions of a network."""
+    """Return the scratch for the loss of up to `rows` transitions of a network."""
     n, n_groups, n_outputs = round_up(rows, BLOCK), len(offsets) - 1, offsets[-1] + 2 * n_numbers + 1
     return LossScratch(
         np.zeros(n, np.float32),
@@ -93,11 +93,11 @@ def gather_transitions(scratch, steps, choices, numbers, offsets, chosen, weight
 
 @fused_njit
 def output_gradient(activations, deltas, layers, rows, n, offsets, settings, scratch):
-    """Write the gradient of the loss by the outputs of n transitions, zeros into the rows behind them; add
-    its terms to those of the scratch.
+    """Write the gradient of the loss with respect to the outputs of n transitions, and zeros to the rows
+    after them; add the loss's terms to the scratch.
 
-    The outputs of each head lie in the network's scratch, `activations`, as `gradient.forward` leaves them;
-    the gradient by them lies `deltas` further behind.
+    Each head's outputs are in the network's scratch, `activations`, where `gradient.forward` wrote them;
+    their gradient follows at a distance of `deltas`.
     """
     weight, old_log_probability, old_value, advantage, choices, numbers = scratch[:6]
     outputs, exponentials, mean_logit, inverse_sum, log_ratio, terms = scratch[6:]
@@ -168,7 +168,7 @@ def _transpose_outputs(activations, layers, rows, start, size, outputs):
 
 @lone_fused_njit
 def _transpose_back(outputs, layers, rows, start, size, deltas, activations):
-    """Write the gradient of the block's first `size` transitions as rows, zeros into those behind them."""
+    """Write the gradient of the block's first `size` transitions as rows, then rows of zeros."""
     first = 0
     for level in range(len(layers)):
         layer = layer_of(layers, level)
@@ -191,7 +191,7 @@ def _begin(log_probability, start, log_ratio):
 
 @fused_njit
 def _subtract_largest(outputs, low, high):
-    """Subtract the largest of a group's logits from them."""
+    """Subtract the largest logit of a group from all its logits."""
     for i in range(0, BLOCK, LANES):
         largest = load(outputs, low * BLOCK + i)
         for k in range(low + 1, high):
@@ -205,9 +205,9 @@ def _subtract_largest(outputs, low, high):
 def group_softmax(
     logits, exponentials, low, high, g, mean_logit, inverse_sum, choices, weight, start, log_ratio, terms
 ):
-    """Write the exponentials of a group's logits, which are at most 0, 1 / their sum, and the logits' mean
-    by probability; add the log-probability of the choice to `log_ratio` and the entropy [nat] to the
-    terms."""
+    """Write the exponentials of a group's logits (which are at most 0), 1 / their sum, and the
+    probability-weighted mean logit; add the log-probability of the choice to `log_ratio` and the entropy
+    [nat] to the terms."""
     zero, one = np.float32(0), np.float32(1)
     for i in range(len(log_ratio)):
         mean_logit[g, i] = zero
@@ -233,8 +233,8 @@ def group_softmax(
 
 @lone_fused_njit
 def normal_log_probability(outputs, mean, numbers, j, weight, start, log_ratio, terms):
-    """Add the log-probability of number j under its normal distribution to `log_ratio`, and its entropy
-    [nat] to the terms; the outputs have the logarithm of the deviation behind the mean."""
+    """Add the log-probability of number j under its normal distribution to `log_ratio`, and its entropy [nat]
+    to the terms; in the outputs, the log deviation follows the mean."""
     for i in range(len(log_ratio)):
         at = np.uint64(start + i)
         s = min(max(outputs[mean + 1, i], LEAST), MOST)
@@ -245,8 +245,8 @@ def normal_log_probability(outputs, mean, numbers, j, weight, start, log_ratio, 
 
 @lone_fused_njit
 def policy_gradient(weight, advantage, start, settings, log_ratio, terms):
-    """Turn `log_ratio`, the change of the log-probabilities of the choices, into the gradient by these;
-    add to the policy loss, the divergence r - 1 - log(r), and the clipped share."""
+    """Replace `log_ratio`, the change in the choices' log-probabilities, by the gradient for these; add to
+    the policy loss, the divergence r - 1 - log(r), and the clipped share."""
     zero, one = np.float32(0), np.float32(1)
     low, high = one - settings.clip, one + settings.clip
     shift, scale = settings.shift, settings.scale
@@ -256,7 +256,7 @@ def policy_gradient(weight, advantage, start, settings, log_ratio, terms):
         r = exp(change)
         bound = low if r < low else (high if r > high else r)
         free, held = r * gain, bound * gain
-        log_ratio[i] = zero if free > held else free * part  # beyond the bound, on the side of gain
+        log_ratio[i] = zero if free > held else free * part  # no gradient if clipping limits the gain
         terms[i] -= part * (held if free > held else free)
         terms[KL + i] += part * (r - one - change)
         terms[CLIPPED + i] += part if bound != r else zero
@@ -264,8 +264,8 @@ def policy_gradient(weight, advantage, start, settings, log_ratio, terms):
 
 @lone_fused_njit
 def value_gradient(outputs, weight, old_value, advantage, start, settings, terms):
-    """Turn the values into the gradient by them; add the squared errors, with clip_value those of the
-    worse of the free and the clipped value."""
+    """Replace the values by their gradient; add the squared errors. With clip_value, the larger error of the
+    unclipped and the clipped value counts."""
     zero, clip, value = np.float32(0), settings.clip_value, len(outputs) - 1
     for i in range(outputs.shape[1]):
         at = np.uint64(start + i)
@@ -282,7 +282,7 @@ def value_gradient(outputs, weight, old_value, advantage, start, settings, terms
 def logit_gradient(
     logits, exponentials, low, high, g, mean_logit, inverse_sum, choices, weight, start, entropy, log_ratio
 ):
-    """Turn a group's logits into the gradient by them; the loss falls by `entropy` times the entropy."""
+    """Replace a group's logits by their gradient; `entropy` is the weight of the entropy bonus."""
     zero = np.float32(0)
     for k in range(low, high):
         option = np.float32(k - low)
@@ -295,8 +295,7 @@ def logit_gradient(
 
 @lone_fused_njit
 def normal_gradient(outputs, mean, numbers, j, weight, start, entropy, log_ratio):
-    """Turn the mean and the logarithm of the deviation of number j's distribution into the gradient by
-    them."""
+    """Replace the mean and log deviation of number j's distribution by their gradient."""
     zero, one = np.float32(0), np.float32(1)
     for i in range(len(log_ratio)):
         at, d, free = np.uint64(start + i), log_ratio[i], outputs[mean + 1, i]
@@ -310,7 +309,7 @@ def normal_gradient(outputs, mean, numbers, j, weight, start, entropy, log_ratio
 
 @fused_njit
 def take_terms(scratch, terms):
-    """Write the sums of the loss's terms to f64[5], and reset them to 0."""
+    """Write the sums of the loss's terms to `terms` f64[5], and reset them to 0."""
     sums = scratch.terms
     for term in range(5):
         total = 0.0

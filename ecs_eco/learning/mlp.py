@@ -1,4 +1,4 @@
-"""The built-in network as a torch module, and the test whether a module is equivalent to it."""
+"""The built-in network as a torch module, and a test of whether a module is equivalent to it."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from ecs_eco.learning.continuous import spreads
 
 
 class MLP(nn.Module):
-    """An actor-critic network of tanh layers as a torch module, with the weights' names and shapes of `Brain`.
+    """An actor-critic network of tanh layers as a torch module, with `Brain`'s weight names and shapes.
 
     Parameters
     ----------
     n_observations : int
     groups : tuple of int
-        Number of options of each group of actions.
+        Number of options of each action group.
     hidden : tuple of int, default (64, 64)
         Units of each hidden layer.
     trunk : {"shared", "separate"}
@@ -26,8 +26,8 @@ class MLP(nn.Module):
 
     Notes
     -----
-    Weights are orthogonal (Saxe et al. 2014) with gain sqrt(2), 0.01 for the policy's head and 1 for the
-    value's.
+    Weights are orthogonal (Saxe et al. 2014). The gain is sqrt(2), but 0.01 for the policy head and 1 for the
+    value head.
 
     Examples
     --------
@@ -94,21 +94,20 @@ class MLP(nn.Module):
         values = value["head"](above[-1])[:, 0]
         if not self._continuous:
             return policy["head"](above[1]), values
-        of_spreads: Any = self._of_spreads  # only their biases learn
+        of_spreads: Any = self._of_spreads  # only their biases are learned
         weight = torch.where(of_spreads, policy["head"].weight.detach(), policy["head"].weight)
         return nn.functional.linear(above[1], weight, policy["head"].bias), values
 
 
 Plain = tuple[tuple[int, ...], str, dict[str, np.ndarray]]
-"""A plain network: its hidden layers, its trunk, and its weights as `Brain.state()` returns them."""
+"""A plain network: its hidden layers, its trunk, and its weights in the form that `Brain.state()` returns."""
 
 
 def plain(module: object, n_observations: int, n_logits: int) -> Plain | None:
-    """Return a module's weights if it computes what `Brain` does, so that kernels can run it; None for any
-    other.
+    """Return a module's weights if it computes the same as `Brain`, so that kernels can run it; else None.
 
-    It is an `MLP`, or a Sequential of Linear and Tanh with n_logits outputs, or one more for the value.
-    Raises ValueError for a Sequential with other numbers of inputs or outputs.
+    Such a module is an `MLP`, or a Sequential of Linear and Tanh with n_logits outputs, or one more for the
+    value. Raises ValueError if a Sequential has different numbers of inputs or outputs.
     """
     if (
         type(module) is MLP
@@ -124,7 +123,7 @@ def plain(module: object, n_observations: int, n_logits: int) -> Plain | None:
 
 
 def _alternate(layers: list[nn.Module]) -> bool:
-    """Return whether the layers are Linear and Tanh in turn, Linear at both ends."""
+    """Return whether the layers alternate between Linear and Tanh, with Linear at both ends."""
     kinds = [type(layer) for layer in layers]
     return len(kinds) > 2 and kinds == [nn.Linear, nn.Tanh] * (len(kinds) // 2) + [nn.Linear]
 
@@ -146,7 +145,7 @@ def _sequential(linear: list[Any], n_observations: int, n_logits: int) -> Plain:
         if i < len(linear) - 1:
             state |= {f"trunk.{i}.weight": weight, f"trunk.{i}.bias": bias}
     value = slice(n_logits, n_logits + 1) if outputs > n_logits else slice(0, 1)
-    unknown = outputs == n_logits  # values are not given: they begin at 0
+    unknown = outputs == n_logits  # the module outputs no values, so they start at 0
     state |= {
         "policy.head.weight": weight[:n_logits],
         "policy.head.bias": bias[:n_logits],
@@ -157,13 +156,13 @@ def _sequential(linear: list[Any], n_observations: int, n_logits: int) -> Plain:
 
 
 def from_torch(module: nn.Module) -> nn.Module:
-    """Return a network that was trained elsewhere, checked, for `policies={"deer": …}` of a world.
+    """Check a network that was trained elsewhere, and return it for a world's `policies={"deer": …}`.
 
     Parameters
     ----------
     module : torch.nn.Sequential
-        Layers Linear and Tanh in turn. The last layer has an output for each option of the species' groups of
-        actions, and may have one more for the value.
+        Alternating Linear and Tanh layers. The last layer has an output for each option of the species'
+        action groups, and can have one more for the value.
 
     Returns
     -------
@@ -172,7 +171,7 @@ def from_torch(module: nn.Module) -> nn.Module:
     Raises
     ------
     ValueError
-        For other layers.
+        If it has other layers.
 
     Examples
     --------
@@ -189,6 +188,6 @@ def from_torch(module: nn.Module) -> nn.Module:
     if not _alternate(layers):
         raise ValueError(
             f"layers {', '.join(type(x).__name__ for x in layers)}: "
-            "expected Linear and Tanh in turn, Linear at both ends"
+            "expected alternating Linear and Tanh, with Linear at both ends"
         )
     return module

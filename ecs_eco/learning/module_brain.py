@@ -1,9 +1,9 @@
 """Any torch module as a brain: what it must provide, and how a world runs it.
 
 `Net(n_observations, groups)` is an ordinary `torch.nn.Module` with `forward(observations f32[n, d]) → (logits
-f32[n, k], values f32[n])`, k = sum(groups). A module with a memory declares how many numbers each organism
+f32[n, k], values f32[n])`, k = sum(groups). A module with memory declares how many numbers each organism
 keeps, `self.memory = 64`, and has `forward(observations, state f32[n, memory]) → (logits, values, state)`. It
-is always in evaluation mode, and draws no random numbers.
+always runs in evaluation mode and must not draw random numbers.
 """
 
 from __future__ import annotations
@@ -24,28 +24,28 @@ from ecs_eco.learning.mlp import MLP, plain
 from ecs_eco.learning.policy_network import PolicyNetwork, Split
 
 CHUNK = 2048  # rows that a module receives at once
-# rows are padded to a multiple of this: products of fewer take another path, with other last bits
+# rows are padded to a multiple of this: smaller products use other code, with different last bits
 LANES = 16
 
 
 class ModuleBrain(PolicyNetwork):
-    """A torch module in the place of a `Brain`.
+    """A torch module used in place of a `Brain`.
 
     Parameters
     ----------
     module : torch.nn.Module
         Its `forward` takes observations f32[n, n_observations] and returns logits f32[n, sum(groups)] and
-        values f32[n]. With an attribute `memory`, the numbers that each organism keeps, it takes and returns
-        a state f32[n, memory], too.
+        values f32[n]. If it has the attribute `memory`, the number of values that each organism keeps, it
+        also takes and returns a state f32[n, memory].
     n_observations : int
     groups : tuple of int
     device : str, default "cpu"
-        "cpu", "cuda" or "cuda:1". On the CPU results are the same bits for any number of threads.
+        "cpu", "cuda" or "cuda:1". On the CPU, results are the same, bit for bit, for any number of threads.
 
     Raises
     ------
     ValueError
-        If the module returns something else.
+        If the module does not meet these requirements.
 
     Examples
     --------
@@ -94,7 +94,7 @@ class ModuleBrain(PolicyNetwork):
     def recall(
         self, observations: np.ndarray, memory: np.ndarray, split: Split | None = None
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return logits, values, and the next memory f32[n, memory], of organisms with this memory."""
+        """Return the logits, values and next memory f32[n, memory] of organisms with this memory."""
         n = self._rows(observations)
         logits, values = np.empty((n, self.n_logits), np.float32), np.empty(n, np.float32)
         later = np.empty((n, self.memory), np.float32)
@@ -111,7 +111,7 @@ class ModuleBrain(PolicyNetwork):
         return logits, values, later
 
     def run(self, observations: np.ndarray, state: torch.Tensor | None = None) -> tuple[torch.Tensor, ...]:
-        """Call the module: return logits, values and, with a memory, the next state, as tensors with
+        """Call the module: return logits, values and, with memory, the next state, as tensors with
         gradients."""
         x = self.tensor(observations)
         out = self.module(x) if state is None else self.module(x, state)
@@ -123,7 +123,7 @@ class ModuleBrain(PolicyNetwork):
 
     @contextmanager
     def reproducible(self) -> Iterator[None]:
-        """Within this context torch uses only deterministic algorithms. Raises RuntimeError if an
+        """Make torch use only deterministic algorithms within this context. Raises RuntimeError if an
         operation has none."""
         before, warns = (
             torch.are_deterministic_algorithms_enabled(),
@@ -153,7 +153,7 @@ class ModuleBrain(PolicyNetwork):
                 )
             if not all(torch.equal(a, b) for a, b in zip(first, second, strict=True)):
                 raise ValueError(
-                    "returns two different outputs for the same observations; put its memory into the state"
+                    "returns two different outputs for the same observations; keep its memory in the state"
                 )
         if not (first[0].requires_grad and self.parameters()):
             raise ValueError("has logits that depend on no parameter; expected: a module that can learn")
@@ -185,17 +185,15 @@ class ModuleBrain(PolicyNetwork):
             if tuple(tensor.shape) != shape or tensor.dtype != torch.float32:
                 raise ValueError(f"{given} gives {name} {_described(tensor)}; it should give {wanted}")
             if tensor.device.type != torch.device(self.device).type:
-                raise ValueError(
-                    f"{given} gives {name} on {tensor.device}; its species thinks on {self.device!r}"
-                )
+                raise ValueError(f"{given} gives {name} on {tensor.device}; expected: {self.device!r}")
             if not bool(torch.isfinite(tensor).all()):
                 raise ValueError(f"{given} gives {name} that are not finite; it should give {wanted}")
         return out
 
 
 def made(network: Callable[..., Any], n_observations: int, groups: tuple[int, ...], seed: int) -> Any:
-    """Return `network(n_observations, groups)`, whose random weights follow from the seed. Raises
-    ValueError if it raises."""
+    """Return `network(n_observations, groups)`, with random weights determined by the seed. Raises ValueError
+    if the call fails."""
     with torch.random.fork_rng(devices=[]), one_torch_thread():
         torch.manual_seed(seed)
         try:
@@ -219,7 +217,7 @@ def as_brain(
 
 
 def as_module(brain: PolicyNetwork) -> torch.nn.Module:
-    """Return a copy of a brain as a torch module of its own."""
+    """Return a copy of a brain as an independent torch module."""
     if not isinstance(brain, Brain):
         assert isinstance(brain, ModuleBrain)
         return copy.deepcopy(brain.module).cpu()
@@ -242,12 +240,12 @@ def memory_of(module: torch.nn.Module) -> int:
     memory = getattr(module, "memory", 0)
     if isinstance(memory, bool) or not isinstance(memory, int) or memory < 0:
         raise ValueError(
-            f"has memory = {memory!r}; expected: how many numbers each organism keeps, a whole number >= 0"
+            f"has memory = {memory!r}; expected: the number of values that each organism keeps, >= 0"
         )
     if takes_state and not memory:
         raise ValueError(
-            "takes a state in forward but does not declare its size: set self.memory to the numbers that "
-            "each organism keeps"
+            "takes a state in forward but does not declare its size: set self.memory to the number of "
+            "values that each organism keeps"
         )
     if memory and len(positional) < 2 and not takes_state:
         raise ValueError(

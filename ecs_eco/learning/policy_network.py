@@ -11,10 +11,10 @@ Split = Callable[..., None]
 
 
 class PolicyNetwork:
-    """A policy and a value over the same observations.
+    """A policy and a value computed from the same observations.
 
-    Its outputs are the logits of the categorical groups, group g's at offsets[g]:offsets[g + 1], then mean
-    and logarithm of the deviation of each continuous one.
+    Its outputs are the logits of the categorical groups, group g's at offsets[g]:offsets[g + 1], then the
+    mean and log deviation of each continuous one.
     """
 
     n_observations: int
@@ -22,12 +22,12 @@ class PolicyNetwork:
     offsets: np.ndarray
     n_numbers: int  # continuous groups
     n_logits: int  # outputs
-    memory: int  # numbers that it keeps between decisions
-    by_row: bool  # whether a row's bits depend on no other row: processes may share the rows
+    memory: int  # number of values kept between decisions
+    by_row: bool  # whether rows are independent, bit for bit, so processes can share them
     called: str  # in errors
 
     def forward(self, observations: np.ndarray, split: Split | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """Return logits and values; a network with a memory starts with an empty one.
+        """Return logits and values; a network with memory starts with empty memory.
 
         Parameters
         ----------
@@ -46,16 +46,16 @@ class PolicyNetwork:
     def recall(
         self, observations: np.ndarray, memory: np.ndarray, split: Split | None = None
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return logits, values, and the next memory f32[n, memory], of organisms with this memory."""
+        """Return the logits, values and next memory f32[n, memory] of organisms with this memory."""
         raise NotImplementedError
 
     def named(self) -> dict[str, np.ndarray]:
-        """Return the weights that learning changes by name, with shapes as in torch; on the CPU they are
+        """Return the weights that learning changes, by name and shaped as in torch; on the CPU they are
         views."""
         raise NotImplementedError
 
     def state(self) -> dict[str, np.ndarray]:
-        """Return a copy of the weights by name, for a torch module of its parameters and buffers.
+        """Return a copy of the weights by name; for a torch module, a copy of its parameters and buffers.
 
         Returns
         -------
@@ -69,12 +69,12 @@ class PolicyNetwork:
         Parameters
         ----------
         state : dict of str to array
-            As `state` returns it.
+            Weights as returned by `state`.
 
         Raises
         ------
         ValueError
-            With each name that is missing, unknown or of another shape.
+            If a weight is missing, unknown or has another shape.
         """
         mine = self._parts()
         if wrong := sorted(set(state) ^ set(mine)):
@@ -93,12 +93,12 @@ class PolicyNetwork:
         return self.named()
 
     def _set(self, state: dict[str, np.ndarray]) -> None:
-        """Set the weights to those of a valid `state`."""
+        """Set the weights from a valid `state`."""
         for name, part in self.named().items():
             part[...] = state[name]
 
     def _rows(self, observations: np.ndarray) -> int:
-        """Return the number of observations. Raises ValueError for another shape."""
+        """Return the number of observations. Raises ValueError if their shape is wrong."""
         n = len(observations)
         if np.shape(observations) != (n, self.n_observations):
             raise ValueError(

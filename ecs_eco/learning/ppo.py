@@ -21,7 +21,7 @@ from ecs_eco.learning.torch_ppo import CHUNK, TorchLearner
 
 
 class Learner(TorchLearner):
-    """PPO for the built-in network, over a population whose members are born and die in mid-rollout.
+    """PPO for the built-in network, for a population whose members are born and die mid-rollout.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ class Learner(TorchLearner):
 
     Notes
     -----
-    The steps of a tick are those of `TorchLearner`.
+    The steps of a tick are the same as for `TorchLearner`.
 
     Examples
     --------
@@ -70,7 +70,7 @@ class Learner(TorchLearner):
         self.steps = int(state["steps"])
 
     def _step(self, chosen: np.ndarray, rate: float, clip: float, shift: float, scale: float) -> np.ndarray:
-        """Take one step of Adam down the mean loss over transitions; return the terms and the gradient's
+        """Take one Adam step to reduce the mean loss over transitions; return the terms and the gradient's
         norm."""
         brain, ppo, rollout = self.brain, self.ppo, self.rollout
         n_chunks = -(-len(chosen) // CHUNK)

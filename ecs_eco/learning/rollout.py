@@ -1,4 +1,4 @@
-"""The rollout: the transitions of a changing population, in one flat log in order of time."""
+"""The rollout: the transitions of a changing population, in one flat, chronological log."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ecs_eco.learning.arithmetic import fused_njit
 
 STEP = np.dtype(
     [
-        ("row", "i4"),  # of the table; a newborn may take the row of an animal that died in the same rollout
+        ("row", "i4"),  # in the table; a newborn can reuse the row of an animal that died in the same rollout
         ("log_probability", "f4"),  # of the choice, at the decision
         ("value", "f4"),  # estimate at the decision
         ("reward", "f4"),  # reward, known a tick later
@@ -21,7 +21,7 @@ _FIELDS = tuple(STEP.fields or ())
 
 
 class Rollout:
-    """A log of transitions of a population whose members are born and die; consequences are added when known.
+    """A log of transitions of a population whose members are born and die; outcomes are added once known.
 
     Parameters
     ----------
@@ -31,14 +31,15 @@ class Rollout:
     discount : float
         Per tick.
     memory : int, default 0
-        Numbers that each organism's network keeps.
+        Number of values that each organism's network keeps.
     n_numbers : int, default 0
         Number of continuous groups.
 
     Notes
     -----
-    In each tick, first `credit`, `end` and `cut` what the last actions led to, then `store` the new ones. Store
-    transitions in an order that does not depend on rows if results must not.
+    In each tick, first record the outcomes of the last actions with `credit`, `end` and `cut`, then `store`
+    the new transitions. If results must not depend on rows, neither must the order in which transitions are
+    stored.
 
     Examples
     --------
@@ -123,7 +124,7 @@ class Rollout:
         self.ticks += 1
 
     def credit(self, rows: np.ndarray, rewards: np.ndarray) -> None:
-        """Add rewards to the last transitions of rows; rows without one, such as newborn, are skipped.
+        """Add rewards to the last transitions of rows; rows without one, such as newborns, are skipped.
 
         Parameters
         ----------
@@ -134,7 +135,7 @@ class Rollout:
         _credit(self._steps, self.last, rows, rewards)
 
     def end(self, rows: np.ndarray, rewards: np.ndarray) -> None:
-        """Add the last rewards of rows that died; nothing follows.
+        """Add the last rewards of rows that died, and end their lives.
 
         Parameters
         ----------
@@ -145,20 +146,19 @@ class Rollout:
         _end(self._steps, self._ended, self.last, rows, rewards)
 
     def cut(self, rows: np.ndarray, rewards: np.ndarray, values: np.ndarray) -> None:
-        """Add the last rewards of rows that a time limit ends.
+        """Add the last rewards of rows that end because of a time limit.
 
         Parameters
         ----------
         rows : array of int64, shape (n,)
         rewards : array of float32, shape (n,)
         values : array of float32, shape (n,)
-            Estimates of what would have followed.
+            Estimates of the returns that would have followed.
         """
         self.end(rows, rewards + np.float32(self.discount) * values)
 
     def leave(self, rows: np.ndarray) -> None:
-        """Close the records of rows that emigrate alive: the outcome of their last action counts as
-        expected."""
+        """Close the records of organisms that emigrate, as if their last action had the expected outcome."""
         self._cover(rows)
         last = self.last[rows]
         rest = (
@@ -169,15 +169,15 @@ class Rollout:
         self.end(rows, rest.astype(np.float32))
 
     def advantages(self, rows: np.ndarray, values: np.ndarray, gae_lambda: float) -> None:
-        """Fill in the advantages (Schulman et al. 2016, eq. 16); values f32[n] estimate the future of rows
-        now alive."""
+        """Fill in the advantages (Schulman et al. 2016, eq. 16); values f32[n] estimate the future of the
+        living organisms in `rows`."""
         self._cover(rows)
         later = np.full(len(self.last), np.nan, np.float32)
         later[rows] = values
         if (lost := np.flatnonzero((self.last >= 0) & np.isnan(later))).size:
             raise ValueError(
                 f"rows {lost[:5].tolist()} ({lost.size} in all) have open records but no finite value: pass "
-                "the values of all the living, and end or cut the others first"
+                "the values of all living organisms, and end or cut the others first"
             )
         gain = np.zeros_like(later)
         fill_advantages(
@@ -186,7 +186,7 @@ class Rollout:
 
     @classmethod
     def joined(cls, parts: Sequence[Rollout]) -> Rollout:
-        """Return one log of several whose advantages are known; its rows are meaningless."""
+        """Return several logs whose advantages are known as one log; its row numbers are meaningless."""
         first = parts[0]
         out = cls(
             first._observations.shape[1],
@@ -198,7 +198,7 @@ class Rollout:
         columns = ([column[: p.n] for column in p._columns()] for p in parts)
         out._hold(np.concatenate(column) for column in zip(*columns, strict=True))
         row = 0
-        # no two animals of different parts share a row
+        # animals of different parts must not share a row
         for part, n in zip(parts, np.cumsum([p.n for p in parts]), strict=True):
             out._steps["row"][n - part.n : n] += row
             row += int(part.steps["row"].max(initial=-1)) + 1
@@ -206,11 +206,11 @@ class Rollout:
         return out
 
     def stretches(self, longest: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return the transitions i64[n], life by life in order of time, and where in them each stretch of a
-        life begins.
+        """Return indices i64[n] of transitions, life by life in chronological order, and the start of each
+        stretch of a life among them.
 
-        The latter, i64[stretches + 1], ends with n; a stretch has `longest` transitions, the last one of a
-        life fewer.
+        The starts, i64[stretches + 1], end with n; a stretch has `longest` transitions, but the last one of a
+        life can have fewer.
         """
         order, follows = _lives(self.steps["row"], self.ended)
         begins = np.concatenate([[True], ~follows])[: self.n]
@@ -219,12 +219,12 @@ class Rollout:
         return order, np.append(np.flatnonzero(age % longest == 0), self.n)
 
     def clear(self) -> None:
-        """Remove all transitions, keep the memory."""
+        """Remove all transitions, but keep the memory allocated."""
         self.n, self.ticks = 0, 0
         self.last[:] = -1
 
     def state(self) -> dict[str, np.ndarray]:
-        """Return copies of everything that is needed to continue from here."""
+        """Return copies of everything needed to continue from here."""
         return {
             "observations": self.observations.copy(),
             "choices": self.choices.copy(),
@@ -245,10 +245,10 @@ class Rollout:
         n, last, row = len(state["ended"]), np.array(state["last"]), state["row"]
         if wrong := [name for name in (*flat, *_FIELDS) if len(state[name]) != n]:
             raise ValueError(
-                f"{wrong[0]} of the rollout has {len(state[wrong[0]])} transitions, and ended has {n}"
+                f"{wrong[0]} of the rollout has {len(state[wrong[0]])} transitions, but ended has {n}"
             )
         if last.dtype != np.int64 or (last.size and not -1 <= last.min() <= last.max() < n):
-            raise ValueError(f"last of the rollout points beyond its {n} transitions, or back before them")
+            raise ValueError(f"last of the rollout points outside its {n} transitions")
         if n and not 0 <= row.min() <= row.max() < len(last):
             raise ValueError(
                 f"row of the rollout is {row.min()} to {row.max()}; expected: 0 to {len(last) - 1}"
@@ -264,11 +264,11 @@ class Rollout:
             self.steps[name] = state[name]
 
     def by_uid(self, rows: np.ndarray) -> dict[str, np.ndarray]:
-        """Return a `state()` that links records by the next action of the same animal instead of rows; `rows`
-        i64[n] are the living in the order of uids.
+        """Return a `state()` that links each record to the next one of the same animal instead of to a row;
+        `rows` i64[n] are the living organisms, sorted by uid.
 
-        `next` is the following record of the same life, `open` the last record of each of the living; -1
-        means none.
+        `next` is the next record in the same life, `open` the last record of each living organism; -1 means
+        none.
         """
         state = self.state()
         row, ended, last = state.pop("row"), state["ended"], state.pop("last")
@@ -281,7 +281,7 @@ class Rollout:
         return state
 
     def reorder(self, order: np.ndarray) -> None:
-        """Follow the organisms to other rows: the organism of row `order[i]`, i64[capacity], is now in row
+        """Update the rows of moved organisms: the organism from row `order[i]`, i64[capacity], is now in row
         i."""
         place = np.empty_like(order)
         place[order] = np.arange(len(order))
@@ -298,11 +298,11 @@ class Rollout:
         (self._observations, self._choices, self._numbers, self._memory, self._steps, self._ended) = columns
 
     def _optional(self) -> list[str]:
-        """Return the optional columns that this rollout has."""
+        """Return the names of the optional columns that this rollout has."""
         return [name for name in ("numbers", "memory") if getattr(self, name).shape[1]]
 
     def _grow(self, need: int) -> None:
-        """Reserve space for `need` records and half as many more; stored records move once."""
+        """Reserve space for `need` records and half as many more; stored records are copied once."""
         size = need + need // 2
         grown = []
         for column in self._columns():
@@ -311,15 +311,15 @@ class Rollout:
         self._hold(grown)
 
     def _cover(self, rows: np.ndarray) -> None:
-        """Extend `last` to all rows."""
+        """Extend `last` to these rows."""
         need = int(rows.max()) + 1 if len(rows) else 0
         if need > len(self.last):
             self.last = np.concatenate([self.last, np.full(need - len(self.last), -1)])
 
 
 def _lives(row: np.ndarray, ended: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the records i64[n] ordered by row, then time, and whether each but the first continues the
-    previous life, bool[n - 1]."""
+    """Return the indices of records i64[n] sorted by row, then time, and whether each record but the first
+    continues the previous one's life, bool[n - 1]."""
     order = np.argsort(row, kind="stable")
     return order, (row[order[1:]] == row[order[:-1]]) & ~ended[order[:-1]]
 
@@ -343,11 +343,11 @@ def _end(steps, ended, last, rows, rewards):
 
 @fused_njit
 def fill_advantages(steps, ended, later, gain, discount, gae_lambda):
-    """Fill in the advantages (Schulman et al. 2016, eq. 16) of transitions STEP[n] in order of time; after
-    each, its row's life continues unless `ended` bool[n].
+    """Fill in the advantages (Schulman et al. 2016, eq. 16) of transitions STEP[n] in chronological order;
+    after each, its row's life continues unless `ended` bool[n].
 
-    `later` and `gain` f32[rows] hold the value and the advantage of each row's next transition: initially the
-    bootstrap value and 0.
+    `later` and `gain` f32[rows] contain the value and the advantage of each row's next transition; initially,
+    the bootstrap value and 0.
     """
     for i in range(len(steps) - 1, -1, -1):
         step = steps[i]
@@ -360,7 +360,7 @@ def fill_advantages(steps, ended, later, gain, discount, gae_lambda):
 
 @fused_njit
 def summarize(steps):
-    """Return, of a rollout STEP[n], the mean and the deviation of the advantages, the share of the
+    """Return statistics of a rollout STEP[n]: mean and standard deviation of the advantages, the share of the
     targets' variance that the values explain, and the mean reward; NaN if undefined."""
     n = len(steps)
     mean = target_mean = variance = target_variance = reward = 0.0

@@ -1,4 +1,4 @@
-"""The hyperparameters of PPO, each with its default, its range, and a line of documentation."""
+"""The hyperparameters of PPO, each with its default, its range and a short description."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from ecs_eco.learning.aliases import hint, resolve
 def _setting(
     default: float, low: float, high: float, doc: str, above: bool = False, own: bool | str = True
 ) -> Any:
-    """Declare a hyperparameter in [low, high], or in (low, high] with `above`; `own` declares whether a
-    gene may code for it, as for a number of a section (inputs/section.py)."""
+    """Declare a hyperparameter in [low, high], or in (low, high] with `above`; `own` declares whether a gene
+    can code for it, as for numbers in sections (inputs/section.py)."""
     return field(default=default, metadata={"low": low, "high": high, "above": above, "doc": doc, "own": own})
 
 
@@ -23,16 +23,16 @@ def _setting(
 class PPO:
     """Hyperparameters of PPO (Schulman et al. 2017).
 
-    The reference of the world file, `species.NAME.ppo`, lists each with its default; so does
-    `fields(PPO)[i].metadata["doc"]`. Names of other libraries (gamma, lr, batch_size …) are accepted with a
-    warning that prints ours.
+    The world-file reference lists each with its default under `species.NAME.ppo`;
+    `fields(PPO)[i].metadata["doc"]` describes it, too. Names from other libraries (gamma, lr, batch_size …)
+    are accepted with a warning that shows ours.
 
     Raises
     ------
     ValueError
-        For a value out of range.
+        If a value is out of range.
     TypeError
-        For an unknown name.
+        If a name is unknown.
 
     Examples
     --------
@@ -45,60 +45,56 @@ class PPO:
         64,
         1,
         math.inf,
-        "ticks of one rollout, whatever dt",
+        "length of a rollout in ticks, regardless of dt",
         own="it is the length of a rollout, which all members of the species share",
     )
     learning_rate: float = _setting(3e-4, 0, math.inf, "step size of Adam", above=True, own="COLUMN")
     discount: float = _setting(
-        0.99,
-        0,
-        1,
-        "weight of a reward one tick later, whatever dt; 0.99 ** dt is 0.99 per second",
-        own="COLUMN",
+        0.99, 0, 1, "discount factor per tick, regardless of dt; 0.99 ** dt is 0.99 per second", own="COLUMN"
     )
     gae_lambda: float = _setting(
         0.95, 0, 1, "0: one-step advantages; 1: Monte Carlo (Schulman et al. 2016, eq. 16)"
     )
-    epochs: int = _setting(3, 1, math.inf, "how often each transition is used")
-    minibatch_size: int = _setting(8192, 1, math.inf, "most transitions per gradient step; parts are equal")
+    epochs: int = _setting(3, 1, math.inf, "number of times each transition is used")
+    minibatch_size: int = _setting(
+        8192, 1, math.inf, "maximum transitions per gradient step; minibatches have equal sizes"
+    )
     unroll: int = _setting(
         16,
         1,
         math.inf,
-        "ticks of truncated backpropagation, for a network with a memory",
-        own="it concerns networks with a memory, which torch trains together",
+        "ticks of truncated backpropagation, for networks with memory",
+        own="it applies to networks with memory, which torch trains together",
     )
     clip: float = _setting(0.2, 0, math.inf, "clip range of the probability ratio around 1", above=True)
     clip_value: float = _setting(
-        0.0, 0, math.inf, "clip range of the value around its old one; 0: no clipping"
+        0.0, 0, math.inf, "clip range of the value around its previous estimate; 0: no clipping"
     )
     entropy_coef: float = _setting(0.01, 0, math.inf, "weight of the entropy bonus", own="COLUMN")
     value_weight: float = _setting(0.5, 0, math.inf, "weight of the mean squared error of the value")
-    max_grad_norm: float = _setting(
-        0.5, 0, math.inf, "largest norm of the gradient of a minibatch; 0: no limit"
-    )
+    max_grad_norm: float = _setting(0.5, 0, math.inf, "maximum norm of a minibatch's gradient; 0: no limit")
     normalise_advantage: bool = _setting(
-        True, False, True, "normalize a rollout's advantages to mean 0 and deviation 1"
+        True, False, True, "normalize a rollout's advantages to mean 0 and standard deviation 1"
     )
     anneal: int = _setting(
         0,
         0,
         math.inf,
-        "ticks of learning, in training and in a run, over which learning rate and clip fall linearly to 0; "
+        "ticks of learning, in training and in runs, over which learning_rate and clip fall linearly to 0; "
         "0: constant; individual learners are not annealed",
         own="individual learners are not annealed",
     )
     adam_epsilon: float = _setting(
-        1e-5, 0, math.inf, "term added to the root of Adam's second moment", above=True
+        1e-5, 0, math.inf, "term added to the square root of Adam's second moment", above=True
     )
     weight_decay: float = _setting(
-        0.0, 0, math.inf, "share of each weight lost per step, in units of the learning rate (AdamW)"
+        0.0, 0, math.inf, "fraction of each weight removed per step, in units of the learning rate (AdamW)"
     )
 
     if not TYPE_CHECKING:  # type checkers see only our names
 
         def __init__(self, *values: object, **settings: object) -> None:
-            """Take the settings by our names, or by those of other libraries, with a hint."""
+            """Accept settings by our names or, with a hint, by the names that other libraries use."""
             for alias, name in resolve(settings).items():
                 warnings.warn(f"PPO: {hint(alias)}", stacklevel=2)
                 settings[name] = settings.pop(alias)
@@ -107,7 +103,7 @@ class PPO:
                 raise TypeError(unknown_name("PPO", "setting", unknown[0], known))
             given = dict(zip(known, values, strict=False))
             if len(values) > len(known) or given.keys() & settings:
-                raise TypeError(f"PPO takes {len(known)} settings, each once: pass them by name")
+                raise TypeError(f"PPO takes {len(known)} settings, each at most once: pass them by name")
             for f in fields(PPO):
                 value = (given | settings).get(f.name, f.default)
                 object.__setattr__(self, f.name, _checked(f, value))

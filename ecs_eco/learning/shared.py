@@ -1,6 +1,6 @@
 """One learner for several worlds: each collects its own rollout, and one update learns from all of them.
 
-An update then never depends on the conditions of a single world (one density of prey, one hour of the day).
+So an update never depends on the conditions of a single world (one density of prey, one hour of the day).
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ class SharedLearner:
         self.shares = [Share(self) for _ in range(worlds)]
 
     def meet(self) -> dict[str, float] | None:
-        """Learn if all participants are ready; return the result of `Learner.update`, None while others
-        still collect."""
+        """Learn if all participants are ready; return the result of `Learner.update`, or None while others
+        are still collecting."""
         taking = [share for share in self.shares if share.active]
         if any(share.ready is None for share in taking):
             return None
@@ -31,7 +31,7 @@ class SharedLearner:
 
 
 class Share:
-    """One world's share, which its nervous systems use in the place of their own learner."""
+    """One world's share, which its nervous systems use in place of their own learner."""
 
     def __init__(self, together: SharedLearner) -> None:
         brain, ppo = together.learner.brain, together.learner.ppo
@@ -43,11 +43,11 @@ class Share:
 
     @property
     def full(self) -> bool:
-        """Whether the rollout has its horizon's ticks."""
+        """Whether the rollout has reached its horizon."""
         return self.rollout.ticks >= self.together.learner.ppo.horizon
 
     def update(self, rows: np.ndarray, values: np.ndarray) -> dict[str, float] | None:
-        """Submit the full rollout; `values` f32[n] estimate the future of the living `rows` i64[n]."""
+        """Submit the full rollout; `values` f32[n] estimate the future of living organisms, `rows` i64[n]."""
         self.rollout.advantages(rows, values, self.together.learner.ppo.gae_lambda)
         self.ready, self.rollout = self.rollout, self._spare
         self.rollout.clear()
@@ -59,8 +59,8 @@ class Share:
             self._spare, self.ready = self.ready, None
 
     def renew(self, active: bool) -> None:
-        """Start again in another world: drop what was not learned from; set whether it participates from
-        now on."""
+        """Restart in another world: discard unused transitions, and set whether it participates from now
+        on."""
         self.forget()
         self.rollout.clear()
         self.active = active

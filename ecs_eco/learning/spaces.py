@@ -15,13 +15,13 @@ if TYPE_CHECKING:
 
 
 def as_vector(envs: Any) -> VectorEnv:
-    """Return a vector of environments, for a single one a vector of one. Raises TypeError for anything
-    else."""
+    """Return a vector of environments; a single environment becomes a vector of one. Raises TypeError for
+    anything else."""
     if hasattr(envs, "num_envs"):
         return envs
     if not all(hasattr(envs, name) for name in ("reset", "step", "observation_space", "action_space")):
         raise TypeError(
-            f"envs = {envs!r}: expected an environment of Gymnasium, or a vector of them, as "
+            f"envs = {envs!r}: expected a Gymnasium environment, or a vector of them, such as "
             'gymnasium.make_vec("CartPole-v1", num_envs=8)'
         )
     from gymnasium.vector import SyncVectorEnv
@@ -30,7 +30,7 @@ def as_vector(envs: Any) -> VectorEnv:
 
 
 def resets_in_same_step(envs: VectorEnv) -> bool:
-    """Return whether environments reset in the step in which they end. Raises ValueError if they do not
+    """Return whether environments reset in the same step in which they end. Raises ValueError if they do not
     reset."""
     mode = getattr(envs.metadata.get("autoreset_mode"), "name", None)
     if mode not in ("NEXT_STEP", "SAME_STEP"):
@@ -40,8 +40,8 @@ def resets_in_same_step(envs: VectorEnv) -> bool:
 
 @dataclass(frozen=True)
 class Observations:
-    """The observations of an environment as rows of numbers: arrays unchanged, numbers of `counts`
-    one-hot, from `first`."""
+    """An environment's observations as rows of numbers: arrays are unchanged; integers, `counts` of them from
+    `first`, are one-hot encoded."""
 
     shape: tuple[int, ...]
     counts: np.ndarray | None = None
@@ -49,7 +49,7 @@ class Observations:
 
     @classmethod
     def of(cls, envs: VectorEnv) -> Observations:
-        """Return those of vector environments. Raises ValueError for a space that is not an array."""
+        """Return the observations of vector environments. Raises ValueError if the space is not an array."""
         space: Any = envs.single_observation_space
         kind = type(space).__name__
         if kind in ("Box", "MultiBinary"):
@@ -64,7 +64,7 @@ class Observations:
         )
 
     def rows(self, observations: ArrayLike) -> np.ndarray:
-        """Return f32[n, k] of n observations."""
+        """Return n observations as f32[n, k]."""
         seen = np.asarray(observations)
         if self.counts is None or self.first is None:
             return np.asarray(seen, np.float32).reshape(len(seen), -1)
@@ -76,7 +76,7 @@ class Observations:
 
 @dataclass(frozen=True)
 class Actions:
-    """Actions as a brain decides them: choices counted from `first` [G], or numbers from `low` to `high`
+    """Actions as a brain outputs them: choices counted from `first` [G], or numbers from `low` to `high`
     [K]."""
 
     groups: tuple[int, ...]
@@ -88,7 +88,7 @@ class Actions:
 
     @classmethod
     def of(cls, envs: VectorEnv) -> Actions:
-        """Return those of vector environments. Raises ValueError for a space in which a brain cannot act."""
+        """Return the actions of vector environments. Raises ValueError if a brain cannot act in the space."""
         space: Any = envs.single_action_space
         kind = type(space).__name__
         if kind == "Discrete":
@@ -110,7 +110,7 @@ class Actions:
         )
 
     def sent(self, choice: np.ndarray, numbers: np.ndarray) -> np.ndarray:
-        """Return choices int[n, G] or numbers f32[n, K] as the environments take them."""
+        """Return choices int[n, G] or numbers f32[n, K] in the form that the environments expect."""
         if self.low is None or self.high is None:
             return (choice + self.first).reshape(len(choice), *self.shape)
         return in_units(numbers, self.low, self.high).astype(self.dtype).reshape(len(numbers), *self.shape)

@@ -1,7 +1,7 @@
-"""Matrix products with sums in registers, for small networks.
+"""Matrix products for small networks, with sums in registers.
 
-Matrices lie in one flat array and are given by the position where they begin, because numba counts references
-of every slice in atomic steps.
+Matrices are in one flat array and addressed by their first position, because numba counts references to every
+slice atomically.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 from ecs_eco.compiled.vectors import LANES, WIDE, every, load, store
 from ecs_eco.learning.arithmetic import fused_njit
 
-ROWS = 4  # of a tile: with two registers each, as many sums as AVX2 needs in flight
+ROWS = 4  # per tile: with two registers each, as many sums as AVX2 needs in flight
 
 
 @fused_njit
@@ -21,14 +21,14 @@ def round_up(n, multiple):
 @fused_njit
 def product(scratch, x, step_row, step, rows, matrix, step_matrix, n, bias, bias_row, out, step_out, columns):
     """Write out (rows, columns) = bias + x · matrix (n, columns), in tiles of ROWS rows and one vector, or
-    two if the processor has the registers.
+    two if the processor has enough registers.
 
     Number k of row r of x is at x + r * step_row + k * step of the scratch f32[…], row k of the matrix at
     matrix + k * step_matrix, row r of the result at out + r * step_out. A bias with `bias_row` 0 has a number
-    for each column; otherwise that of row r is a vector, at bias + r * bias_row. Tiles extend beyond rows and
-    columns: the extra input is ignored, the extra output is overwritten later; behind the last row, up to
-    ROWS - 1 rows and LANES numbers are lost. Each number is summed in the order of k, whatever the others
-    are.
+    for each column; otherwise, row r's bias is a vector at bias + r * bias_row. Tiles extend beyond rows and
+    columns: extra input is ignored and extra output is overwritten later; after the last row, up to ROWS - 1
+    rows and LANES numbers are overwritten. Each number is summed in the order of k, independently of the
+    others.
     """
     step_bias = 0 if bias_row else 1
     for r in range(0, rows, ROWS):
@@ -49,7 +49,7 @@ def product(scratch, x, step_row, step, rows, matrix, step_matrix, n, bias, bias
 
 @fused_njit
 def _single(scratch, x, step_row, step, matrix, step_matrix, n, bias, bias_row, out, step_out):
-    """Compute four rows of a vector."""
+    """Compute four rows of one vector."""
     y0, y1 = load(scratch, bias), load(scratch, bias + bias_row)
     y2, y3 = load(scratch, bias + 2 * bias_row), load(scratch, bias + 3 * bias_row)
     for _ in range(n):
@@ -81,7 +81,7 @@ def _pair(scratch, x, step_row, step, matrix, step_matrix, n, bias, bias_row, st
         matrix += step_matrix
     _put(
         scratch, out + LANES, step_out, z0, z1, z2, z3
-    )  # first: it may extend into the next row's first vector
+    )  # first, because it can extend into the next row's first vector
     _put(scratch, out, step_out, y0, y1, y2, y3)
 
 
@@ -95,8 +95,8 @@ def _put(scratch, out, step_out, y0, y1, y2, y3):
 
 @fused_njit
 def column_sums(scratch, matrix, rows, wide, out):
-    """Write the sums (wide) of the columns of a matrix (rows, wide), rows a multiple of ROWS: of every
-    fourth row first, then of these."""
+    """Write the column sums (wide) of a matrix (rows, wide), where rows is a multiple of ROWS: sum every
+    fourth row, then add the four sums."""
     for c in range(0, wide, LANES):
         at = matrix + c
         y0, y1, y2, y3 = (

@@ -1,10 +1,10 @@
-"""Proximal policy optimization (Schulman et al. 2017) for any torch module, in a population that is born and
-dies while it learns.
+"""Proximal policy optimization (Schulman et al. 2017) for any torch module, in a population whose members are
+born and die while it learns.
 
-Read from top to bottom: `TorchLearner.update` fills in the advantages and calls `fit`; `fit` goes through the
-rollout in epochs of minibatches; `_step` takes one step of the optimizer; `_replay` repeats the module's
-decisions, along stored sequences if it has a memory; `ppo_loss` is the loss. The hyperparameters are in
-settings.py, the log of transitions is in rollout.py, and the requirements of a module are in module_brain.py.
+The code reads from top to bottom: `TorchLearner.update` fills in the advantages and calls `fit`; `fit` goes
+through the rollout in epochs of minibatches; `_step` takes one optimizer step; `_replay` repeats the module's
+decisions, along stored sequences if it has memory; `ppo_loss` computes the loss. The hyperparameters are in
+settings.py, the log of transitions is in rollout.py, and the requirements for modules are in module_brain.py.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ from ecs_eco.learning.rollout import Rollout, summarize
 from ecs_eco.learning.settings import PPO
 from ecs_eco.space.one_band import OneBand
 
-# transitions that pass through a module at once: fixed, so that sums do not depend on the number of workers
+# transitions per pass through a module; fixed, so that sums do not depend on the number of workers
 CHUNK = 2048
 
 
 class TorchLearner:
-    """PPO for a torch module, over a population whose members are born and die in mid-rollout.
+    """PPO for a torch module, for a population whose members are born and die mid-rollout.
 
     Parameters
     ----------
@@ -41,8 +41,8 @@ class TorchLearner:
 
     Notes
     -----
-    The steps of a tick are: sense; `rollout.credit`, `end` and `cut` what the last actions led to; if `full`,
-    `update` with the values of what is sensed; decide; `rollout.store`.
+    The steps of a tick are: sense; record the last actions' outcomes with `rollout.credit`, `end` and `cut`;
+    if `full`, `update` with the values of the new observations; decide; `rollout.store`.
     """
 
     def __init__(self, brain: Any, ppo: PPO, seed: int, workers: int = 1) -> None:
@@ -50,14 +50,14 @@ class TorchLearner:
         self.rollout = Rollout(
             brain.n_observations, len(brain.offsets) - 1, ppo.discount, brain.memory, brain.n_numbers
         )
-        self._lives = self._stretches = np.zeros(0, np.int64)  # of a brain with a memory, while it learns
+        self._lives = self._stretches = np.zeros(0, np.int64)  # while a brain with memory learns
         self.updates = 0
         self.bands = OneBand()  # the processes that share its work
         self.optimiser = self._optimiser()
 
     @property
     def full(self) -> bool:
-        """Whether the rollout has its horizon's ticks."""
+        """Whether the rollout has reached its horizon."""
         return self.rollout.ticks >= self.ppo.horizon
 
     def update(self, rows: np.ndarray, values: np.ndarray) -> dict[str, float] | None:
@@ -66,9 +66,9 @@ class TorchLearner:
         Parameters
         ----------
         rows : array of int64, shape (n,)
-            The living.
+            Rows of living organisms.
         values : array of float32, shape (n,)
-            Values of what they sense now, from which the rest of their lives is estimated.
+            Values of their current observations, which estimate the rest of their lives.
 
         Returns
         -------
@@ -89,7 +89,7 @@ class TorchLearner:
         generator = np.random.Generator(np.random.Philox(key=[self.seed, self.updates]))
         if (
             self.brain.memory
-        ):  # stretches of a life are shuffled if the brain has a memory, otherwise single transitions
+        ):  # stretches of a life are shuffled if the brain has memory, otherwise single transitions
             self._lives, self._stretches = rollout.stretches(ppo.unroll)
         n = len(self._stretches) - 1 if self.brain.memory else rollout.n
         parts = max(1, -(-rollout.n // ppo.minibatch_size))
@@ -118,22 +118,22 @@ class TorchLearner:
         }
 
     def _optimiser(self) -> torch.optim.Optimizer:
-        """Return Adam (Kingma and Ba 2015) with weight decay that is decoupled from the gradient
-        (Loshchilov and Hutter 2019)."""
+        """Return Adam (Kingma and Ba 2015) with decoupled weight decay (Loshchilov and Hutter 2019)."""
         ppo, parameters = self.ppo, self.brain.parameters()
         optimiser = torch.optim.AdamW(
             parameters, ppo.learning_rate, eps=ppo.adam_epsilon, weight_decay=ppo.weight_decay
         )
-        # torch would do so at the first step: a checkpoint has the same parts before and after
+        # torch would do this only at the first step; now checkpoints have the same parts before and after it
         for p in parameters:
             zeros = torch.zeros_like(p.detach())
             optimiser.state[p] = {"step": torch.tensor(0.0), "exp_avg": zeros, "exp_avg_sq": zeros.clone()}
         return optimiser
 
     def _step(self, chosen: np.ndarray, rate: float, clip: float, shift: float, scale: float) -> np.ndarray:
-        """Take one step of the optimizer down the mean loss over transitions, or stretches, `chosen` i64[k].
+        """Take one optimizer step to reduce the mean loss over the `chosen` i64[k] transitions or stretches.
 
-        Returns the means of the loss's terms and the gradient's norm; if it is not finite, nothing changes.
+        Returns the means of the loss's terms and the gradient's norm; if the norm is not finite, nothing
+        changes.
         """
         parameters = self.brain.parameters()
         pieces = list(self._pieces(chosen))
@@ -181,10 +181,10 @@ class TorchLearner:
         return loss.sum(), [float(term.detach().sum()) for term in terms]
 
     def _replay(self, piece: np.ndarray) -> tuple[torch.Tensor, torch.Tensor, np.ndarray]:
-        """Return the current logits [n, k] and values [n] of the module for a piece, and its transitions
+        """Return the module's current logits [n, k] and values [n] for a piece, and the piece's transitions
         i64[n].
 
-        A module with a memory starts each stretch from the stored state, and gradients go back to the
+        A module with memory starts each stretch from the stored state, and gradients flow back to the
         beginning of the stretch: truncated backpropagation through time (Williams and Peng 1990). Longer
         stretches come first, so that the stretches still running in step t are the first ones.
         """
@@ -212,13 +212,13 @@ class TorchLearner:
             yield chosen[start : start + size]
 
     def by_uid(self, rows: np.ndarray) -> dict[str, np.ndarray]:
-        """Return a `state()` in which organisms are given by uid, not by row; `rows` i64[n] are the living
-        in the order of uids."""
+        """Return a `state()` that identifies organisms by uid instead of row; `rows` i64[n] are the living
+        organisms, sorted by uid."""
         kept = {key: array for key, array in self.state().items() if not key.startswith("rollout.")}
         return kept | {f"rollout.{key}": array for key, array in self.rollout.by_uid(rows).items()}
 
     def state(self) -> dict[str, np.ndarray]:
-        """Return copies of everything that learning continues from: weights, optimizer, rollout, counters."""
+        """Return copies of everything needed to continue learning: weights, optimizer, rollout, counters."""
         return {
             **{f"brain.{name}": array for name, array in self.brain.state().items()},
             **{f"rollout.{name}": array for name, array in self.rollout.state().items()},
@@ -238,7 +238,7 @@ class TorchLearner:
         self.updates = int(state["updates"])
 
     def _optimiser_state(self) -> dict[str, np.ndarray]:
-        """Return the optimizer's numbers as "optimiser.PARAMETER.WHAT"."""
+        """Return the optimizer's numbers, named "optimiser.PARAMETER.WHAT"."""
         names = list(self.brain.named())
         return {
             f"optimiser.{names[i]}.{word}": torch.as_tensor(value).detach().cpu().numpy().copy()
@@ -273,12 +273,12 @@ def ppo_loss(
     shift: float | torch.Tensor,
     scale: float | torch.Tensor,
 ) -> tuple[torch.Tensor, tuple[torch.Tensor, ...]]:
-    """Return PPO's loss of each transition, f32[n], and its `LOSS_TERMS`, each f32[n] (Schulman et al. 2017,
+    """Return PPO's loss for each transition, f32[n], and its `LOSS_TERMS`, each f32[n] (Schulman et al. 2017,
     eq. 7 and 9).
 
-    `logits` f32[n, sum(groups)] and `values` f32[n] are the current ones; the batch has those at the
-    decision: choices i64[n, categorical groups], numbers f32[n, continuous groups], log_probability, value and
-    advantage, each f32[n]. Advantages are taken as (A - shift) * scale.
+    `logits` f32[n, sum(groups)] and `values` f32[n] are current; the batch has the values at the time of the
+    decision: choices i64[n, categorical groups], numbers f32[n, continuous groups], log_probability, value
+    and advantage, each f32[n]. Advantages are normalized to (A - shift) * scale.
     """
     choices, numbers, old_value = batch["choices"], batch["numbers"], batch["value"]
     log_probability, entropy = torch.zeros_like(values), torch.zeros_like(values)
@@ -288,7 +288,7 @@ def ppo_loss(
             log_p = torch.log_softmax(group, dim=1)
             log_probability = log_probability + log_p.gather(1, choices[:, g : g + 1])[:, 0]
             entropy = entropy - (log_p.exp() * log_p).sum(dim=1)
-        else:  # a normal distribution of mean and log deviation
+        else:  # a normal distribution, given by mean and log deviation
             spread = group[:, 1].clamp(float(LEAST), float(MOST))
             z = (numbers[:, g - categorical] - group[:, 0]) * (-spread).exp()
             log_probability = log_probability - (0.5 * z * z + spread + float(HALF_LOG_2_PI))

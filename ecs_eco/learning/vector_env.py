@@ -1,4 +1,4 @@
-"""PPO on plain Gymnasium vector environments: each is a row of the rollout, and its episode is a life."""
+"""PPO on plain Gymnasium vector environments: environments are rows of the rollout, episodes are lives."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class Training:
-    """The result of `train`: the network, and what happened while it trained.
+    """The result of `train`: the network, and the history of its training.
 
     Attributes
     ----------
@@ -34,9 +34,9 @@ class Training:
     returns : list of float
         Return of each finished episode.
     steps : list of int
-        Steps of all environments by the end of each episode.
+        Total steps of all environments at the end of each episode.
     reports : list of dict
-        Losses, entropy and more of each update.
+        Losses, entropy and more for each update.
 
     Examples
     --------
@@ -52,11 +52,11 @@ class Training:
     returns: list[float] = field(default_factory=list)
     steps: list[int] = field(default_factory=list)
     reports: list[dict[str, float]] = field(default_factory=list)  # of each update
-    observations: Observations | None = None  # of the environments, as the brain uses them
+    observations: Observations | None = None  # in the form that the brain uses
     actions: Actions | None = None
 
     def predict(self, observations: ArrayLike) -> np.ndarray:
-        """Return the most probable action for each observation, as the environment takes it.
+        """Return the most probable action for each observation, in the form that the environment expects.
 
         Parameters
         ----------
@@ -66,7 +66,7 @@ class Training:
         Returns
         -------
         array
-            One action, or n. A network with a memory decides as at birth.
+            One action, or n. A network with memory decides as at birth.
         """
         assert self.observations is not None
         assert self.actions is not None
@@ -77,7 +77,7 @@ class Training:
         return sent[0] if alone else sent
 
     def save(self, path: str | Path) -> Path:
-        """Write the weights as a safetensors file, completely or not at all.
+        """Atomically write the weights to a safetensors file.
 
         Parameters
         ----------
@@ -95,7 +95,7 @@ class Training:
         return weights.save(path, self.brain.state())
 
     def load(self, path: str | Path) -> None:
-        """Read weights that `save` wrote.
+        """Read weights written by `save`.
 
         Parameters
         ----------
@@ -109,7 +109,7 @@ class Training:
         self.brain.load(weights.load(path))
 
     def finish(self, score: np.ndarray, over: np.ndarray, step: int) -> None:
-        """Record the returns f64[n] of the episodes that are over, bool[n], and reset them to 0."""
+        """Record the returns f64[n] of the episodes that are `over`, bool[n], and reset them to 0."""
         self.returns += score[over].tolist()
         self.steps += [step] * int(over.sum())
         score[over] = 0
@@ -125,7 +125,7 @@ class Training:
         Returns
         -------
         int or None
-            Steps of all environments; None if it was not reached.
+            Total steps of all environments; None if it was not reached.
         """
         if len(self.returns) < episodes:
             return None
@@ -151,12 +151,12 @@ def train(
     Parameters
     ----------
     envs : gymnasium.vector.VectorEnv or gymnasium.Env
-        Actions: Discrete, MultiDiscrete, or a bounded Box with one axis, whose numbers are continuous groups.
-        Observations: arrays, or integers, which get an input per value.
+        Actions are Discrete, MultiDiscrete, or a bounded Box with one axis, whose numbers are continuous
+        groups. Observations are arrays, or integers, which are one-hot encoded.
     ppo : PPO
         Hyperparameters.
     total_steps : int
-        Steps of all environments together.
+        Total steps of all environments.
     seed : int
         Fixes every random draw.
     hidden : tuple of int, default (64, 64)
@@ -166,7 +166,7 @@ def train(
     workers : int, default 1
         Threads. They affect speed, never results.
     stop : callable, optional
-        `stop(training)`, called after each update; training ends if it returns true.
+        Called as `stop(training)` after each update; training ends if it returns true.
     network : callable, optional
         `network(n_observations, groups)` returns a torch module; default: the built-in network.
     device : str, default "cpu"
@@ -179,13 +179,13 @@ def train(
     Raises
     ------
     ValueError
-        For spaces that are not supported.
+        If a space is not supported.
 
     Notes
     -----
     PPO follows Schulman et al. (2017), advantages Schulman et al. (2016). A time limit does not count as
     termination: the value of the final observation estimates the rest. Steps that only reset an environment
-    count, too.
+    also count.
 
     Examples
     --------
@@ -215,7 +215,7 @@ def train(
                 break
             logits, values, later = brain.recall(seen, memory, split)
         _decide(brain, logits, generator, choice, numbers, log_probability)
-        resetting = over  # in this step they only reset, and ignore their action
+        resetting = over  # in this step they only reset, ignoring the action
         live = everyone[~resetting]
         rollout.store(
             live,
@@ -262,10 +262,10 @@ def _decide(
 
 
 def act(brain: PolicyNetwork, observations: np.ndarray) -> np.ndarray:
-    """Return the most probable choices int[n, G], counted from 0; a brain with a memory decides as at birth.
+    """Return the most probable choices int[n, G], counted from 0; a brain with memory decides as at birth.
 
-    For a brain with only continuous groups: their means f32[n, K], −1 and 1 for the limits of their ranges.
-    Raises ValueError for a brain with both kinds.
+    For a brain with only continuous groups, return their means f32[n, K]; −1 and 1 are the limits of their
+    ranges. Raises ValueError if a brain has both kinds.
     """
     logits, _ = brain.forward(np.asarray(observations, np.float32).reshape(len(observations), -1))
     if brain.n_numbers:

@@ -1,7 +1,7 @@
-"""Files of trained policies: safetensors with a seal, a SHA-256 of all weights, that detects damage, and with
-the names of the policy's inputs and choices.
+"""Files of trained policies: safetensors with a seal (a SHA-256 of all weights, which reveals damage) and the
+names of the policy's inputs and choices.
 
-Files from elsewhere have neither and are accepted as they are.
+Files from other sources have neither and are accepted as they are.
 """
 
 from __future__ import annotations
@@ -24,21 +24,20 @@ Names = Mapping[str, Any]
 
 
 def save(path: str | Path, weights: Weights, names: Names | None = None) -> Path:
-    """Write a policy with its seal and its names, completely or not at all. Raises OSError that names the
-    file."""
+    """Atomically write a policy with its seal and its names. Raises an OSError that names the file."""
     arrays = {name: np.ascontiguousarray(array) for name, array in weights.items()}
     text = "" if names is None else json.dumps(names)
     return files.write_tensors(path, arrays, {SEAL: seal_of(arrays, text)} | ({NAMES: text} if text else {}))
 
 
 def load(path: str | Path) -> dict[str, np.ndarray]:
-    """Return the weights in a file. Raises ValueError if they are not the sealed ones or not weights,
-    OSError."""
+    """Return the weights in a file. Raises ValueError if the seal does not match or the file has no weights,
+    OSError if it cannot be read."""
     return read(Path(path).read_bytes())[0]
 
 
 def read(content: bytes) -> tuple[dict[str, np.ndarray], Names | None]:
-    """Return the weights in the bytes of a file, and its names. Raises ValueError."""
+    """Return the weights and the names in the bytes of a file. Raises ValueError."""
     from safetensors import SafetensorError
     from safetensors.numpy import load as parsed
 
@@ -50,14 +49,14 @@ def read(content: bytes) -> tuple[dict[str, np.ndarray], Names | None]:
         text = metadata.get(NAMES, "")
         names = _named(json.loads(text)) if text else None
     except (SafetensorError, TypeError, KeyError, AttributeError, OverflowError, ValueError) as error:
-        raise ValueError(f"is not a file of weights: {error}") from None
+        raise ValueError(f"is not a weights file: {error}") from None
     if SEAL in metadata and metadata[SEAL] != seal_of(weights, text):
-        raise ValueError("is damaged: its weights are not the ones that were written")
+        raise ValueError("is damaged: its weights differ from what was written")
     return weights, names
 
 
 def _named(names: Mapping[str, Any]) -> Names:
-    """Return the names of a file. Raises ValueError, KeyError, TypeError, AttributeError for others."""
+    """Return the validated names. Raises ValueError, KeyError, TypeError or AttributeError if invalid."""
     options = {str(group): [str(option) for option in some] for group, some in names["options"].items()}
     return {
         "channels": [str(channel) for channel in names["channels"]],
@@ -68,8 +67,8 @@ def _named(names: Mapping[str, Any]) -> Names:
 
 
 def seal_of(weights: Weights, text: str = "") -> str:
-    """Return the seal of weights: SHA-256 of names, types, shapes and bytes, then of a text, 64
-    hexadecimal digits."""
+    """Return the seal of weights, 64 hexadecimal digits: a SHA-256 of names, types, shapes and bytes, then of
+    a text."""
     digest = hashlib.sha256()
     for name in sorted(weights):
         array = np.ascontiguousarray(weights[name])
@@ -84,7 +83,7 @@ def hash_of(path: str | Path) -> str:
 
 
 def add_seal(path: str | Path) -> None:
-    """Write the seal into a file of weights from elsewhere, whose weights do not change."""
+    """Add a seal to a weights file from another source, without changing its weights."""
     save(path, *read(Path(path).read_bytes()))
 
 

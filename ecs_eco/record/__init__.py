@@ -1,6 +1,6 @@
 """Recordings and checkpoints of runs: series, births, deaths, snapshots and digests.
 
-This package writes and reads these files. Statistics belong to `ecs_eco.analysis`, running to `ecs_eco.runs`.
+This package writes and reads these files. Statistics belong in `ecs_eco.analysis`, runs in `ecs_eco.runs`.
 """
 
 from typing import TYPE_CHECKING
@@ -16,7 +16,7 @@ _HOME = {
     "resume": "runs.run",
     "fork": "runs.run",
     "write_report": "analysis.report",
-}  # former names of version 0.1
+}  # names used in version 0.1
 __all__ = ["Recorder"]
 __getattr__ = lazy(__name__, {name: f"ecs_eco.{module}" for name, module in _HOME.items()})
 __dir__ = listing(globals(), __all__)

@@ -1,4 +1,4 @@
-"""The manifest of an archipelago: one file that names the checkpoints of all its islands at one barrier."""
+"""The manifest of an archipelago: one file that lists the checkpoints of all its islands at one barrier."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ecs_eco.record.container import Container
 from ecs_eco.record.manifest import Config, Seed, Sha, Tick
 
 FILE = "archipelago.json"
-ISLANDS = "islands"  # the folder with the islands' run folders
+ISLANDS = "islands"  # contains the islands' run folders
 
 
 class Islands(Config):
@@ -27,7 +27,7 @@ class Islands(Config):
 
 
 class Barrier(Section):
-    """The position of an island at a barrier."""
+    """The progress of an island at a barrier."""
 
     tick: Tick
     digest: Sha
@@ -37,7 +37,7 @@ class Barrier(Section):
 
 
 class Manifest(Container):
-    """The manifest of an archipelago; `versions` identify it too, as for a run."""
+    """The manifest of an archipelago; as in a run, `versions` are part of its identity."""
 
     FILE: ClassVar = FILE
     KIND: ClassVar = "archipelago"

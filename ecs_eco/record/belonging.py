@@ -1,8 +1,8 @@
-"""The files of a run: each has the run's id, and each part has the seal of the previous part.
+"""The files of a run: each contains the run's id, and each part also contains the previous part's seal.
 
-The id is a hash of everything that determines the run, so equal runs write equal files. It cannot cover
-interventions by hand, which come later. The chain of seals distinguishes runs that differ only in these, and
-reveals missing, swapped or extra parts.
+The id is a hash of everything that determines the run, so identical runs write identical files. It cannot
+cover manual interventions, which happen later. The chain of seals distinguishes runs that differ only in such
+interventions, and reveals missing, swapped or extra parts.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from ecs_eco.engine import files
 from ecs_eco.engine.errors import ForeignFile, RecordingError
 from ecs_eco.record import seal
 
-KEY = "ecs-eco.part"  # in the footer of a part
+KEY = "ecs-eco.part"  # key in the footer of each part
 DECIDES = (
     "config",
     "seed",
@@ -29,12 +29,11 @@ DECIDES = (
     "versions",
     "forked",
 )
-FORMAT = 2  # of manifests; format 1 had no ids
+FORMAT = 2  # of manifests; those in format 1 have no id
 
 
 class Mark(NamedTuple):
-    """The identity of a part: its run, its kind, its number among the parts of its kind, and the seal of
-    the previous part."""
+    """A part's identity: its run, its kind, its number within that kind, and the previous part's seal."""
 
     run: str
     world: str
@@ -56,12 +55,12 @@ def identity(manifest: Mapping[str, Any]) -> str:
 
 
 def described(run: str, world: object, seed: int | str | None) -> str:
-    """Describe a run in words."""
+    """Return a short description of a run for messages."""
     return f"{world}, seed {seed}, id {run[:12]}"
 
 
 def mark_of(path: Path) -> tuple[Mark | None, str]:
-    """Return the mark of a part, None if it has none, and its seal. Raises RecordingError."""
+    """Return a part's mark (None if it has none) and its seal. Raises RecordingError."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -77,10 +76,10 @@ def mark_of(path: Path) -> tuple[Mark | None, str]:
 
 
 def parts(run: Path, kind: str, manifest: Mapping[str, Any]) -> list[Path]:
-    """Return the parts of a kind in a run folder, in order, after checking that they belong to the run.
+    """Return a run's parts of one kind, in order, after checking that they belong to the run.
 
-    An unfinished run may have more parts than the manifest lists. Raises ForeignFile for a part of another
-    run or position, RecordingError for missing parts.
+    An unfinished run may have more parts than the manifest lists. Raises ForeignFile if a part is from
+    another run or position, RecordingError if parts are missing.
     """
     paths = listed(run / kind)
     if not manifest:
@@ -105,42 +104,41 @@ def parts(run: Path, kind: str, manifest: Mapping[str, Any]) -> list[Path]:
 
 
 def listed(folder: Path) -> list[Path]:
-    """Return the files in a folder with names of parts, by number."""
+    """Return the files in a folder that are named like parts, sorted by number."""
     return sorted(folder.glob("part-*.parquet"), key=lambda path: (len(path.name), path.name))
 
 
 def check_part(path: Path, kind: str, number: int, after: str, manifest: Mapping[str, Any]) -> str:
-    """Return the seal of a part at this position of a run; raise ForeignFile if it does not belong there."""
+    """Return a part's seal; raise ForeignFile if the part does not belong at this position of the run."""
     mark, own = mark_of(path)
     run = manifest.get("id")
     if mark is None and run is None:
         return own
     if mark is None:
-        raise ForeignFile(f"{path}: names no run, but is in the folder of {_run(manifest)}")
+        raise ForeignFile(f"{path}: has no run id, but is in the folder of {_run(manifest)}")
     if mark.run != run:
-        here = "of an older format, or made by hand" if run is None else _run(manifest)
+        here = "in an older format, or created by hand" if run is None else _run(manifest)
         raise ForeignFile(
             f"{path}: belongs to another run ({described(mark.run, mark.world, mark.seed)}), "
             f"not to this one ({here})"
         )
     if (mark.kind, mark.number) != (kind, number) or path.name != name_of(number):
         raise ForeignFile(
-            f"{path}: is {name_of(mark.number)} of {mark.kind}, "
-            f"but is in the place of {name_of(number)} of {kind}"
+            f"{path}: is {name_of(mark.number)} of {mark.kind}, but is stored as {name_of(number)} of {kind}"
         )
     if mark.after != after:
         raise ForeignFile(
             f"{path}: does not follow {path.with_name(name_of(number - 1)) if number else 'nothing'}: "
-            f"one of the two is damaged or belongs to another run of {_run(manifest)}"
+            f"one of them is damaged or belongs to another run of {_run(manifest)}"
         )
     return own
 
 
 def check_checkpoint(manifest: Mapping[str, Any], path: Path, meta: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the state of the recording in a checkpoint. Raises ForeignFile if it is of another run."""
+    """Return the recording state in a checkpoint. Raises ForeignFile if it is from another run."""
     about = meta.get("run") or {}
     if "id" not in about:
-        raise ForeignFile(f"{path}: names no run, but is in the folder of {_run(manifest)}")
+        raise ForeignFile(f"{path}: has no run id, but is in the folder of {_run(manifest)}")
     if about["id"] != manifest.get("id"):
         other = described(about["id"], meta.get("name"), meta["clock"]["seed"])
         raise ForeignFile(f"{path}: belongs to another run ({other}), not to this one ({_run(manifest)})")

@@ -27,22 +27,22 @@ COUNTERS = ("learner.steps", "learner.updates")
 
 
 class ArrayChecks:
-    """The checks of one file against the world that loads it; each raises CheckpointError."""
+    """Checks one file against the world that loads it; each check raises CheckpointError."""
 
     def __init__(self, world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: str) -> None:
         self.world, self.meta, self.arrays, self.where = world, meta, arrays, where
 
     def construction(self) -> None:
-        """Check that the tables, fields, systems and parts of the world are as in the file."""
+        """Check that the tables, fields, systems and parts of the world match the file."""
         world, meta = self.world, self.meta
         tables, saved = list(world.tables), list(meta["tables"])
         if not any(a.any() for name, a in self.arrays.items() if name.endswith("/barren")):
-            tables, saved = sorted(tables), sorted(saved)  # else it follows their order
-        former = [] if world.config is None else list(world.config.substances)  # the order of the file
+            tables, saved = sorted(tables), sorted(saved)  # the order matters only for `barren`
+        former = [] if world.config is None else list(world.config.substances)  # in the world file's order
         self.same("the tables", tables, saved)
         self.same("the substances", list(world.substances), meta.get("substances", former))
         self.same("the fields", sorted(world.fields), meta["fields"])
-        self.same("the functions of the environment", sorted(world.environment), meta["environment"])
+        self.same("the environment functions", sorted(world.environment), meta["environment"])
         if world.dt != (dt := meta["clock"]["dt"]):
             self.fail(f"was saved with dt = {dt!r:.40} s, but this world has {world.dt:g} s")
         systems = [s for s in meta["systems"] if s != "Recorder"]
@@ -63,10 +63,10 @@ class ArrayChecks:
         for owner in {**kept, **meta["stateful"]}:
             has, had = kept.get(owner, []), meta["stateful"].get(owner, [])
             if has != had:
-                self.fail(f"of {owner} it contains {_words(had)}, but this world has {_words(has)}")
+                self.fail(f"contains {_words(had)} of {owner}, but this world has {_words(has)}")
 
     def same(self, part: str, mine: list[str], theirs: list[str]) -> None:
-        """Check that names of the world are those in the file."""
+        """Check that the world's names match the file's."""
         if mine != theirs:
             self.fail(f"was saved with {part} {_words(theirs)}, but this world has {_words(mine)}")
 
@@ -84,7 +84,7 @@ class ArrayChecks:
             value = self.array(f"field/{name}", field.value.dtype, field.value.shape)
             if not np.isfinite(value).all():
                 self.fail(
-                    f"the part 'field/{name}' holds {value[~np.isfinite(value)][0]}; expected finite numbers"
+                    f"the part 'field/{name}' contains {value[~np.isfinite(value)][0]}; expected finite numbers"
                 )
 
     def fail(self, what: str) -> NoReturn:
@@ -104,7 +104,7 @@ class ArrayChecks:
         return kept
 
     def clock(self) -> None:
-        """Check the clock, the causes of death and the surroundings."""
+        """Check the clock, the causes of death and the ambient values."""
         clock, causes, ambient = self.meta["clock"], self.meta["causes"], self.meta["ambient"]
         for key, least, most in (("tick", 0, 2**62), ("next_uid", 1, 2**62), ("seed", -(2**64), 2**64)):
             if type(clock[key]) is not int or not least <= clock[key] <= most:
@@ -116,21 +116,19 @@ class ArrayChecks:
                 self.fail(f"ambient.{key} is {value!r}; expected finite numbers")
 
     def table(self, name: str, table: Table) -> np.ndarray:
-        """Check the organisms and newborns of one table; return the uids of the living."""
+        """Check the organisms and newborns of one table; return the uids of living organisms."""
         prefix, made = f"table/{name}", self.meta["tables"][name]
         rows = self.arrays.get(f"{prefix}/row")
         n = 0 if rows is None else len(np.atleast_1d(rows))
         own = {word: self.array(f"{prefix}/{word}", dtype, (n,)) for word, dtype in OWN.items()}
         rows, uid, capacity = own["row"], own["uid"], made["capacity"]
         if n and (rows[0] < 0 or (rows[1:] <= rows[:-1]).any()):
-            self.fail(
-                f"the part '{prefix}/row' is not an increasing list of integers from 0: {rows[:9].tolist()}"
-            )
+            self.fail(f"the part '{prefix}/row' is not an increasing list of indices: {rows[:9].tolist()}")
         if type(capacity) is not int or not (rows[-1] if n else 0) < capacity <= MOST_ROWS:
             self.fail(
-                f"{name} has a capacity of {capacity!r}, and its last row is {rows[-1] if n else 'none'}"
+                f"{name} has a capacity of {capacity!r}, but its last row is {rows[-1] if n else 'none'}"
             )
-        # on an island, uids of the other islands occur too
+        # organisms on an island can have uids from other islands
         next_uid = self.meta["clock"]["next_uid"]
         mine = uid[(uid == 0) | (island_of(uid) == island_of(next_uid))] if is_island(self.world) else uid
         self.range(f"{prefix}/uid", mine, 1, next_uid - 1)
@@ -148,16 +146,16 @@ class ArrayChecks:
         """Check that integers are within limits."""
         ends = (values.min(), values.max()) if values.size else ()
         if wrong := [v for v in ends if not least <= int(v) <= most]:
-            self.fail(f"the part {part!r} holds {wrong[0]}; expected: {least} to {most}")
+            self.fail(f"the part {part!r} contains {wrong[0]}; expected: {least} to {most}")
 
     def counter(self, part: str, array: np.ndarray) -> None:
-        """Check a counter, which is one integer."""
+        """Check that a counter is one integer."""
         if array.dtype.kind not in "iu" or array.size != 1:
             self.fail(f"the part {part!r} is {array.dtype}{list(array.shape)}; expected: one integer")
         self.range(part, array, 0, 2**53)
 
     def limits(self, table: Table, prefix: str, label: str, uid: np.ndarray | None = None) -> None:
-        """Check that the fields in the file are within their limits."""
+        """Check that the values in the file are within the limits of their fields."""
         for limits in gate.limits_of(self.world, table, heavy=True):
             values = self.arrays.get(f"{prefix}/{stored_name(limits.component)}.{limits.field}")
             if values is not None and (wrong := limits.outside(values)).any():
@@ -177,13 +175,14 @@ class ArrayChecks:
         }
         for word in birth["values"]:
             if word not in known:
-                self.fail(f"newborns of {table.name!r} have {word!r}, which is missing in their table")
+                self.fail(f"newborns of {table.name!r} have {word!r}, which their table lacks")
             self.array(f"{prefix}/{word}", known[word].dtype, (k, *known[word].shape))
         self.limits(table, prefix, f"newborn {{}} of {table.name!r}")
 
 
 def check_arrays(world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: str) -> None:
-    """Raise CheckpointError if the world is built differently, or if numbers are invalid for it."""
+    """Raise CheckpointError if the world was built differently, or if the file's numbers are invalid for
+    it."""
     checks = ArrayChecks(world, meta, arrays, where)
     checks.construction()
     try:

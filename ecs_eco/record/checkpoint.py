@@ -1,9 +1,9 @@
-"""Checkpoints: everything that determines a world's future in one file, from which it continues bit for bit.
+"""Checkpoints: one file with everything that determines a world's future, from which it resumes bit for bit.
 
-A checkpoint is a safetensors file. Its tensors are the columns of the living, fields, weights, optimizers,
-rollouts and the state of every other object with `state()`. Its metadata contains `meta` (JSON: format,
-versions, configuration, clock, tables), `parts` (JSON: the CRC-32, type and shape of every tensor) and `seal`
-(SHA-256 of both). A checkpoint cannot run code.
+A checkpoint is a safetensors file. Its tensors are the columns of living organisms, fields, weights,
+optimizers, rollouts and the state of every other object with `state()`. Its metadata contains `meta` (JSON:
+format, versions, configuration, clock, tables), `parts` (JSON: the CRC-32, type and shape of every tensor)
+and `seal` (SHA-256 of both). A checkpoint cannot run code.
 """
 
 from __future__ import annotations
@@ -36,12 +36,12 @@ FORMAT = 3
 SUFFIX = ".safetensors"
 UNREADABLE = (SafetensorError, OSError, MemoryError, *frozen.MALFORMED)
 Arrays = dict[str, np.ndarray]
-# renamed systems, since format 1
+# systems renamed since format 1
 RENAMED = {"Bear": "GiveBirth", "Leave": "LeaveRemains", "Reckon": "ResetFlows"}
 
 
 def _from_1(meta: dict[str, Any], arrays: Arrays) -> tuple[dict[str, Any], Arrays]:
-    """Upgrade from format 1: some systems had other names, and `Age` computed the head starts of ages."""
+    """Upgrade from format 1, in which some systems had other names and `Age` computed head starts in age."""
     meta["systems"] = [RENAMED.get(name, name) for name in meta["systems"]]
     for owner in [owner for owner in meta["stateful"] if owner.startswith("system/")]:
         place, _, name = owner.rpartition("/")
@@ -57,7 +57,7 @@ def _from_1(meta: dict[str, Any], arrays: Arrays) -> tuple[dict[str, Any], Array
 
 
 def _from_2(meta: dict[str, Any], arrays: Arrays) -> tuple[dict[str, Any], Arrays]:
-    """Upgrade from format 2, which counted the rest of a digestion in seconds."""
+    """Upgrade from format 2, which stored the remaining digestion time in seconds."""
     for name, made in meta["tables"].items():
         if "Metabolism" in made["columns"]:
             made["columns"]["Metabolism"]["digesting"] = ["<i4", []]
@@ -71,7 +71,7 @@ MIGRATIONS: dict[int, Callable[..., tuple[dict[str, Any], Arrays]]] = {1: _from_
 
 
 def save(world: SpatialWorld, path: str | Path) -> Path:
-    """Write a checkpoint of a world between two ticks, atomically, and return its path.
+    """Atomically write a checkpoint of a world between two ticks, and return its path.
 
     Errors are the same as for `ecs_eco.World.save`. If the world's state is divided between processes
     (`ecs_eco.bands`), process 0 writes all of it.
@@ -94,7 +94,7 @@ def restore(
     record: bool = True,
     trust: bool = False,
 ) -> Any:
-    """Return the world that a checkpoint contains; arguments and errors as of `ecs_eco.World.restore`."""
+    """Return the world in a checkpoint; arguments and errors are the same as for `ecs_eco.World.restore`."""
     meta, arrays = _read_here(path)
     return _rebuilt(cls, meta, arrays, str(path), threads, config, systems, prepare, record, trust)
 
@@ -170,7 +170,7 @@ def fork(world: SpatialWorld, seed: int, **how: Any) -> Any:
 
 
 def _read_here(path: str | Path) -> tuple[dict[str, Any], Arrays]:
-    """Return meta and arrays of a checkpoint; warn of the other numerical mode."""
+    """Return a checkpoint's meta and arrays; warn if it was written in the other numerical mode."""
     meta, arrays = read(path)
     if why := portable.other_mode(meta):
         warnings.warn(f"{path}: {why}", RuntimeWarning, stacklevel=4)
@@ -178,9 +178,9 @@ def _read_here(path: str | Path) -> tuple[dict[str, Any], Arrays]:
 
 
 def write(path: Path, meta: Mapping[str, Any], arrays: Arrays) -> None:
-    """Write meta and arrays atomically; raise OSError with the file's name."""
+    """Write meta and arrays atomically. Raises an OSError that names the file."""
     arrays = {name: np.ascontiguousarray(array).reshape(np.shape(array)) for name, array in arrays.items()}
-    # in order, because the order of species and tables matters
+    # keys are not sorted, because the order of species and tables matters
     text = json.dumps({"format": FORMAT, **meta}, allow_nan=False)
     parts = json.dumps({name: _sum(array) for name, array in arrays.items()})
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -188,7 +188,7 @@ def write(path: Path, meta: Mapping[str, Any], arrays: Arrays) -> None:
 
 
 def read(path: str | Path) -> tuple[dict[str, Any], Arrays]:
-    """Return meta and arrays of a checkpoint; raise CheckpointError with the problem."""
+    """Return a checkpoint's meta and arrays; raise CheckpointError if it is unreadable or damaged."""
     meta, parts, arrays = _open(Path(path))
     for name, wanted in parts.items():
         if name not in arrays:
@@ -204,14 +204,14 @@ def read(path: str | Path) -> tuple[dict[str, Any], Arrays]:
     while (number := meta.get("format")) != FORMAT:
         if number not in MIGRATIONS:
             raise CheckpointError(
-                f"{path}: has the format {number}; this version of ecs-eco reads format {FORMAT}"
+                f"{path}: has format {number}; this version of ecs-eco reads format {FORMAT}"
             )
         meta, arrays = MIGRATIONS[number](meta, arrays)
     return meta, arrays
 
 
 def describe(path: str | Path) -> dict[str, Any]:
-    """Return meta of a checkpoint without reading its parts; raise CheckpointError."""
+    """Return a checkpoint's meta without reading its parts; raise CheckpointError if it is unreadable."""
     try:
         files.require_regular(path)
         with safe_open(str(path), framework="numpy") as file:
@@ -226,9 +226,9 @@ def latest(
     complain: Callable[[str], None] | None = None,
     check: Callable[[Path, dict[str, Any]], object] | None = None,
 ) -> Path | None:
-    """Return the newest intact checkpoint in a folder at or before a tick; `complain` of each damaged one.
+    """Return the newest intact checkpoint in a folder at or before a tick; report damaged ones to `complain`.
 
-    `check(path, meta)` raises for an intact checkpoint that must not be used.
+    `check(path, meta)` raises an error if an intact checkpoint must not be used.
     """
     for path in sorted(folder.glob(f"tick-*{SUFFIX}"), reverse=True):
         try:
@@ -252,7 +252,7 @@ def tick_of(path: Path) -> int:
     """Return the tick in a file name; raise CheckpointError if there is none."""
     word = path.name.removeprefix("tick-").removesuffix(SUFFIX)
     if not word.isdecimal():
-        raise CheckpointError(f"{path}: not a name of a checkpoint, such as {name_of(1000)}")
+        raise CheckpointError(f"{path}: is not named like a checkpoint, such as {name_of(1000)}")
     return int(word)
 
 
@@ -274,7 +274,7 @@ def _meta(path: Path, metadata: Mapping[str, str] | None) -> tuple[dict[str, Any
     """Return meta and the list of parts from a file's metadata after checking the seal."""
     content = dict(metadata or {})
     if set(content) != {"meta", "parts", "seal"}:
-        raise CheckpointError(f"{path}: is not a checkpoint of ecs-eco, or its header is damaged")
+        raise CheckpointError(f"{path}: is not an ecs-eco checkpoint, or its header is damaged")
     if _seal(content["meta"], content["parts"]) != content["seal"]:
         raise CheckpointError(f"{path}: its header is damaged: the seal does not match")
     return json.loads(content["meta"]), json.loads(content["parts"])

@@ -1,9 +1,8 @@
-"""Exclusive claims of folders: a process claims a folder before it writes there, with a lock that ends with
-the process.
+"""Exclusive claims on folders: a process locks a folder before writing to it.
 
 The lock is an operating-system lock (flock) on the file `.lock`, which names its owner. The system releases
-it when the process ends for any reason, so claims never become stale. Files of a process that was killed
-before its run began are recognized and may be replaced.
+it when the process ends for any reason, so claims never become stale. Files left by a process that was killed
+before its run began are recognized and can be replaced.
 """
 
 from __future__ import annotations
@@ -31,14 +30,14 @@ LOCK = ".lock"
 BEGUN = {"checkpoints": "tick-*.safetensors", "policies": "*.safetensors", "code": "*.py"}
 # temporary files of older versions of safetensors
 OF_SAFETENSORS = re.compile(r"\.tmp[A-Za-z0-9]{6}")
-WITHOUT = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)  # on file systems without locks
+WITHOUT = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)  # file system without locks
 AGAIN = 1000  # attempts at a lock that other processes keep removing
 
 
 class Claim:
-    """The exclusive right to write into a folder, until `release()` or the end of the process.
+    """The exclusive right to write to a folder, held until `release()` or the end of the process.
 
-    Raises FolderInUse if another process, or another part of this process, has claimed it.
+    Raises FolderInUse if another process, or another part of this process, has claimed the folder.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -49,7 +48,7 @@ class Claim:
     def check(self) -> None:
         """Raise FolderInUse if the claimed folder was removed, moved or replaced."""
         if not _same(self._handle, self.path / LOCK):
-            raise FolderInUse(f"{self.path}: was removed or replaced during writing; writing stops")
+            raise FolderInUse(f"{self.path}: was removed or replaced while in use; stopped writing")
 
     def release(self) -> None:
         """Release the folder; remove it if it was created for the claim and is empty."""
@@ -75,7 +74,7 @@ def claim_new(path: str | Path) -> Claim:
     if path.exists() and not _is_free(path):
         raise FileExistsError(f"{path} exists and is not an empty folder; name another with --out")
     claim = _claim(path)
-    if not _is_free(path):  # another process was faster
+    if not _is_free(path):  # another process wrote to it first
         claim.release()
         raise FileExistsError(f"{path} exists and is not an empty folder; name another with --out")
     remove_start(path)
@@ -102,12 +101,12 @@ def claim_next(path: str | Path) -> Claim:
 
 
 def claimed(out: str | Path | Claim) -> AbstractContextManager[Claim]:
-    """Claim a new folder while it is written to, unless it is already claimed."""
+    """Return a context manager that claims a new folder, or passes an existing claim through."""
     return nullcontext(out) if isinstance(out, Claim) else claim_new(out)
 
 
 def ours(out: str | Path | Claim) -> AbstractContextManager[Claim]:
-    """Claim a folder with any content, creating it if needed, unless it is already claimed."""
+    """Return a context manager that claims a folder with any content, or passes an existing claim through."""
     return nullcontext(out) if isinstance(out, Claim) else _claim(Path(out))
 
 
@@ -130,7 +129,7 @@ def owner_of(folder: str | Path) -> dict[str, Any] | None:
 
 
 def remove_start(folder: Path) -> None:
-    """Remove only the files that a run wrote in a folder before it had a manifest."""
+    """Remove only the files that a run wrote to a folder before it had a manifest."""
     for name, pattern in BEGUN.items():
         for file in [*(folder / name).glob(pattern), *half_written(folder / name)]:
             file.unlink(missing_ok=True)
@@ -146,7 +145,7 @@ def stopped_early(folder: Path) -> bool:
 
 
 def half_written(folder: Path) -> list[Path]:
-    """Return the half-written files of a killed run in a folder, recognized by name."""
+    """Return the half-written files that a killed run left in a folder, recognized by name."""
     return [p for p in folder.glob(".*") if _is_half(p) and p.is_file()]
 
 
@@ -157,7 +156,7 @@ def _is_half(path: Path) -> bool:
 
 
 def _is_free(path: Path) -> bool:
-    """Return whether a folder is empty or has only files of a run killed before it had a manifest."""
+    """Return whether a folder is empty or contains only files of a run killed before it had a manifest."""
     if not path.is_dir():
         return False
     entries = [p for p in path.iterdir() if p.name != LOCK]
@@ -179,7 +178,7 @@ def _make(path: Path) -> list[Path]:
                 folder.mkdir()
                 made.append(folder)
         except OSError:
-            if not folder.is_dir():  # else another process was faster
+            if not folder.is_dir():  # otherwise another process created it
                 _unmake(made)
                 raise
     return made
@@ -195,14 +194,14 @@ def _unmake(made: list[Path]) -> None:
 
 
 def _locked(folder: Path) -> int:
-    """Return the handle of a folder's lock; raise FolderInUse."""
+    """Lock a folder and return the lock's handle; raise FolderInUse if the folder is in use."""
     path = folder / LOCK
     for _ in range(AGAIN):
         handle = os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o666)
         try:
             if not _lock(handle, path):
                 raise FolderInUse(
-                    f"{folder}: is being written by {_owner(path)}; wait for its end, or name another folder"
+                    f"{folder}: is in use by {_owner(path)}; wait until it ends, or name another folder"
                 )
             if _same(handle, path):
                 os.ftruncate(handle, 0)
@@ -212,12 +211,12 @@ def _locked(folder: Path) -> int:
         except BaseException:
             os.close(handle)
             raise
-        os.close(handle)  # its owner has removed it
+        os.close(handle)  # its owner has removed the lock file
     raise FolderInUse(f"{folder}: other processes keep claiming and releasing it")
 
 
 def _lock(handle: int, path: Path) -> bool:
-    """Acquire the lock; return whether this succeeded."""
+    """Try to acquire the lock; return whether this succeeded."""
     if fcntl is not None:
         try:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -236,11 +235,11 @@ def _lock(handle: int, path: Path) -> bool:
             return True
         except OSError:
             return False
-    return not _lives(_read(path))  # no locks here: the named owner holds it while it runs
+    return not _lives(_read(path))  # without locks, the named owner holds it while it runs
 
 
 def _same(handle: int, path: Path) -> bool:
-    """Return whether an open file is the file of this name."""
+    """Return whether an open file is still the file at this path."""
     try:
         return os.path.samestat(os.fstat(handle), os.stat(path))
     except OSError:
@@ -272,7 +271,7 @@ def _myself() -> dict[str, Any]:
 
 
 def _started(pid: int) -> int | None:
-    """Return the start time of a process in clock ticks of the system, or None if it is unknown."""
+    """Return the start time of a process in system clock ticks, or None if unknown."""
     try:
         return int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[19])
     except (OSError, ValueError, IndexError):
@@ -280,7 +279,7 @@ def _started(pid: int) -> int | None:
 
 
 def _lives(owner: dict[str, Any]) -> bool:
-    """Return whether the process that a lock names still runs; assume so on another machine."""
+    """Return whether a lock's owner is still running; an owner on another machine is assumed to be."""
     if not isinstance(owner.get("pid"), int):
         return False
     if owner.get("host") != socket.gethostname():

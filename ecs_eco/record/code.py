@@ -1,5 +1,4 @@
-"""The code that a run needs: the run's folder keeps its sources; manifest and checkpoints keep their
-hashes."""
+"""Storage of a run's code: its sources in the run's folder, their hashes in manifest and checkpoints."""
 
 from __future__ import annotations
 
@@ -25,8 +24,8 @@ Noted = list[dict[str, str]]
 
 
 def sources(config: WorldConfig | None, names: Iterable[str] = ()) -> tuple[Source, ...]:
-    """Return the code that a world lists, and the modules of objects passed in Python and of other `names`
-    ("module:name"); for objects of an interactive session, the source of each."""
+    """Return the sources of the code that a world lists, and of the modules of objects passed in Python and
+    of other `names` ("module:name"). Each object defined in an interactive session has its own source."""
     listed, names = () if config is None else config._code.sources, list(names)
     entries = [] if config is None else code_of(config)
     entries += [name.partition(":")[0] for name in names]
@@ -40,12 +39,12 @@ def sources(config: WorldConfig | None, names: Iterable[str] = ()) -> tuple[Sour
 
 
 def noted(sources: Iterable[Source]) -> Noted:
-    """Return the code's entry in manifest and checkpoint: name and hash of the text."""
+    """Return the code's entry for manifests and checkpoints: the name and hash of each source."""
     return [{"entry": s.entry, "sha256": s.sha256} for s in sources]
 
 
 def keep_copies(sources: Iterable[Source], folder: Path) -> None:
-    """Write the sources that are files into a run's folder."""
+    """Write the sources that are files to a run's folder."""
     sources = [s for s in sources if s.is_file]
     if sources:
         (folder / FOLDER).mkdir(exist_ok=True)
@@ -53,14 +52,14 @@ def keep_copies(sources: Iterable[Source], folder: Path) -> None:
 
 
 def keep_beside(sources: Iterable[Source], folder: Path) -> None:
-    """Write the sources that are files into a folder."""
+    """Write the sources that are files to a folder."""
     for source in sources:
         if source.is_file and source.text is not None:
             files.write(folder / source.entry, source.text)
 
 
 def check_code(listed: Any, places: Sequence[Path], where: str, trust: bool = False) -> Code:
-    """Return the listed code; raise CheckpointError if it is missing, or changed and not allowed."""
+    """Return the listed code; raise CheckpointError if it is missing, or has changed without permission."""
     try:
         wanted = {str(n["entry"]): str(n["sha256"]) for n in listed}
     except (TypeError, KeyError):
@@ -75,21 +74,20 @@ def check_code(listed: Any, places: Sequence[Path], where: str, trust: bool = Fa
         code.allow()
         for source in changed:
             if source.of_session:
-                warnings.warn(
-                    f"{where}: {source.entry} has changed; the present version is used", stacklevel=2
-                )
+                warnings.warn(f"{where}: {source.entry} has changed; using the current version", stacklevel=2)
     elif changed:
         how = "trust=True" if changed[0].of_session else "--trust"
         raise CheckpointError(
             f"{where}: {changed[0].entry} has changed: {changed[0].path or 'it'} has the "
             f"SHA-256 {changed[0].sha256}, expected {wanted[changed[0].entry]}; restore it, or use the "
-            f"present version: {how}"
+            f"current version: {how}"
         )
     return code
 
 
 def recorded(path: Path, manifest: Mapping[str, Any], config: Any = None, trust: bool = False) -> WorldConfig:
-    """Return the world of a recorded run, or `config`, with its code. Raises ConfigError, RecordingError."""
+    """Return a recorded run's configuration, or `config`, with its code. Raises ConfigError,
+    RecordingError."""
     try:
         code = check_code(manifest.get("code", []), [path / FOLDER], str(path), trust)
     except CheckpointError as error:

@@ -1,7 +1,7 @@
 """The manifest of a container, a folder of many runs: a sweep, a comparison, a search or an archipelago.
 
-It contains the hash of its plan and the numerical mode. It is sealed like the manifest of a run and checked
-by a model. File names in it are untrusted: no file outside the folder is written or removed.
+It contains the hash of its plan and the numerical mode. It is sealed like a run's manifest and validated by a
+model. File names in it are untrusted: no file outside the folder is written or removed.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ OLD = (
 
 
 class Container(Section):
-    """The common keys of every manifest of a container; each kind adds its own."""
+    """The keys common to all manifests of containers; each kind adds its own."""
 
     FILE: ClassVar[str]
     KIND: ClassVar[str]
@@ -55,14 +55,14 @@ Model = type[Container]
 
 
 def has(folder: Path, model: Model) -> bool:
-    """Return whether a container was begun in a folder."""
+    """Return whether a folder has the manifest of a container."""
     return os.path.isfile(folder / model.FILE)
 
 
 def read(folder: str | Path, model: Model) -> dict[str, Any]:
     """Return the manifest of a container.
 
-    Raises RecordingError if it is missing, damaged or too old; ForeignFile if it has another kind or plan.
+    Raises RecordingError if it is missing, damaged or too old; ForeignFile if its kind or plan is different.
     """
     file = Path(folder) / model.FILE
     try:
@@ -87,7 +87,7 @@ def read(folder: str | Path, model: Model) -> dict[str, Any]:
 
 
 def check(folder: Path, model: Model, plan: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the manifest of a container that is to be continued with a plan.
+    """Return the manifest of a container after checking that it can be continued with a plan.
 
     Raises ForeignFile if it belongs to another plan or was begun in the other numerical mode.
     """
@@ -114,8 +114,8 @@ def check(folder: Path, model: Model, plan: Mapping[str, Any]) -> dict[str, Any]
 
 
 def may_continue(folder: Path, manifest: Mapping[str, Any], model: Model) -> None:
-    """Raise ForeignFile if a container was begun in another numerical mode than this process uses, or has
-    a link at its top level that leads out of it."""
+    """Raise ForeignFile if a container was begun in a numerical mode other than this process's, or if a link
+    at its top level leads out of it."""
     if why := portable.other_mode({"target": manifest}):
         raise ForeignFile(f"{folder / model.FILE}: {why}")
     for path in folder.iterdir():
@@ -124,7 +124,7 @@ def may_continue(folder: Path, manifest: Mapping[str, Any], model: Model) -> Non
 
 
 def begin(folder: Path, model: Model, content: Mapping[str, Any]) -> dict[str, Any]:
-    """Write the manifest of a new container, or read it if the folder was begun with this plan; return it."""
+    """Return a container's manifest: write a new one, or read the existing one if it has this plan."""
     if has(folder, model):
         return check(folder, model, content)
     folder.mkdir(parents=True, exist_ok=True)
@@ -145,7 +145,8 @@ def _hash(content: Mapping[str, Any], model: Model) -> str:
 
 
 def inside(root: Path, path: Path) -> Path:
-    """Return a path below a container; raise ForeignFile if it, or a link in it, leads out of it."""
+    """Return a path in a container; raise ForeignFile if it, or a link below it, leads out of the
+    container."""
     home = os.path.realpath(root)
     links = [
         Path(at, name)
@@ -160,7 +161,8 @@ def inside(root: Path, path: Path) -> Path:
 
 
 def remove(folder: Path, patterns: Sequence[str]) -> bool:
-    """Remove files with these names in a folder, and the folder; return False if it has other content."""
+    """Remove a folder's files that match the patterns, then the folder; return False if other files
+    remain."""
     if folder.is_symlink():
         return False
     for file in [p for pattern in patterns for p in folder.glob(pattern) if p.is_file() or p.is_symlink()]:

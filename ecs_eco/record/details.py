@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from ecs_eco.nervous.nerves import Nerves
     from ecs_eco.space.world import SpatialWorld
 
-KIND = "details-"  # followed by the species' name: the folder in the run's folder
-ROWS = 100_000  # rows of a species kept in memory before they are passed on
+KIND = "details-"  # plus the species' name: a folder in the run's folder
+ROWS = 100_000  # maximum number of rows per species in memory
 PLACE = ("x", "y", "z", "heading")
 FIXED = 14  # columns that all species have
 NOBODY = np.zeros(0, np.int64)
@@ -39,7 +39,7 @@ def how_many(record: str | None, source: str = "--record") -> int | None:
 
 
 def columns_of(nerves: Nerves) -> list[str]:
-    """Return the names of the columns of a species' details, in order.
+    """Return the column names of a species' details, in order.
 
     For a continuous action, reflex is the reflex's contribution, chosen is the policy's draw and decision is
     the executed value: f32, in the action's unit.
@@ -70,12 +70,11 @@ def has_probability(nerves: Nerves) -> np.ndarray:
 
 
 class Details:
-    """Collects the details of every species that has a nervous system: of all members, or of a focal sample.
+    """Collects details for every species that has a nervous system, from all members or a focal sample.
 
-    The sample of a species is the first `most` organisms at the start, by uid. Dead organisms are replaced by
-    the next newborns in the order of uids, so all organisms after the first ones are followed from birth to
-    death. The last tick of a dying organism is kept too. Rows are passed to `sink("details-SPECIES",
-    columns)`.
+    A species' sample starts with the `most` organisms that have the lowest uids. Dead organisms are replaced
+    by newborns in the order of uids, so organisms that join later are followed from birth to death. A dying
+    organism's last tick is recorded, too. Rows are passed to `sink("details-SPECIES", columns)`.
     """
 
     def __init__(self, world: SpatialWorld, most: int | None, sink: Any) -> None:
@@ -94,12 +93,12 @@ class Details:
         self._rows = dict.fromkeys(self.species, 0)
 
     def born(self, table: Table, rows: np.ndarray) -> None:
-        """Note newborns: rows i64[k]."""
+        """Register newborns in rows i64[k]."""
         if table.name in self.focal and self.most is not None:
             self._born[table.name].append(table.uid[rows])
 
     def died(self, table: Table, rows: np.ndarray, world: SpatialWorld) -> None:
-        """Note dying organisms before their rows are freed."""
+        """Record the last tick of dying organisms before their rows are freed."""
         if table.name not in self.focal:
             return
         uids = table.uid[rows]
@@ -125,7 +124,7 @@ class Details:
                 self._hand_over(name, world)
 
     def flush(self, world: SpatialWorld) -> None:
-        """Pass on all recorded rows."""
+        """Pass all recorded rows to the sink."""
         for name in self.species:
             self._hand_over(name, world)
 
@@ -142,7 +141,7 @@ class Details:
             self._dying[name], self._blocks[name], self._rows[name] = [], [], 0
 
     def _admit(self, name: str) -> None:
-        """Replace dead organisms of the sample by newborns."""
+        """Replace dead organisms in the sample with newborns."""
         born, self._born[name] = self._born[name], []
         if self.most is not None and born and (room := self.most - len(self.focal[name])) > 0:
             self.focal[name] = np.union1d(self.focal[name], np.sort(np.concatenate(born))[:room])
@@ -177,7 +176,7 @@ class Details:
         )
 
     def _hand_over(self, name: str, world: SpatialWorld) -> None:
-        """Pass on the recorded rows of a species, by tick, then uid."""
+        """Pass a species' recorded rows to the sink, sorted by tick, then uid."""
         blocks, self._blocks[name], self._rows[name] = [b for b in self._blocks[name] if b[0].size], [], 0
         if not blocks:
             return

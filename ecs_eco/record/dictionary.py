@@ -33,8 +33,8 @@ COLUMNS = """
 *        x          m      Position.x            position along x
 *        y          m      Position.y            position along y
 *        z          m      Position.z            position along z, above the bottom; 0 in a plane
-*        heading    rad    Position.heading      direction in which it faces, from the x axis
-*        energy     energy Metabolism.energy     energy that the organism holds
+*        heading    rad    Position.heading      direction it faces, measured from the x axis
+*        energy     energy Metabolism.energy     energy of the organism
 *        happiness  1      Nervous.happiness     happiness of the organism
 *        parent     -      Recorder              uid of the first parent; 0: none
 *        parent2    -      Recorder              uid of the second parent; 0: none
@@ -43,54 +43,54 @@ COLUMNS = """
 *        killer     -      table.killer          uid of the organism that killed it; 0: none
 *        age        s      table.born            age at death
 *        born       tick   table.born            tick of birth
-*        origin     -      archipelago           island that the migrant comes from
-*        target     -      archipelago           island that the migrant leaves for
-*        reward     1      Nervous.reward        reward of this tick
+*        origin     -      archipelago           island from which the migrant came
+*        target     -      archipelago           island to which the migrant went
+*        reward     1      Nervous.reward        reward in this tick
 series   n          1      table.n               organisms alive at the end of the tick
 series   births     1      Recorder              births in the tick
 series   deaths     1      Recorder              deaths in the tick
 series   refused    1      max_count             births, seeds and newcomers rejected at max_count
 series   immigrants 1      archipelago           organisms that came from other islands
 series   emigrants  1      archipelago           organisms that left for other islands
-series   energy_mean    energy Metabolism.energy mean energy of those alive at the end of the tick
-series   happiness_mean 1      Nervous.happiness mean happiness of those alive at the end of the tick
+series   energy_mean    energy Metabolism.energy mean energy of organisms alive at the end of the tick
+series   happiness_mean 1      Nervous.happiness mean happiness of organisms alive at the end of the tick
 series   depth_mean     m      Position.z        mean distance below the top; 0 if none are alive
-series   stock_before   energy Metabolism.energy energy that the species held before the tick
+series   stock_before   energy Metabolism.energy energy of the species before the tick
 series   endowed        energy Metabolism.energy energy of newborns
 series   taken_in       energy Metabolism.taken  energy from food and light
 series   burnt          energy Metabolism.burnt  energy spent on basal metabolism and locomotion
 series   given          energy Metabolism.given  energy that parents passed to their newborns
-series   lost           energy Metabolism.energy energy that the dead still held
-series   stock_after    energy Metabolism.energy energy that the species holds after the tick
+series   lost           energy Metabolism.energy energy remaining in dying organisms
+series   stock_after    energy Metabolism.energy energy of the species after the tick
 series   imported       energy Metabolism.energy energy of immigrants
 series   exported       energy Metabolism.energy energy of emigrants
-matter   holder       -    world.matter          species, object type or field that holds the substance
+matter   holder       -    world.matter          species, object type or field that contains the substance
 matter   substance    -    substances            name of the substance
-matter   stock_before mol  world.matter          amount held before the tick
-matter   stock_after  mol  world.matter          amount held after the tick
-learning n_transitions        1   Learner.update transitions of the update, each one tick of one organism
-learning n_learners           1   Learner.update networks that were updated
+matter   stock_before mol  world.matter          amount before the tick
+matter   stock_after  mol  world.matter          amount after the tick
+learning n_transitions        1   Learner.update transitions in the update; each is one tick of one organism
+learning n_learners           1   Learner.update updated networks
 learning reward               1   Learner.update mean reward of the transitions
 learning entropy              nat Learner.update mean entropy of the policy
 learning approx_kl            nat Learner.update estimated divergence from the previous policy
-learning explained_variance   1   Learner.update share of the variance of returns that the values explain
+learning explained_variance   1   Learner.update share of the variance of returns that values explain
 learning policy_loss          1   Learner.update loss of the policy
 learning value_loss           1   Learner.update loss of the value estimate
 learning clip_fraction        1   Learner.update share of transitions whose probability ratio was clipped
-learning gradient_norm        1   Learner.update norm of the gradient, before it is clipped
+learning gradient_norm        1   Learner.update norm of the gradient before clipping
 learning learning_rate        1   Learner.update step size of Adam
 actions  action   -        actions               group and name of the action
-actions  n        1        Nervous.decision      organisms that carry out the action in this tick
+actions  n        1        Nervous.decision      organisms that carried out the action in this tick
 actions  of       1        Nervous.decision      organisms that decided in this tick
-details  reflex      1     reflex                −1: the reflex blocks it; 0: left to the policy; 1: forced
+details  reflex      1     reflex                −1: blocked by the reflex; 0: left to the policy; 1: forced
 details  probability 1     policy                probability that the policy assigns to it
 details  chosen      1     policy                1: chosen by the policy, or automatic
 details  decision    1     Nervous.decision      1: carried out
-"""  # kind of table ("*": any), column, unit ("1": a pure number, "-": no number), source, description
+"""  # kind of table ("*": any), column, unit ("1": dimensionless, "-": not a number), source, description
 
 
 class Meaning(NamedTuple):
-    """The meaning of a column: its unit ("1": a pure number, "": no number), and its source."""
+    """The meaning of a column: unit ("1": dimensionless, "": not a number), description and source."""
 
     unit: str
     description: str
@@ -108,20 +108,20 @@ FIXED = _fixed()
 
 
 def described(table: pa.Table, kind: str, world: SpatialWorld) -> pa.Table:
-    """Return a table of a kind ("series", "births", "details-deer" …) with the meaning of each column."""
+    """Return a table of one kind ("series", "births", "details-deer" …) with each column's meaning added."""
     fields = [f.with_metadata(meaning(kind, f.name, world)._asdict()) for f in table.schema]
     return pa.Table.from_arrays(table.columns, schema=pa.schema(fields))
 
 
 def meaning(kind: str, column: str, world: SpatialWorld) -> Meaning:
-    """Return the meaning of a column of a kind of table."""
+    """Return the meaning of a column in one kind of table."""
     head, _, rest = column.partition(": ")
     if kind.startswith(DETAILS):
         return _of_details(world.tables[kind.removeprefix(DETAILS)], column, 3 if world.space.volume else 2)
     if kind == "series" and column in world.reporters:
         return _of_reporter(world.reporters[column], column)
     if head == "died":
-        return Meaning("1", f'deaths in the tick by the cause "{rest}"', "table.cause")
+        return Meaning("1", f'deaths in the tick with the cause "{rest}"', "table.cause")
     if column.startswith(EATEN):
         food = column.removeprefix(EATEN)
         return Meaning(
@@ -161,7 +161,7 @@ def _of_details(table: Table, column: str, dims: int) -> Meaning:
     if column == "happiness":
         return _with(known, _happiness(table))
     if act in table.species.nerves.ranges.groups and head != "probability":
-        return known._replace(unit="", description=f"number of the continuous action {act}")
+        return known._replace(unit="", description=f"value of the continuous action {act}")
     return _with(known, act)
 
 
@@ -183,7 +183,8 @@ def _with(known: Meaning, more: str) -> Meaning:
 
 
 def _happiness(table: Table) -> str:
-    """Return the formula of a species' happiness, and the names in it that are means of several channels."""
+    """Return a species' happiness formula, with the definitions of names that are means of several
+    channels."""
     happiness = getattr(table.species.section, "happiness", None)
     if happiness is None or happiness.formula is None:
         return ""
@@ -219,7 +220,7 @@ def genes(world: SpatialWorld) -> dict[str, dict[str, Any]]:
 
 
 def write_dictionary(folder: Path, kinds: Iterable[str], world: SpatialWorld) -> None:
-    """Write data_dictionary.json and .md into a run's folder, from the columns of its parts."""
+    """Write data_dictionary.json and .md to a run's folder, based on the columns of its parts."""
     tables: dict[str, dict[str, Any]] = {}
     for kind in kinds:
         parts = listed(folder / kind)
@@ -236,7 +237,7 @@ def write_dictionary(folder: Path, kinds: Iterable[str], world: SpatialWorld) ->
 
 
 def _page(content: dict[str, dict[str, Any]]) -> Iterator[str]:
-    yield "# Data dictionary\n\nThe columns of the Parquet files in this folder. Unit 1: a pure number.\n"
+    yield "# Data dictionary\n\nThe columns of the Parquet files in this folder. Unit 1: dimensionless.\n"
     heads = {"tables": "{}/part-*.parquet", "genes": "Genes of {}"}
     for head, tables in ((heads[word], tables) for word, tables in content.items()):
         for name, columns in tables.items():

@@ -1,7 +1,7 @@
 """The digest of a world: a hash of everything that determines its future, independent of rows, threads and
 files.
 
-The format of checkpoints belongs to `ecs_eco.record.checkpoint`.
+The checkpoint format is defined in `ecs_eco.record.checkpoint`.
 """
 
 from __future__ import annotations
@@ -36,16 +36,16 @@ BEGINNING = (
     "reporters",
     "record",
 )
-"""Keys of a configuration that affect only the start, the names or the measurements of a world, not its future."""
+"""Configuration keys that affect only the start, the names or the measurements of a world, not its future."""
 
 
 def digest(world: SpatialWorld) -> str:
     """Return the SHA-256 of a world between two ticks, 64 hexadecimal digits; docs/reference/checkpoints.md
-    lists its content.
+    lists what it covers.
 
-    Equal runs have equal digests on one target with the same versions and processor
-    (docs/reference/promises.md). Interpreted kernels (NUMBA_DISABLE_JIT=1) compute in another precision, so
-    their digests differ.
+    Identical runs have identical digests on one target with the same versions and processor
+    (docs/reference/promises.md). Interpreted kernels (NUMBA_DISABLE_JIT=1) compute with different precision,
+    so their digests differ.
     """
     require_whole(world, "digest", within=True)
     if world.bands.divided:
@@ -59,7 +59,7 @@ def digest(world: SpatialWorld) -> str:
 
 
 def _facts(world: SpatialWorld) -> dict[str, Any]:
-    """Return the facts that are not arrays."""
+    """Return everything that is not an array."""
     return {
         "clock": [world.seed, world.tick, world.next_uid, world.dt],
         "space": [world.space.size, world.space.edges],
@@ -79,13 +79,13 @@ def _facts(world: SpatialWorld) -> dict[str, Any]:
 
 
 def _values(world: SpatialWorld) -> Any:
-    """Return the present values of the configuration and the pending interventions."""
+    """Return the current values of the configuration and the pending interventions."""
     if world.config is None:
         return None
     values = {key: value for key, value in world.config.resolved(former=True).items() if key not in BEGINNING}
     for species in values["species"].values():
-        species["policy"].pop("file", None)  # the weights count, not their origin
-        species["policy"].pop("learn", None)  # whether it learns now is in the facts about the nervous system
+        species["policy"].pop("file", None)  # the weights matter, not their origin
+        species["policy"].pop("learn", None)  # `_species` has the current value of `learning`
         species["diet"].sort(key=lambda food: food["eats"])
     if given := [dict(system.parameters) for system in world.config.systems if isinstance(system, Use)]:
         values["parameters"] = given
@@ -110,7 +110,7 @@ def _species(table: Table) -> dict[str, Any]:
 
 
 def _arrays(world: SpatialWorld) -> Iterator[tuple[str, np.ndarray]]:
-    """Yield all arrays by name: columns in the order of uids, substances in the order of their names."""
+    """Yield all arrays by name; columns are sorted by uid, substances by name."""
     by_name = np.argsort(world.substances)
 
     def ordered(component: Any, field: str, array: np.ndarray) -> np.ndarray:
@@ -139,7 +139,7 @@ def _arrays(world: SpatialWorld) -> Iterator[tuple[str, np.ndarray]]:
 
 
 def _states(world: SpatialWorld) -> Iterator[tuple[str, np.ndarray]]:
-    """Yield the states of traits, systems, terrain and of the user's plain components."""
+    """Yield the states of traits, systems, terrain and the user's plain components."""
     for table in world.tables.values():
         for key, part in sorted(table.parts().items()):
             if callable(getattr(part, "by_uid", None)):
@@ -170,12 +170,12 @@ def _named(owner: str, state: dict[str, Any]) -> Iterator[tuple[str, np.ndarray]
 
 
 def _doomed(table: Table) -> np.ndarray:
-    """Return the rows with a cause of death, in the order of uids: i64[k]."""
+    """Return the rows with a cause of death, sorted by uid: i64[k]."""
     rows = table.by_uid()
     return rows[table.cause[rows] != 0]
 
 
 def _name(what: Any) -> str:
-    """Return module:name of a function or class; of shipped code only its name, so that it may move."""
+    """Return module:name of a function or class, but only the name for shipped code, which may move."""
     name = function_name(what) if hasattr(what, "__qualname__") else function_name(type(what))
     return name.rpartition(".")[2].rpartition(":")[2] if name.startswith("ecs_eco.") else name

@@ -1,4 +1,4 @@
-"""Single events of a recording: their columns, text as numbers in checkpoints, and the migrants of an island."""
+"""Individual events of a recording: their columns, their text as numbers for checkpoints, and migrants."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MIGRATION = {
     "arrivals": (*_EACH, "origin", "born", "parent", "parent2", "genome"),
     "departures": (*_EACH, "target"),
 }
-"""Events of islands: immigrants with origin, birth and parents; emigrants with target."""
+"""Events on islands: immigrants with origin, birth and parents; emigrants with target."""
 
 EVENTS = {
     "births": (*_EACH, "parent", "parent2", "genome"),
@@ -27,7 +27,7 @@ EVENTS = {
 
 
 def as_numbers(column: np.ndarray) -> np.ndarray:
-    """Return text as the character codes u32[n, letters], other columns unchanged."""
+    """Return a text column as character codes u32[n, letters], and any other column unchanged."""
     if column.dtype.kind not in "SU":
         return column
     wide = np.ascontiguousarray(column.astype(f"U{max(1, int(np.char.str_len(column).max(initial=1)))}"))
@@ -35,13 +35,13 @@ def as_numbers(column: np.ndarray) -> np.ndarray:
 
 
 def as_text(numbers: np.ndarray) -> np.ndarray:
-    """Return the text of character codes."""
+    """Return the text that character codes represent."""
     text = np.ascontiguousarray(numbers).view(f"U{numbers.shape[1]}")[:, 0]
     return text.astype("S") if numbers.size and numbers.max() < 128 else text
 
 
 class Migrations:
-    """Records migrants in the pages and events of a recorder, in the tick before they move."""
+    """Records migrants in a recorder's pages and events, in the tick before they move."""
 
     def __init__(self, recorder: Any, world: SpatialWorld) -> None:
         self.recorder, self.world = recorder, world
@@ -50,13 +50,13 @@ class Migrations:
         world.on_arrival.append(self.came)
 
     def left(self, table: Table, rows: np.ndarray, to: np.ndarray) -> None:
-        """Record emigrants to islands `to` i64[k], before their rows i64[k] are freed."""
+        """Record emigrants to islands `to` i64[k] before their rows i64[k] are freed."""
         if self.recorder.details is not None:
             self.recorder.details.died(table, rows, self.world)
         self._note("departures", "emigrants", "exported", table, rows, to)
 
     def came(self, table: Table, rows: np.ndarray, origin: np.ndarray) -> None:
-        """Record immigrants from islands `origin` i64[k]: rows i64[k]."""
+        """Record immigrants in rows i64[k] from islands `origin` i64[k]."""
         if self.recorder.details is not None:
             self.recorder.details.born(table, rows)
         none = np.zeros(rows.size, np.uint64)

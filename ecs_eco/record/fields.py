@@ -1,4 +1,4 @@
-"""Fields of components that a world records for individual organisms: its key `record`."""
+"""Component fields that a world records for individual organisms, from its key `record`."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
-MOST_COLUMNS = 256  # total of all recorded fields
+MOST_COLUMNS = 256  # of all recorded fields together
 
 
 class Fields:
     """Columns that follow the standard columns of births, deaths, snapshots and migrants: a scalar field has
-    its own name, "Strain.virulence"; an array field has a column for each element, "Strain.genome.0" and so
-    on.
+    one column, such as "Strain.virulence"; an array field has a column for each element: "Strain.genome.0",
+    "Strain.genome.1" and so on.
 
-    Raises ConfigError for a field that no species has, and for too many columns.
+    Raises ConfigError if no species has a field, or if there are too many columns.
     """
 
     def __init__(self, world: SpatialWorld, species: list[str]) -> None:
         self._tables = [world.tables[name] for name in species]
-        self._columns: dict[str, tuple[str, int, np.dtype]] = {}  # field, position within it, type
+        self._columns: dict[str, tuple[str, int, np.dtype]] = {}  # field, index within it, type
         for i, field in enumerate(() if world.config is None else world.config.record):
             found = [values for table in self._tables if (values := values_of(table, field)) is not None]
             if not found:
@@ -44,7 +44,7 @@ class Fields:
         self.names = tuple(self._columns)
 
     def of(self, table: Table, rows: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Return the columns for rows i64[k] of a table: 0 if it has no such field."""
+        """Return the columns for rows i64[k] of a table; fields that it lacks are 0."""
         out = []
         for field, place, dtype in self._columns.values():
             values, column = values_of(table, field), np.zeros(rows.size, dtype)
@@ -54,7 +54,7 @@ class Fields:
         return tuple(out)
 
     def missing(self, species: np.ndarray) -> dict[str, np.ndarray]:
-        """Return which rows have no such field, by column: bool[k], for species i8[k]."""
+        """Return, by column, which rows of species i8[k] lack the field: bool[k]."""
         out = {}
         for name, (field, place, _) in self._columns.items():
             held = [values_of(table, field) for table in self._tables]
@@ -63,7 +63,7 @@ class Fields:
 
 
 def values_of(table: Table, field: str) -> np.ndarray | None:
-    """Return the column of a field, "Component.field", in a table; None if there is none."""
+    """Return a table's column for the field "Component.field"; None if the table has no such field."""
     component, _, name = field.partition(".")
     for part, columns in table.columns.items():
         if component in (part.__name__, stored_name(part)) and name in part.fields:

@@ -30,7 +30,7 @@ FOLDERS = (*FIRST, *LATER, "checkpoints", "policies", "figures")  # in a run
 class Folder:
     """The folder of one run. Files are written atomically: to a temporary file, synced, then renamed.
 
-    `run` is the run's identity in every part: its id, world and seed. `claim` is checked before each part.
+    `run` identifies the run in every part: its id, world and seed. `claim` is checked before each write.
     """
 
     def __init__(
@@ -42,7 +42,7 @@ class Folder:
     ) -> None:
         self.path, self.world, self.run, self.claim = path, world, run, claim
         self.parts = dict.fromkeys(FIRST, 0)
-        self.heads: dict[str, str] = {}  # the seal of the last part of each kind
+        self.heads: dict[str, str] = {}  # the seal of each kind's last part
 
     def sink(self, kind: str, columns: dict[str, np.ndarray]) -> None:
         """Write one block of rows as a Parquet part."""
@@ -65,7 +65,7 @@ class Folder:
 
     @property
     def written(self) -> dict[str, Any]:
-        """The number of parts of each kind, and the seals of the last parts."""
+        """The number of parts of each kind, and the seal of each kind's last part."""
         return {"parts": dict(self.parts), "heads": dict(self.heads)}
 
     def describe(self) -> None:
@@ -73,21 +73,22 @@ class Folder:
         dictionary.write_dictionary(self.path, self.parts, self.world)
 
     def go_on_from(self, written: Mapping[str, Any], manifest: Mapping[str, Any]) -> None:
-        """Continue from the state in a checkpoint. Raises ForeignFile, RecordingError for other parts."""
+        """Continue from a checkpoint's state. Raises ForeignFile or RecordingError if the parts do not
+        match."""
         try:
             self.parts = {kind: int(n) for kind, n in written["parts"].items()}
             self.heads = dict(written["heads"])
         except (KeyError, ValueError, TypeError, AttributeError) as error:
             raise RecordingError(
-                f"{self.path / 'checkpoints'}: the last part does not contain the position of its run: {error}"
+                f"{self.path / 'checkpoints'}: the last checkpoint lacks the position of its run: {error}"
             ) from None
         for kind in self._kinds():
             parts(self.path, kind, {**manifest, **written, "finished": False})
 
     def forget_later(self) -> None:
-        """Remove parts from the next number on, which are recorded again, and half-written files."""
+        """Remove half-written files, and parts from the next number on, which are recorded again."""
         for kind in self._kinds():
-            # from the last, so that no gap remains if the process is killed
+            # in reverse order, so that no gap remains if the process is killed
             for part in reversed(listed(self.path / kind)[self.parts.get(kind, 0) :]):
                 part.unlink()
         for half in leftovers(self.path):
@@ -99,7 +100,7 @@ class Folder:
 
 
 def check_content(path: Path, counts: Mapping[str, int]) -> None:
-    """Raise RecordingError if one of the first parts of a run, so many of each kind, is damaged."""
+    """Raise RecordingError if any of the first `counts` parts of each kind is damaged."""
     for kind, count in counts.items():
         for part in listed(path / kind)[:count]:
             try:
@@ -112,7 +113,7 @@ def check_content(path: Path, counts: Mapping[str, int]) -> None:
 
 
 def leftovers(path: Path) -> list[Path]:
-    """Return the half-written files of a killed run in its folder, recognized by name."""
+    """Return the half-written files that a killed run left in its folder, recognized by name."""
     return [
         half
         for folder in [path, *(own for name in FOLDERS for own in path.glob(name))]
@@ -121,7 +122,7 @@ def leftovers(path: Path) -> list[Path]:
 
 
 def git_commit() -> str | None:
-    """Return the commit of the checkout that the package runs from, or None."""
+    """Return the commit of the checkout from which the package runs, or None."""
     try:
         done = subprocess.run(
             ["git", "rev-parse", "HEAD"],

@@ -1,5 +1,4 @@
-"""The series that `world.series()` returns, an Arrow table for notebooks, pandas and polars, and its
-blocks of rows in memory."""
+"""The Arrow table of `world.series()`, for notebooks, pandas and polars, and its blocks of rows in memory."""
 
 from __future__ import annotations
 
@@ -22,14 +21,14 @@ else:
     parquet = Later("ecs_eco.record.parquet")
 
 Block = Mapping[str, np.ndarray]
-ENDS = 4  # rows shown from the start and from the end
+ENDS = 4  # rows shown at the start and at the end
 
 
 class SeriesTable:
     """A pyarrow.Table of series, with methods for pandas and polars.
 
-    All methods of pyarrow.Table work on it. Functions of pyarrow, such as those that write files, take
-    `series.arrow`; polars, pandas and DuckDB take the series itself.
+    It has all methods of pyarrow.Table. Pass `series.arrow` to pyarrow functions, for example to write files;
+    pass the series itself to polars, pandas and DuckDB.
 
     Attributes
     ----------
@@ -86,7 +85,7 @@ class SeriesTable:
         Parameters
         ----------
         *columns : str
-            Columns of the series; default: "n". With several, their names precede the species: "n deer".
+            Columns of the series; default: "n". With several, the result has columns like "n deer".
 
         Returns
         -------
@@ -96,7 +95,7 @@ class SeriesTable:
         Raises
         ------
         KeyError
-            For an unknown column.
+            If the series has no such numeric column.
 
         Examples
         --------
@@ -110,7 +109,7 @@ class SeriesTable:
         for name in wanted:
             if name not in self.arrow.column_names or name in ("tick", "species"):
                 raise KeyError(
-                    f"the series has no numbers {name!r}: it has {', '.join(self.arrow.column_names[2:])}"
+                    f"the series has no numeric column {name!r}: it has {', '.join(self.arrow.column_names[2:])}"
                 )
         ticks, row = np.unique(self.arrow["tick"].to_numpy(), return_inverse=True)
         each = np.array(self.arrow["species"].to_pylist(), object)
@@ -148,7 +147,7 @@ class SeriesTable:
     def __eq__(self, other: object) -> bool:
         return bool(self.arrow == _arrow(other))
 
-    __hash__ = None  # type: ignore[assignment]  # as of a pyarrow.Table
+    __hash__ = None  # type: ignore[assignment]  # like pyarrow.Table
 
     def __arrow_c_stream__(self, requested_schema: Any = None) -> Any:
         return self.arrow.__arrow_c_stream__(requested_schema)
@@ -171,7 +170,7 @@ def _arrow(value: Any) -> Any:
 
 
 def _wrapping(method: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a method of a pyarrow.Table that accepts series, and returns series instead of tables."""
+    """Return a pyarrow.Table method that accepts series, and returns series instead of tables."""
 
     @wraps(method)
     def call(*args: Any, **options: Any) -> Any:
@@ -195,7 +194,7 @@ def _needed(module: str) -> Any:
 
 
 def joined(blocks: Sequence[Block], prefix: str = "") -> dict[str, np.ndarray]:
-    """Return the columns of blocks, concatenated, with a prefix; a missing column is `absent`."""
+    """Return the concatenated columns of blocks, with a prefix; missing columns are filled with `absent`."""
     names = dict.fromkeys(name for block in blocks for name in block)
     return {
         prefix + name: np.concatenate([b.get(name, absent(name, b["tick"].size)) for b in blocks])
@@ -204,7 +203,7 @@ def joined(blocks: Sequence[Block], prefix: str = "") -> dict[str, np.ndarray]:
 
 
 def as_table(blocks: Sequence[Block], words: Mapping[str, Sequence[str]]) -> pa.Table:
-    """Return blocks as one pyarrow.Table; `words` as for `ecs_eco.record.parquet.to_arrow`."""
+    """Return blocks as one pyarrow.Table; `words` is the same as for `ecs_eco.record.parquet.to_arrow`."""
     columns = joined(blocks)
     return parquet.to_arrow(columns, {name: known for name, known in words.items() if name in columns})
 

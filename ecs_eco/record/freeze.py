@@ -1,4 +1,4 @@
-"""Conversion of a world to JSON and arrays and back: the content of a checkpoint (file: checkpoint.py)."""
+"""Conversion of a world to and from the content of a checkpoint: JSON and arrays (file: checkpoint.py)."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
-MALFORMED = (ValueError, TypeError, LookupError, AttributeError, ArithmeticError)  # of unexpected content
-OWN = ("uid", "born", "cause", "killer")  # columns of a table that belong to no component
+MALFORMED = (ValueError, TypeError, LookupError, AttributeError, ArithmeticError)  # unexpected content
+OWN = ("uid", "born", "cause", "killer")  # table columns that belong to no component
 
 
 def freeze(world: SpatialWorld, recording: bool = True) -> tuple[dict[str, Any], Arrays]:
-    """Return everything that determines a world's future: meta for JSON, and arrays by name, with the
-    state of its recording unless excluded; empty if another process has it all. Raise RuntimeError within
-    a tick."""
+    """Return everything that determines a world's future: meta for JSON, and arrays by name, including the
+    state of its recording if `recording`. Both are empty in processes that do not save. Raises RuntimeError
+    within a tick."""
     require_whole(world, "save")
     recorder = world.recorder if recording else None
     if recorder is not None:
@@ -56,7 +56,7 @@ def freeze(world: SpatialWorld, recording: bool = True) -> tuple[dict[str, Any],
 
 
 def parts_of(world: SpatialWorld) -> tuple[dict[str, Any], Arrays]:
-    """Return everything that determines the future of this process's part of a world, as `freeze`."""
+    """Return the same as `freeze` for this process's part of a world."""
     arrays: Arrays = {}
     meta: dict[str, Any] = {
         "versions": versions(),
@@ -95,7 +95,7 @@ def parts_of(world: SpatialWorld) -> tuple[dict[str, Any], Arrays]:
 
 
 def code_of(meta: Mapping[str, Any], where: str, trust: bool) -> Code:
-    """Return the code that a checkpoint needs, from its run or its world file. Raises CheckpointError."""
+    """Return a checkpoint's code, from the folder of its run or world file. Raises CheckpointError."""
     places = [
         Path(where).parent.parent / FOLDER,
         *([Path(meta["folder"])] if meta["folder"] is not None else []),
@@ -114,7 +114,7 @@ def thaw(
 ) -> Any:
     """Return a world without organisms, built like the frozen world.
 
-    Raises CheckpointError with the missing argument, CodeError if its code is not allowed to run here.
+    Raises CheckpointError if an argument is missing, CodeError if its code is not allowed to run here.
     """
     if meta["config"] is None:
         raise CheckpointError(
@@ -137,7 +137,7 @@ def thaw(
             code = code_of(meta, where, trust) if featured else None
             loaded = (WorldConfig if code is None else model_for(code)).model_validate(data)
             take_land(loaded, meta, where)
-            # else everything was passed as objects
+            # otherwise all code was passed as objects
             if code is not None or any(isinstance(value, str) for _, value in names_in(loaded)):
                 loaded._code = code or code_of(meta, where, trust)
             else:
@@ -146,7 +146,7 @@ def thaw(
             as_it_is = isinstance(config, WorldConfig) and not systems
             loaded = config if as_it_is else load_world(config, systems=systems)
             if loaded.resolved() != present(meta["config"]):
-                raise CheckpointError(f"{where}: was saved with a configuration different from the given one")
+                raise CheckpointError(f"{where}: was saved with a different configuration")
         options = dict(meta["options"])
         options["policies"] = {
             name: "random" if source == "random" else "untrained"
@@ -210,7 +210,7 @@ def _load(world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: s
 
 
 def _freeze_table(table: Table, arrays: Arrays) -> dict[str, Any]:
-    """Put the columns of the living into `arrays`; return the description of the table."""
+    """Put the columns of living organisms into `arrays`; return the table's description."""
     rows, prefix = table.rows(), f"table/{table.name}"
     arrays[f"{prefix}/row"] = rows
     for name in OWN:
@@ -271,7 +271,7 @@ def _load_table(table: Table, made: Mapping[str, Any], arrays: Arrays) -> None:
 
 
 def _load_part(load: Callable[[Arrays], None], owner: str, arrays: Arrays, where: str) -> None:
-    """Load the state of a part; raise CheckpointError with its name if this fails."""
+    """Load the state of a part; raise a CheckpointError that names the part if this fails."""
     try:
         load(under(arrays, f"{owner}/"))
     except MALFORMED as error:
@@ -290,7 +290,7 @@ def _instances(world: SpatialWorld) -> list[str]:
 def reordered(
     world: SpatialWorld, species: Sequence[str], tables: Sequence[str], state: Mapping[str, np.ndarray]
 ) -> dict[str, np.ndarray]:
-    """Return the state of a recorder with these species and tables in the order of a world's recorder."""
+    """Return the state of a recorder that has these species and tables, reordered for a world's recorder."""
     out, recorder = dict(state), world.recorder
     same = list(species) == recorder.names and list(tables) == list(world.tables)
     if same or sorted(species) != sorted(recorder.names):
@@ -314,7 +314,7 @@ def reordered(
 def _matter(
     world: SpatialWorld, tables: Sequence[str], state: Mapping[str, np.ndarray]
 ) -> dict[str, np.ndarray]:
-    """Return the pages of matter, whose holders are tables in order, then fields."""
+    """Return the reordered pages of matter; holders are tables in order, then fields."""
     holders: list[Any] = list(world.matter.holders)
     known = sorted(holders, key=lambda h: tables.index(h[1]) if h[0] == "table" else len(tables))
     former, now = _places(holders, known), _places(known, holders)
@@ -325,5 +325,5 @@ def _matter(
 
 
 def _places(names: Sequence[Any], among: Sequence[Any]) -> np.ndarray:
-    """Return the index of each name in other names: i64[names]."""
+    """Return the index in `among` of each name: i64[names]."""
     return np.array([list(among).index(name) for name in names], np.int64)

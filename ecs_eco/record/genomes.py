@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 
 
 def texts_of(table: "Table", rows: np.ndarray, letters: np.ndarray) -> np.ndarray:
-    """Return the genomes of rows i64[k] as text: bytes[k], or str[k] if a letter is not ASCII; "" without
-    a genome. `letters` are `letters_of(table)`."""
+    """Return the genomes of rows i64[k] as text: bytes[k], or str[k] if a letter is not ASCII; "" if there is
+    no genome. `letters` is the result of `letters_of(table)`."""
     if not has_text(table):
         return np.zeros(rows.size, "S1")
     loci = table[Genome].loci[rows]
@@ -30,8 +30,8 @@ def has_text(table: "Table") -> bool:
 
 
 def letters_of(table: "Table") -> np.ndarray:
-    """Return the letter of each number in a table's genomes: "S1"[256], "U1"[256] beyond ASCII; "?" for an
-    undefined number. Strings of variable length end with "", and have a separator."""
+    """Return the letter for each number in a table's genomes: "S1"[256], or "U1"[256] if a letter is not
+    ASCII; "?" for undefined numbers. Strings of variable length end with "" and have a separator."""
     layout: Any = getattr(table.species.heredity, "layout", None)
     alphabet: Any = getattr(layout, "alphabet", DNA)
     letters = getattr(alphabet, "letters", alphabet)
@@ -42,14 +42,15 @@ def letters_of(table: "Table") -> np.ndarray:
 
 
 def genes_of(table: "Table") -> dict[str, Any] | None:
-    """Describe a species' genome: alphabet, strings (ploidy), genes; None if it has none.
+    """Describe a species' genome: alphabet, strings (ploidy), genes; return None if it has no genome.
 
-    A gene has its name, first locus `at`, number of `letters`, `trait` (null for a neutral marker), and
-    either `values`, one for each codon in order, or the `range` of its codons as numbers, or the number of
-    `weights` of a network; `dominance` with two strings, and `whole` if values are integers. `derived`
-    traits, if any, have a `formula` of genes and the limits `low` and `high`. If strings vary in length, a
-    gene has a `promoter` before its letters instead of a position, the rule `doubled` for several copies, and
-    the value `without` a copy; the genome has `longest` and the `separator` of two strings.
+    A gene has a name, its first locus `at`, the number of `letters`, a `trait` (null for a neutral marker)
+    and one of the following: `values`, one for each codon in order; the numeric `range` of its codons; or the
+    number of `weights` in a network. It has `dominance` if there are two strings, and `whole` if its values
+    are integers. `derived` traits, if any, have a `formula` over genes and the limits `low` and `high`. If
+    the length of strings varies, a gene has a `promoter` that precedes its letters instead of a position, the
+    rule `doubled` for several copies, and the value `without` a copy; the genome has `longest` and the
+    `separator` between two strings.
     """
     layout: Any = getattr(table.species.heredity, "layout", None)
     if layout is None:

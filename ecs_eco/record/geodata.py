@@ -1,4 +1,4 @@
-"""Tracks of a run as geographic data: GeoPackage, GeoParquet or CSV, in the coordinate system of its land."""
+"""Tracks of a run as geographic data: GeoPackage, GeoParquet or CSV, in the land's coordinate system."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ NO_LAND = Land(np.zeros((1, 1), np.float32), np.zeros((1, 1), np.uint8), np.zero
 
 
 class Tracks(NamedTuple):
-    """The written tracks: number of places, number of individuals, and coordinate system ("": meters from
-    the corner of the world)."""
+    """The written tracks: numbers of positions and individuals, and the coordinate system ("": meters from
+    the world's corner)."""
 
     places: int
     individuals: int
@@ -38,10 +38,12 @@ class Tracks(NamedTuple):
 def write_tracks(
     run: str | Path, file: str | Path, species: str | None = None, lines: bool = False
 ) -> Tracks:
-    """Write the positions of organisms at each snapshot of a run: a row with species, uid, tick, time [s],
-    elevation [m] and a point for each, or with `lines` a row for each organism with at least two positions.
+    """Write the positions of organisms at each snapshot of a run. Each row is a position with species, uid,
+    tick, time [s], elevation [m] and a point or, with `lines`, the path of an organism with at least two
+    positions.
 
-    Raises ConfigError if the format or the request is invalid, RecordingError for an unreadable run, OSError.
+    Raises ConfigError if the format or the request is invalid, RecordingError if the run is unreadable, or
+    OSError.
     """
     run, file = Path(run), Path(file)
     if file.suffix.lower() not in ENDINGS:
@@ -53,7 +55,7 @@ def write_tracks(
             "--species", "no such species in this run", species, listed(known), nearest(species, known)
         )
     if lines and manifest["config"]["space"]["edges"] == "torus":
-        raise _refused("--lines", "are not possible on a torus", "", "points, or a world with walls")
+        raise _refused("--lines", "cannot be drawn on a torus", "", "points, or a world with walls")
     if lines and file.suffix.lower() == ".csv":
         raise _refused("--lines", "cannot be written to a CSV file", str(file), "a .gpkg or a .parquet")
     table = _places(run, species, float(manifest.get("dt", 1.0)))
@@ -77,9 +79,9 @@ def write_tracks(
 
 
 def _places(run: Path, species: str | None, dt: float) -> pa.Table:
-    """Return species, uid, tick, time, x and y, in the order of uids and ticks."""
+    """Return species, uid, tick, time, x and y, sorted by uid and tick."""
     table = read_parts(run / "snapshots", ["tick", "species", "uid", "x", "y"])
-    table = table if table.num_columns else NOWHERE  # no snapshot has any organism
+    table = table if table.num_columns else NOWHERE  # no snapshot contains organisms
     names = table["species"].cast(pa.string())
     table = table.set_column(table.column_names.index("species"), "species", names)
     if species is not None:
@@ -110,7 +112,7 @@ def _points(x: np.ndarray, y: np.ndarray) -> pa.Array:
 
 
 def _lines(table: pa.Table, x: np.ndarray, y: np.ndarray) -> tuple[pa.Table, pa.Array]:
-    """Return a row for each organism with at least two positions, and its path as well-known binary."""
+    """Return one row for each organism with at least two positions; its path is well-known binary."""
     uid, tick = table["uid"].to_numpy(), table["tick"].to_numpy()
     first = np.flatnonzero(np.append(True, uid[1:] != uid[:-1])) if uid.size else np.zeros(0, np.int64)
     last = np.append(first[1:], uid.size) if uid.size else first
@@ -189,7 +191,7 @@ def _geopackage(table: pa.Table, geometry: pa.Array, crs: str, lines: bool, file
         ) from None
     columns = [table[name].to_numpy() for name in table.column_names]
     columns = [c.astype(np.int64) if c.dtype == np.uint64 else c for c in columns]
-    made = BytesIO()  # GDAL leaves temporary files if it is interrupted
+    made = BytesIO()  # an interrupted GDAL would leave temporary files
     raw.write(
         made,
         np.array(geometry.to_pylist(), object),

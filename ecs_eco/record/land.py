@@ -1,4 +1,4 @@
-"""The land of a run, kept in its folder for figures and for resuming: relief, ground and real elevations."""
+"""The land of a run, stored in its folder for figures and resuming: relief, ground and real elevations."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from ecs_eco.engine.errors import CheckpointError, ConfigError
 if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
-KEPT = "terrain.npz"  # as in ecs_eco.config.land.land, which needs numpy
+KEPT = "terrain.npz"  # the same as in ecs_eco.config.land.land
 
 
 def keep_land(world: SpatialWorld, folder: Path) -> str | None:
-    """Write a world's land into the folder of its run; return the hash of its real elevations, if any."""
+    """Write a world's land to the folder of its run; return the hash of its real elevations, if any."""
     terrain, land = world.terrain, getattr(world.config, "_land", None)
     if terrain is None or getattr(world.config, "terrain", None) is None:
         return None
@@ -35,13 +35,13 @@ def keep_land(world: SpatialWorld, folder: Path) -> str | None:
 
 
 def folder_of_land(config: Mapping[str, Any], run: Path, otherwise: Path) -> Path:
-    """Return the folder in which a world finds its land: the run's folder if the land is kept there."""
+    """Return the folder that contains a world's land: the run's folder if the land is stored there."""
     real = (config.get("terrain") or {}).get("raster")
     return run if real and (run / KEPT).is_file() else otherwise
 
 
 def take_land(config: Any, meta: Mapping[str, Any], where: str) -> None:
-    """Give a configuration the land of its checkpoint; raise CheckpointError if it has changed."""
+    """Load a checkpoint's land into its configuration; raise CheckpointError if the land has changed."""
     config._source = where
     config._folder = folder_of_land(meta["config"], Path(where).parent.parent, Path(meta["folder"]))
     if config.terrain is None or config.terrain.raster is None:

@@ -1,4 +1,4 @@
-"""Records of learning and actions: each update of a policy, and how often each action is taken."""
+"""Records of learning and actions: every policy update, and how often each action is taken."""
 
 from __future__ import annotations
 
@@ -40,8 +40,9 @@ ACTIONS = {"tick": np.int64, "species": np.int8, "action": np.int16, "n": np.int
 
 @njit
 def count_actions(rows, alive, born, tick, decision, start, size, neutral, done):
-    """Count in done i64[actions] the actions of organisms that decided in this tick, and return the number
-    of these organisms: per group the first action that is on, else the neutral action."""
+    """Count in done i64[actions] the actions of organisms that decided in this tick; return the number of
+    these organisms. In each group the first active action counts or, if none is active, the default
+    action."""
     n = 0
     for row in rows:
         if not alive[row] or born[row] >= tick:
@@ -57,10 +58,10 @@ def count_actions(rows, alive, born, tick, decision, start, size, neutral, done)
 
 
 class LearningPages:
-    """Updates of policies, a row each (of individual learners, a row per tick with updates, with their
-    means), and a row for each action every `EVERY` ticks, until they are passed on.
+    """Rows that are not yet written: one per policy update (for individual learners, one row of means per
+    tick with updates), and one per action every `EVERY` ticks.
 
-    Continuous actions are in no group and are not counted.
+    Continuous actions are not counted, because they belong to no group.
     """
 
     def __init__(self, world: SpatialWorld, names: Sequence[str]) -> None:
@@ -107,7 +108,7 @@ class LearningPages:
         return {"species": self.names, "action": self.actions}
 
     def flush(self, sink: Callable[[str, dict[str, np.ndarray]], None] | None) -> None:
-        """Pass the rows on, or keep them as blocks."""
+        """Pass the rows to the sink, or keep them as blocks."""
         for kind in self.rows:
             if self.rows[kind]:
                 if sink is not None:
@@ -117,7 +118,7 @@ class LearningPages:
                 self.rows[kind] = []
 
     def series(self, kind: str) -> Any:
-        """Return all rows of a kind, "learning" or "actions", that are still in memory as a pyarrow.Table."""
+        """Return all rows of a kind ("learning" or "actions") still in memory, as a pyarrow.Table."""
         return as_table([*self.blocks[kind], self.columns(kind)], self.words)
 
     def state(self) -> dict[str, np.ndarray]:

@@ -6,13 +6,13 @@ from typing import Any
 import numpy as np
 
 FLOWS = {"taken_in": "taken", "burnt": "burnt", "given": "given"}
-"""The columns that sum flows of the living in a tick → the fields of `Metabolism` with the flow of one organism."""
+"""Columns that sum a flow over living organisms → field of `Metabolism` with one organism's flow."""
 
 LEDGER = ("stock_before", "endowed", *FLOWS, "lost", "stock_after")
-"""The columns of the ledger, in the order of recordings and checkpoints."""
+"""The columns of the ledger, in the order used in recordings and checkpoints."""
 
 MIGRATION = ("imported", "exported")
-"""Further columns of the ledger of an island: the energy of immigrants and emigrants."""
+"""Additional ledger columns of an island: the energy of immigrants and emigrants."""
 
 COUNTS_ROW = np.dtype([(name, np.int32) for name in ("n", "births", "deaths", "refused")])
 LEDGER_ROW = np.dtype([(name, np.float64) for name in LEDGER])
@@ -21,7 +21,7 @@ ISLAND_LEDGER_ROW = np.dtype([*LEDGER_ROW.descr, *((name, np.float64) for name i
 
 
 def imbalance(ledger: Mapping[str, Any] | np.ndarray | np.void) -> Any:
-    """Return the imbalance of the ledger [energy], 0 if it closes, from any object with its columns."""
+    """Return the imbalance [energy] of a ledger (any object with its columns); 0 if it closes."""
     inflow = ledger["stock_before"] + ledger["endowed"] + ledger["taken_in"]
     names: Any = getattr(getattr(ledger, "dtype", None), "names", None) or ledger
     if "imported" in names:

@@ -1,6 +1,6 @@
 """The model of a run's manifest: the keys that are read, and their types.
 
-Keys that an older version did not write may be missing; other keys are ignored.
+Keys that older versions did not write are optional; unknown keys are ignored.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from ecs_eco.inputs.section import Section
 
 def _is_name(text: str) -> str:
     if text in ("", ".", "..") or "/" in text or "\\" in text or not text.isprintable():
-        raise ValueError("is not a name: it is empty, or has a separator or a control character")
+        raise ValueError("is not a name: it is empty, or contains a separator or a control character")
     return text
 
 

@@ -1,4 +1,4 @@
-"""The matter ledger of a recording: a row per tick, holder and substance."""
+"""The matter ledger of a recording: one row per tick, holder and substance."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ LEDGER = ("stock_before", *FLOWS, "stock_after")
 
 
 def imbalance(ledger: Mapping[str, Any]) -> Any:
-    """Return the imbalance of the matter ledger [mol], 0 if it closes, from any object with its columns."""
+    """Return the imbalance [mol] of a matter ledger (any object with its columns); 0 if it closes."""
     flows = [*FLOWS, *(flow for flow in MIGRATION if flow in ledger)]
     return ledger["stock_before"] + sum(ledger[flow] for flow in flows) - ledger["stock_after"]
 
 
 class MatterPages:
-    """The rows of a world's matter ledger until they are passed on."""
+    """The rows of a world's matter ledger that are not yet written."""
 
     def __init__(self, world: SpatialWorld) -> None:
         self.books: Books = world.matter
@@ -44,7 +44,7 @@ class MatterPages:
         books.turn(after)
 
     def columns(self) -> dict[str, np.ndarray]:
-        """Return the pages as flat columns: by tick, then holder, then substance."""
+        """Return the pages as flat columns, sorted by tick, then holder, then substance."""
         n, (h, s) = len(self.ticks), self.books.stock.shape
         each = np.reshape(self.pages, (n * h * s, len(self.names)))
         out: dict[str, np.ndarray] = {
@@ -60,7 +60,7 @@ class MatterPages:
         return {"holder": self.books.names, "substance": self.substances}
 
     def flush(self, sink: Callable[[str, dict[str, np.ndarray]], None] | None) -> None:
-        """Pass the pages on, or keep them as a block."""
+        """Pass the pages to the sink, or keep them as a block."""
         if sink is not None:
             sink("matter", self.columns())
         else:
@@ -68,7 +68,7 @@ class MatterPages:
         self.ticks, self.pages = [], []
 
     def series(self) -> Any:
-        """Return all pages that are still in memory as a pyarrow.Table."""
+        """Return all pages still in memory as a pyarrow.Table."""
         return as_table([*self.blocks, self.columns()], self.words)
 
     def state(self) -> dict[str, np.ndarray]:

@@ -23,11 +23,11 @@ def to_arrow(
     words: Mapping[str, Sequence[str]],
     missing: Mapping[str, np.ndarray] = MappingProxyType({}),
 ) -> pa.Table:
-    """Return a table; a column named in `words` contains indices into its list of words and becomes a
+    """Return columns as a table; one named in `words` contains indices into that list and becomes a
     dictionary column.
 
-    Text (bytes of ASCII, or str) becomes a column of strings, null if empty. Numbers are null if `missing`,
-    bool[rows] by column, is true.
+    Text (ASCII bytes or str) becomes a string column, in which empty texts are null. Numbers are null where
+    `missing`, bool[rows] by column, is true.
     """
     arrays = {}
     for name, array in columns.items():
@@ -60,7 +60,7 @@ def _texts(texts: Sequence[str | bytes], null: bool = False) -> pa.Array:
 
 
 def _numbers(array: np.ndarray, missing: np.ndarray | None = None) -> pa.Array:
-    """Return numbers as an Arrow array, null if `missing`."""
+    """Return numbers as an Arrow array, null where `missing`."""
     if array.ndim != 1 or array.dtype.kind not in "biuf" or not array.dtype.isnative:
         return pa.array(np.ascontiguousarray(array))
     bits = np.packbits(array, bitorder="little") if array.dtype.kind == "b" else np.ascontiguousarray(array)
@@ -79,7 +79,7 @@ def to_numpy(column: pa.ChunkedArray) -> np.ndarray:
 
 
 def to_codes(column: pa.ChunkedArray) -> tuple[list[str], np.ndarray]:
-    """Return the different words of a text column without nulls, and the index of each row's word."""
+    """Return the distinct words of a text column without nulls, and the index of each row's word."""
     column = column.cast(pa.string()).combine_chunks().dictionary_encode()
     if isinstance(column, pa.ChunkedArray):
         column = column.combine_chunks()
@@ -89,7 +89,7 @@ def to_codes(column: pa.ChunkedArray) -> tuple[list[str], np.ndarray]:
 
 
 def write_part(table: pa.Table, path: Path, mark: Mark | None = None) -> str:
-    """Write one Parquet part with its mark and seal atomically; return the seal."""
+    """Atomically write one Parquet part with its mark and seal; return the seal."""
     floats = [f.name for f in table.schema if pa.types.is_floating(f.type)]
     words = [
         f.name
@@ -114,7 +114,7 @@ def write_part(table: pa.Table, path: Path, mark: Mark | None = None) -> str:
     ) as writer:
         writer.write_table(table)
         metadata = {} if mark is None else {belonging.KEY: mark.text()}
-        # the seal last, because it is searched from the end
+        # the seal is last, because it is searched for from the end
         writer.add_key_value_metadata(metadata | {seal.KEY: seal.BLANK})
     part, own = seal.sealed(memory.getvalue().to_pybytes())
     files.write(path, part)
@@ -122,18 +122,18 @@ def write_part(table: pa.Table, path: Path, mark: Mark | None = None) -> str:
 
 
 def _repeats(texts: pa.ChunkedArray) -> bool:
-    """Return whether dictionary encoding is the shorter way to write these texts."""
+    """Return whether dictionary encoding takes fewer bytes for these texts."""
     distinct = pc.count_distinct(texts).as_py()
-    letters = (pc.sum(pc.binary_length(texts)).as_py() or 0) / max(len(texts), 1)  # bytes of one text
+    letters = (pc.sum(pc.binary_length(texts)).as_py() or 0) / max(len(texts), 1)  # mean bytes of a text
     return distinct * letters + len(texts) * distinct.bit_length() / 8 < len(texts) * letters
 
 
 def open_part(path: Path, needed: bool = False) -> pq.ParquetFile:
-    """Open a part after checking its seal (`needed`: it must have one); raise RecordingError with the
-    problem.
+    """Open a part after checking its seal, which it must have if `needed`. Raises RecordingError if it is
+    damaged.
 
     Arrow owns the bytes, and they are read in the calling thread (`read_part`, `read_group`, `each_batch`):
-    if a thread of Arrow frees a Python object while the interpreter exits, the process aborts.
+    if an Arrow thread frees a Python object while the interpreter exits, the process aborts.
     """
     try:
         files.require_regular(path)
@@ -146,7 +146,7 @@ def open_part(path: Path, needed: bool = False) -> pq.ParquetFile:
 
 
 def read_part(path: Path, columns: Sequence[str] | None = None, needed: bool = False) -> pa.Table:
-    """Return a part as a table; raise RecordingError with the problem."""
+    """Return a part as a table; raise RecordingError if it cannot be read or is damaged."""
     file = open_part(path, needed)
     with _named(path):
         return file.read(columns=columns, use_threads=False)
@@ -161,7 +161,7 @@ def read_group(path: Path, file: pq.ParquetFile, number: int, columns: Sequence[
 def each_batch(
     path: Path, columns: Sequence[str], needed: bool = False, rows: int = 1 << 17
 ) -> Iterator[pa.Table]:
-    """Yield columns of a part as tables of so many rows; raise RecordingError with the problem."""
+    """Yield columns of a part as tables of `rows` rows; raise RecordingError if the part cannot be read."""
     file = open_part(path, needed)
     with _named(path):
         for batch in file.iter_batches(rows, columns=columns, use_threads=False):
@@ -177,7 +177,7 @@ def read_metadata(path: Path) -> pq.FileMetaData:
 
 @contextmanager
 def _named(path: Path) -> Iterator[None]:
-    """Turn read errors in the context into a RecordingError with the file's name."""
+    """Turn read errors within the context into a RecordingError that names the file."""
     try:
         yield
     except (pa.ArrowException, OSError, ValueError) as error:
@@ -185,19 +185,19 @@ def _named(path: Path) -> Iterator[None]:
 
 
 def read_parts(folder: Path, columns: Sequence[str] | None = None) -> Any:
-    """Return all parts of a folder of a run as one table.
+    """Return all parts in one folder of a run as one table.
 
     Parameters
     ----------
     folder : Path
-        Such as `my-run/births`.
+        For example `my-run/births`.
     columns : sequence of str, optional
         Columns to read; default: all.
 
     Returns
     -------
     pyarrow.Table
-        Without columns if there are no parts; a column that a part lacks is null there.
+        Has no columns if there are no parts. Columns that a part lacks are null in its rows.
 
     Raises
     ------

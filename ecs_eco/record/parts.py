@@ -13,18 +13,18 @@ Mark = tuple[int, tuple[np.ndarray, ...], dict[str, np.ndarray]]
 
 
 def page_end(recorder: Recorder) -> int:
-    """Return how many rows of the series are in use, including the row of the current tick."""
+    """Return how many rows of the series are in use, including the current tick's."""
     return min(recorder._at + 1, recorder.block)
 
 
 def sums(recorder: Recorder) -> tuple[np.ndarray, ...]:
-    """Return the additive quantities of each tick: [block, species, …] each."""
+    """Return the additive quantities of each tick, each with shape [block, species, …]."""
     counts = recorder._counts.view(np.int32).reshape(recorder.block, len(recorder.names), -1)
     return counts, recorder._died, recorder._sums, recorder._moods, recorder.intake.values
 
 
 def stocks(recorder: Recorder) -> tuple[np.ndarray, ...]:
-    """Return the additive quantities that continue from tick to tick: [species, …] each."""
+    """Return the additive quantities that carry over from tick to tick, each with shape [species, …]."""
     return recorder._stock, recorder.intake.total, recorder.intake.flows
 
 
@@ -36,7 +36,7 @@ def renew_means(recorder: Recorder, n: int) -> None:
 
 
 def forget(recorder: Recorder) -> None:
-    """Clear everything that a recorder has not passed on, because another process has it."""
+    """Clear everything that a recorder has not yet written, because another process has it."""
     for array in (*sums(recorder), *stocks(recorder)):
         array[...] = 0
     recorder._events = {kind: [] for kind in EVENTS}
@@ -44,7 +44,7 @@ def forget(recorder: Recorder) -> None:
 
 
 def can_go_back(recorder: Recorder) -> bool:
-    """Return whether a recording can be rewound: it has written no files and keeps no single events."""
+    """Return whether a recording can be rewound: it has written no files and keeps no individual events."""
     return recorder.sink is None and not recorder.keeps and recorder.details is None
 
 
@@ -55,7 +55,7 @@ def mark(recorder: Recorder) -> Mark:
 
 
 def go_back(recorder: Recorder, to: Mark) -> None:
-    """Forget all ticks after a mark."""
+    """Discard all ticks after a mark."""
     last, held, pages = to
     recorder.flush()
     blocks = [

@@ -1,4 +1,4 @@
-"""The recorder: a row per tick and species, with the energy ledger and the causes of death, and on request
+"""The recorder: one row per tick and species, with the energy ledger and causes of death and, on request,
 every birth and death."""
 
 from collections.abc import Callable
@@ -41,18 +41,18 @@ class Recorder(System):
         `sink(kind, columns)` receives finished blocks of "series", "births", "deaths" and "snapshots"; default:
         series stay in memory.
     block : int, default 1000
-        Ticks of a block.
+        Ticks per block.
     snapshot_every : int, default 0
-        Ticks from one snapshot of all organisms to the next; 0: none.
+        Ticks between two snapshots of all organisms; 0: no snapshots.
     keep_events : bool, default False
         Whether to keep births and deaths in memory, for `events`.
     record : str, optional
-        Details of single organisms for the sink: "focal=N" or "full" (`ecs_eco.record.details`).
+        Details of individual organisms for the sink: "focal=N" or "full" (`ecs_eco.record.details`).
 
     Notes
     -----
-    The energy ledger closes: stock after = stock before + endowed + taken in − burned − given − lost, in sums
-    of float64. Organisms that live when the recording begins are recorded as births at the tick of their birth,
+    The energy ledger closes: stock after = stock before + endowed + taken in − burned − given − lost, summed
+    in float64. Organisms alive when the recording begins are recorded as births at the tick of their birth,
     with parent 0.
 
     Examples
@@ -82,10 +82,10 @@ class Recorder(System):
         require_whole(world, "record")
         most = how_many(record, "Recorder: record")
         if most != 0 and sink is None:
-            raise ValueError(f"Recorder: record is {record!r}, but there is no sink to take the details")
+            raise ValueError(f"Recorder: record is {record!r}, but there is no sink to receive the details")
         if keep_events and sink is not None:
             raise ValueError(
-                "Recorder: keep_events is True, but a sink takes the events; expected one of the two"
+                "Recorder: keep_events is True, but a sink receives the events; use only one of the two"
             )
         self.sink, self.block, self.snapshot_every = sink, block, snapshot_every
         self.keeps = keep_events or sink is not None
@@ -110,10 +110,10 @@ class Recorder(System):
         self._at, self._last = 0, -1  # the row to write next; the last finished tick
         self._blocks: list[dict[str, np.ndarray]] = []
         self.remembered: int | None = None  # blocks that stay in memory; None: all without a sink, else none
-        self.fields = Fields(world, self.names)  # additional columns of single events
+        self.fields = Fields(world, self.names)  # additional columns of events
         self.columns = {kind: (*names, *self.fields.names) for kind, names in EVENTS.items()}
         self._events = {kind: [] for kind in EVENTS}
-        # of each species with a genome: a letter per number, "S1" or "U1"
+        # by species with a genome: the letter of each number, "S1" or "U1"
         self._letters: dict[str, np.ndarray] = {}
         self.details = None if most == 0 else Details(world, most, sink)
         self.matter = None if world.matter is None else MatterPages(world)
@@ -139,11 +139,11 @@ class Recorder(System):
             self._events["births"].append((*self._where(table, s, rows, table.born[rows]), *more))
 
     def _in_turn(self) -> list[tuple["Table", int]]:
-        """Return the tables with members in the order of recording, and their species."""
+        """Return the tables with members and the indices of their species, in recording order."""
         return [(t, self.place[name]) for name, t in self.world.tables.items() if t.n and name in self.place]
 
     def born(self, table: "Table", rows: np.ndarray, parents: np.ndarray, second: np.ndarray) -> None:
-        """Record newborns: rows i64[k], uids of their parents u64[k]."""
+        """Record newborns in rows i64[k], with their parents' uids u64[k]."""
         if self.details is not None:
             self.details.born(table, rows)
         s = self.place.get(table.name)
@@ -159,7 +159,7 @@ class Recorder(System):
             self._events["births"].append((*self._where(table, s, rows), *more))
 
     def died(self, table: "Table", rows: np.ndarray) -> None:
-        """Record dying organisms before their rows are freed: their flows, and their remaining energy."""
+        """Record the flows and the remaining energy of dying organisms before their rows are freed."""
         if self.details is not None:
             self.details.died(table, rows, self.world)
         s = self.place.get(table.name)
@@ -188,7 +188,7 @@ class Recorder(System):
         self._groups, self._rows = groups, {"births": Rows(), "deaths": Rows()}
 
     def _genomes(self, table: "Table", rows: np.ndarray) -> np.ndarray:
-        """Return the genomes of rows as text, as `texts_of`."""
+        """Return the genomes of rows as text (see `texts_of`)."""
         if table.name not in self._letters:
             self._letters[table.name] = letters_of(table)
         return texts_of(table, rows, self._letters[table.name])
@@ -218,7 +218,7 @@ class Recorder(System):
                 )
         into = self._stock, pages, self._both[at], self._moods[at]
         intake = self.intake.gained(at), self.intake.total, self.intake.flows
-        work = rows // 15  # a row costs a fifth of the usual work
+        work = rows // 15  # a row takes a fifth of the usual time
         world.split(add_up, len(self.names), self._held(), high, living, *into, *intake, work=work)
         if self.snapshot_every and world.tick % self.snapshot_every == 0:
             self._snapshot()
@@ -242,7 +242,7 @@ class Recorder(System):
                 self._events["snapshots"].append((*self._where(table, s, rows), *more))
 
     def flush(self) -> None:
-        """Pass on the records of all finished ticks to the sink, or keep them in memory.
+        """Pass the records of all finished ticks to the sink, or keep them in memory.
 
         Returns
         -------
@@ -316,13 +316,13 @@ class Recorder(System):
         Returns
         -------
         dict of str to array
-            A row per event. `species` is an index into `names`, `cause` from 1 on an index into
+            One row per event. `species` is an index into `names`; `cause` is numbered from 1 as in
             `world.causes`; a recorded field is 0 if a species lacks it.
 
         Raises
         ------
         RuntimeError
-            If the recorder was made without `keep_events=True`.
+            If the recorder was created without `keep_events=True`.
 
         Examples
         --------
@@ -342,12 +342,12 @@ class Recorder(System):
         return self._together(kind, self._events[kind] or empty)
 
     def _together(self, kind: str, groups: list[tuple[np.ndarray, ...]]) -> dict[str, np.ndarray]:
-        """Return the columns of groups of events."""
+        """Return the concatenated columns of groups of events."""
         columns = map(np.concatenate, zip(*groups, strict=True))
         return dict(zip(self.columns[kind], columns, strict=True))
 
     def _columns(self, n: int) -> dict[str, np.ndarray]:
-        """Return copies of the first n ticks as flat columns, by tick, then species."""
+        """Return copies of the first n ticks as flat columns, sorted by tick, then species."""
         s = len(self.names)
         out: dict[str, np.ndarray] = {
             "tick": self._tick[:n].ravel().copy(),
@@ -366,7 +366,7 @@ class Recorder(System):
         Returns
         -------
         pyarrow.Table
-            A row per tick and species.
+            One row per tick and species.
 
         Examples
         --------
@@ -384,7 +384,7 @@ class Recorder(System):
         Returns
         -------
         pyarrow.Table
-            A row per tick, holder and substance; columns of `ecs_eco.record.matter.LEDGER` [mol].
+            One row per tick, holder and substance; columns of `ecs_eco.record.matter.LEDGER` [mol].
 
         Raises
         ------
@@ -396,12 +396,12 @@ class Recorder(System):
         return self.matter.series()
 
     def learning_series(self) -> Any:
-        """Return the updates of policies in memory.
+        """Return the policy updates in memory.
 
         Returns
         -------
         pyarrow.Table
-            A row per update.
+            One row per update.
         """
         return self.learning.series("learning")
 
@@ -411,12 +411,12 @@ class Recorder(System):
         Returns
         -------
         pyarrow.Table
-            A row per block of ticks, species and action, with the number of decisions.
+            One row per block of ticks, species and action, with the number of decisions.
         """
         return self.learning.series("actions")
 
     def words(self, kind: str) -> dict[str, list[str]]:
-        """Return the words that numbers in columns of a kind of block stand for: column → words."""
+        """Return the words that numbers in the columns of a kind of block stand for: column → words."""
         if kind in MIGRATION and self.migrations is not None:
             return self.learning.words | self.migrations.words
         return self._pages[kind].words if kind in self._pages else self.learning.words
@@ -431,12 +431,12 @@ PAGES = ("counts", "means", "ledger", "died")
 
 
 def _as_plain(rows: np.ndarray) -> np.ndarray:
-    """Return a copy; of structured rows, as an array whose last axis is the columns."""
+    """Return a copy; structured rows become an array whose last axis is the columns."""
     return structured_to_unstructured(rows, copy=True) if rows.dtype.names else rows.copy()
 
 
 def _as_rows(array: np.ndarray, dtype: np.dtype[Any]) -> np.ndarray:
     names = dtype.names or ()
-    if "refused" in names and array.shape[-1] < len(names):  # recorded before such births were counted
+    if "refused" in names and array.shape[-1] < len(names):  # recorded by a version that did not count them
         array = np.insert(array, REFUSED, 0, axis=-1)
     return unstructured_to_structured(array, dtype) if names else array

@@ -1,4 +1,4 @@
-"""Further columns of the series: values of reporters, and energy gained from each food."""
+"""Additional series columns: values of reporters, and energy gained from each food."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ if TYPE_CHECKING:
 class Reports:
     """The values of a world's reporters in each tick of a block, f64[ticks, species, reporters].
 
-    A value of the whole world is repeated in the row of each species; species without a value have NaN.
+    A value for the whole world is repeated in each species' row; species without a value have NaN.
     """
 
     def __init__(self, world: SpatialWorld, names: list[str], block: int) -> None:
         self.names, self.place = list(world.reporters), {name: i for i, name in enumerate(names)}
         for name, what in world.reporters.items():
             _check_fields(world, name, what, names)
-        self.latest: dict[str, float | dict[str, float]] = {}  # the last tick's values
+        self.latest: dict[str, float | dict[str, float]] = {}  # values in the last tick
         self.values = np.full((block, len(names), len(self.names)), np.nan)
 
     def note(self, world: SpatialWorld, at: int) -> None:
-        """Evaluate all reporters for the tick that has just passed."""
+        """Evaluate all reporters for the tick that has just ended."""
         scope = Scope(world.tables)
         for i, (name, what) in enumerate(world.reporters.items()):
             said, row = said_by(world, name, what, self.place, scope), self.values[at, :, i]
@@ -46,16 +46,16 @@ class Reports:
                 row[:] = said
 
     def columns(self, n: int) -> dict[str, np.ndarray]:
-        """Return copies of the first n ticks as flat columns, by tick, then species."""
+        """Return copies of the first n ticks as flat columns, sorted by tick, then species."""
         return {name: self.values[:n, :, i].flatten() for i, name in enumerate(self.names)}
 
 
 class Intake:
     """Energy that each species gained from each food, in each tick of a block: f64[ticks, species, foods].
 
-    It is part of the energy taken in; the rest came from light, from parents, or from reactions. `total` is
-    the sum over all ticks, and `flows` the sum of the ledger, f64[species, columns], written by `add_up`: a
-    recording that continues from a checkpoint starts both at 0.
+    It is part of the energy taken in; the rest came from light, parents or reactions. `total` is its sum over
+    all ticks; `flows`, f64[species, columns], is the sum of the ledger, written by `add_up`. A recording that
+    continues from a checkpoint starts both at 0.
     """
 
     def __init__(self, world: SpatialWorld, names: list[str], block: int, columns: int) -> None:
@@ -72,21 +72,21 @@ class Intake:
         self.flows = np.zeros((len(names), columns))
 
     def gained(self, at: int) -> np.ndarray:
-        """Return the energy gained in the tick that has just passed, f64[species, foods], and store it."""
+        """Return the energy gained in the tick that has just ended, f64[species, foods], and store it."""
         row = self.values[at]
         for s, k, food, table in self._places:
             row[s, k] = table.species.eaten.get(food, 0.0)
         return row
 
     def columns(self, n: int) -> dict[str, np.ndarray]:
-        """Return copies of the first n ticks as flat columns, by tick, then species."""
+        """Return copies of the first n ticks as flat columns, sorted by tick, then species."""
         return {EATEN + food: self.values[:n, :, k].flatten() for k, food in enumerate(self.foods)}
 
 
 def said_by(
     world: SpatialWorld, name: str, what: Any, species: Mapping[str, int], scope: Scope | None = None
 ) -> float | dict[str, float]:
-    """Return the present value of a reporter: a number of the world, or of some species; NaN for None.
+    """Return the current value of a reporter: a number for the world, or one for some species; NaN for None.
 
     Raises ValueError for anything else; an error within a function names the reporter.
     """
@@ -110,7 +110,9 @@ def _number(name: str, said: Any) -> float:
     if isinstance(said, np.ndarray | np.generic) and said.ndim == 0:
         said = said.item()
     if not isinstance(said, Real):
-        raise ValueError(f"reporter {name!r} returned {said!r:.60}; expected a number, or species → number")
+        raise ValueError(
+            f"reporter {name!r} returned {said!r:.60}; expected a number or a dict: species → number"
+        )
     return float(said)
 
 
@@ -121,7 +123,7 @@ def add_reporter(world: SpatialWorld, name: str, what: Any) -> None:
     recorder = world.recorder
     if recorder is not None and recorder.sink is not None:
         raise RuntimeError(
-            f"reporter {name!r}: this world is already being recorded into a folder; add it to "
+            f"reporter {name!r}: this world is already being recorded to a folder; add it to "
             f'the world file: reporters = {{ "{name}" = … }}'
         )
     if isinstance(what, str):
@@ -159,7 +161,7 @@ def _check_fields(world: SpatialWorld, name: str, what: Any, species: list[str])
 
 
 def absent(column: str, n: int) -> np.ndarray:
-    """Return n values of a column of the series for ticks without values."""
+    """Return n values that fill a column of the series in ticks without values."""
     if column.startswith(EATEN):
         return np.zeros(n)
     return np.full(n, np.nan) if is_reporter(column) else np.zeros(n, np.int32)

@@ -1,5 +1,5 @@
-"""Records that kernels write: a row per birth and death, converted to columns on request, and sums over
-the living of one species."""
+"""Records that kernels write: a row per birth and death, converted to columns on request, and sums over the
+living organisms of each species."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ecs_eco.record.ledger import FLOWS, LEDGER
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
 
-PLACE, ENERGY = 4, 7  # their first index in the columns of `noted_of`
+PLACE, ENERGY = 4, 7  # index of the first such column of `noted_of`
 SUMMED = 128  # numbers that numpy adds in one block
 ENDOWED, FLOW, LOST, AFTER = (
     LEDGER.index(name) for name in ("endowed", next(iter(FLOWS)), "lost", "stock_after")
@@ -23,7 +23,7 @@ ENDOWED, FLOW, LOST, AFTER = (
 
 
 class Lines(NamedTuple):
-    """Rows for births or deaths, for kernels: from index `first` on, as in `Rows`."""
+    """Rows of a `Rows` object for a kernel to fill, from index `first` on."""
 
     first: int
     longs: np.ndarray
@@ -35,8 +35,8 @@ NOWHERE = Lines(0, np.empty((4, 0), np.uint64), np.empty((5, 0), np.float32), np
 
 
 class Rows:
-    """Births or deaths: longs u64[4, …] tick, uid and two more uids, floats f32[5, …] position, energy and
-    age, small u8[2, …] species and cause."""
+    """Births or deaths: `longs` u64[4, …] are tick, uid and two more uids, `floats` f32[5, …] are position,
+    energy and age, `small` u8[2, …] are species and cause."""
 
     def __init__(self) -> None:
         self.n = 0
@@ -44,7 +44,7 @@ class Rows:
         self.small = np.empty((2, 64), np.uint8)
 
     def more(self, k: int) -> Lines:
-        """Return the next k rows, to write to."""
+        """Return the next k rows for writing."""
         first, self.n = self.n, self.n + k
         if self.n > self.small.shape[1]:
             self.longs, self.floats, self.small = (
@@ -54,8 +54,8 @@ class Rows:
         return Lines(first, self.longs, self.floats, self.small)
 
     def taken(self, kind: str, last: int) -> list[tuple[np.ndarray, ...]]:
-        """Return the columns of "births" or "deaths", named as in EVENTS, up to tick `last` first, and
-        clear them."""
+        """Return the columns of "births" or "deaths", as listed in EVENTS, and clear them; rows up to tick
+        `last` come first, in their own group."""
         ticks, groups = self.longs[0, : self.n].view(np.int64), []
         over = int(np.searchsorted(ticks, last, "right"))
         for some in (slice(0, over), slice(over, self.n)):
@@ -80,8 +80,8 @@ def note_births(
     page: np.ndarray,
     into: Rows | None,
 ) -> None:
-    """Add the energy of newborns in rows i64[k] to page f64[species, columns] of the ledger; record them
-    in `into`. `columns` are the addresses of the table's `noted_of`."""
+    """Add the energy of newborns in rows i64[k] to page f64[species, columns] of the ledger; record them in
+    `into`. `columns` contains the addresses from the table's `noted_of`."""
     if rows.size > SUMMED and Metabolism in table:
         page[s, ENDOWED] += np.add.reduce(table[Metabolism].energy.take(rows), dtype=np.float64)
     place = NOWHERE if into is None else into.more(rows.size)
@@ -100,9 +100,9 @@ def note_deaths(
     died: np.ndarray,
     into: Rows | None,
 ) -> None:
-    """Add the losses of dying organisms in rows i64[k] to page f64[species, columns] of the ledger, and
-    within a tick also their flows, which between ticks are already there. Count their causes in `died`
-    i32[256]; record them in `into`. `columns` are the addresses of the table's `noted_of`."""
+    """Add the losses of dying organisms in rows i64[k] to page f64[species, columns] of the ledger, and,
+    within a tick, also their flows; between ticks, the page already contains these. Count their causes in
+    `died` i32[256]; record them in `into`. `columns` contains the addresses from the table's `noted_of`."""
     first = 0 if ticking else len(FLOWS)
     if rows.size > SUMMED and Metabolism in table:
         m = table[Metabolism]
@@ -133,7 +133,7 @@ def born(
     page: np.ndarray,
     into: Lines,
 ) -> None:
-    """Add up the energy of newborns and record each. `columns` are addresses of `noted_of`."""
+    """Add up the energy of newborns and record each. `columns` contains the addresses from `noted_of`."""
     if columns[ENERGY] != 0 and rows.size <= SUMMED:
         page[s, ENDOWED] += total(column_at(columns[ENERGY], np.float32, high), rows)
     for k in range(rows.size if into.small.shape[1] else 0):
@@ -155,8 +155,8 @@ def lose(
     died: np.ndarray,
     into: Lines,
 ) -> None:
-    """Add up the losses of dying organisms, count their causes, and record each. `columns` are addresses
-    of `noted_of`."""
+    """Add up the losses of dying organisms, count their causes, and record each. `columns` contains the
+    addresses from `noted_of`."""
     if columns[ENERGY] != 0 and rows.size <= SUMMED:
         for flow in range(first_flow, 3):
             page[s, FLOW + flow] += total(column_at(columns[ENERGY + 1 + flow], np.float32, high), rows)
@@ -174,7 +174,7 @@ def lose(
 
 @njit
 def note(i, row, tick, s, high, columns, into):
-    """Write the common values of births and deaths: zeros if a table lacks the component."""
+    """Write the values common to births and deaths; they are zero if a table lacks the component."""
     _, longs, floats, small = into
     longs[0, i], longs[1, i], small[0, i] = tick, column_at(columns[0], np.uint64, high)[row], s
     for k in range(PLACE, ENERGY + 1):
@@ -212,13 +212,13 @@ def held_by(table: Table) -> tuple[np.ndarray | None, ...]:
 
 @njit
 def add_up(first, last, columns, high, living, stock, page, means, moods, gained, intake, flows):
-    """Add up stocks, flows and happiness of the living of the species first … last − 1 that have energy,
-    into the rows of this tick: page f64[species, …] of the ledger, which already has the endowments,
-    losses and flows of the dead, means f32[species, …] of energy and happiness, and moods f64[species],
-    the sums of happiness. `columns` u64[species, …] are the addresses of `held_by`, of the first `high`
-    rows; the number of the living is living[species, 0]. `stock` f64[species] is the energy held before,
-    then after. `intake` and `flows` are the sums over all ticks of the energy `gained` from foods and of
-    the ledger."""
+    """Add up stocks, flows and happiness of living organisms for each species from first to last − 1 that has
+    energy. The results go into this tick's rows: page f64[species, …] of the ledger, which already contains
+    the endowments, losses and flows of dead organisms; means f32[species, …] of energy and happiness; and
+    moods f64[species], the sums of happiness. `columns` u64[species, …] contains the addresses from
+    `held_by`, for the first `high` rows; living[species, 0] is the number of living organisms. `stock`
+    f64[species] is updated from the energy before the tick to the energy after it. `intake` and `flows` are
+    the sums over all ticks of the energy `gained` from foods and of the ledger."""
     for s in range(first, last):
         if columns[s, 1] != 0:
             add_up_energy(s, columns[s], high[s], living, stock, page, means, moods)
@@ -230,7 +230,7 @@ def add_up(first, last, columns, high, living, stock, page, means, moods, gained
 
 @njit
 def add_up_energy(s, of, n, living, stock, page, means, moods):
-    """Do the work of `add_up` for the columns of one species with energy."""
+    """Do the work of `add_up` for one species with energy."""
     alive, energy = column_at(of[0], np.bool_, n), column_at(of[1], np.float32, n)
     taken, burnt = column_at(of[2], np.float32, n), column_at(of[3], np.float32, n)
     given, happiness = column_at(of[4], np.float32, n), column_at(of[5], np.float32, n)
@@ -255,7 +255,7 @@ def add_up_energy(s, of, n, living, stock, page, means, moods):
 
 @njit
 def mean_depth(alive, z, top):
-    """Return the mean distance of the living below the top of the space [m], in float64."""
+    """Return the mean distance of living organisms below the top of the space [m], in float64."""
     total, n = 0.0, 0
     for row in range(alive.size):
         if alive[row]:

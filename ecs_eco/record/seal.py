@@ -1,7 +1,7 @@
-"""Seals: a SHA-256 of the content in each file of a recording, to detect damaged files.
+"""Seals: each file of a recording contains a SHA-256 of its content, which reveals damage.
 
-In a Parquet part it is an entry of the footer, computed with the entry zeroed; in a manifest it is the key
-`seal`, computed without the key. Files without a seal can be read unless their manifest requires one.
+In a Parquet part, the seal is an entry in the footer, computed with the entry zeroed; in a manifest it is the
+key `seal`, computed without the key. Files without a seal can be read unless their manifest requires one.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ WORD = "seal"  # in the manifest
 
 
 def sealed(part: bytes) -> tuple[bytes, str]:
-    """Return a Parquet file that has BLANK under KEY in its footer with the seal filled in, and the seal."""
+    """Fill in the seal of a Parquet file whose footer has BLANK under KEY; return the file and the seal."""
     at = _place(memoryview(part))
     assert at is not None
     assert part[at : at + 64] == BLANK.encode()
@@ -34,17 +34,17 @@ def sealed(part: bytes) -> tuple[bytes, str]:
 
 
 def check(path: Path, part: memoryview, needed: bool) -> None:
-    """Raise RecordingError if a part's seal does not match, or is missing and `needed`."""
+    """Raise RecordingError if a part's seal does not match, or is `needed` but missing."""
     at = _place(part)
     if at is None:
         if needed:
             raise RecordingError(f"{path}: is damaged: its seal is missing")
     elif bytes(part[at : at + 64]) != _digest(part, at).encode():
-        raise RecordingError(f"{path}: is damaged: its {len(part)} bytes differ from the written bytes")
+        raise RecordingError(f"{path}: is damaged: its {len(part)} bytes differ from what was written")
 
 
 def _place(part: memoryview) -> int | None:
-    """Return the position of the 64 digits of the seal, two bytes after the key."""
+    """Return the position of the seal's 64 digits, two bytes after the key."""
     start = max(0, len(part) - (1 << 20))  # the footer is at the end
     at = bytes(part[start:]).rfind(KEY.encode())
     place = start + at + len(KEY) + 2
@@ -59,7 +59,7 @@ def _digest(part: memoryview, at: int) -> str:
 
 
 def write_manifest(folder: Path, manifest: Mapping[str, Any], name: str = "manifest.json") -> None:
-    """Write the manifest of a run with its seal, atomically."""
+    """Atomically write the manifest of a run with its seal."""
     content = {key: value for key, value in manifest.items() if key != WORD}
     write_json(folder / name, content | {WORD: _of(content)})
 
@@ -93,7 +93,7 @@ def read_manifest(folder: Path, name: str = "manifest.json") -> dict[str, Any]:
 
 
 def read_sealed(folder: Path, name: str, model: type[BaseModel]) -> dict[str, Any]:
-    """Return the content of a sealed file, checked with a model; raise as `read_manifest`."""
+    """Return a sealed file's content, validated by a model; errors are the same as for `read_manifest`."""
     content = read_manifest(folder, name)
     if content.pop(WORD, None) is None:
         raise RecordingError(f"{folder / name}: is damaged: its seal is missing")
@@ -102,7 +102,7 @@ def read_sealed(folder: Path, name: str, model: type[BaseModel]) -> dict[str, An
 
 
 def validate(file: Path, content: Mapping[str, Any], model: type[BaseModel]) -> None:
-    """Raise RecordingError with the file and the first key that does not fit the model."""
+    """Raise a RecordingError that names the file and the first key that does not fit the model."""
     try:
         model.model_validate_json(json.dumps(content))
     except ValidationError as error:

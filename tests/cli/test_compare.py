@@ -102,7 +102,7 @@ def test_a_folder_is_gone_on_with_by_the_same_comparison_alone(here: Path) -> No
     with claim_folder(here / "out", comparison) as claim:
         out = claim.path
         comparison.begin()
-        with pytest.raises(FolderInUse, match=f"out: is being written by process {os.getpid()} "):
+        with pytest.raises(FolderInUse, match=f"out: is in use by process {os.getpid()} "):
             claim_folder(out, comparison)
     with claim_folder(out, comparison) as claim:
         assert claim.path == out

@@ -189,7 +189,7 @@ def test_a_folder_that_others_may_write_to_is_not_used(start, mode, monkeypatch)
     written = file.stat().st_mtime_ns
     where, (warning,) = start()
     assert where == "compiled"
-    assert f"others may write to {file.parent}" in warning
+    assert f"others can write to {file.parent}" in warning
     assert "ECS_ECO_CACHE" in warning
     assert file.stat().st_mtime_ns == written
 
@@ -219,14 +219,14 @@ def test_a_folder_above_that_others_may_write_to_is_refused_unless_its_files_sta
     inner.chmod(0o700)
     assert why_not_private(inner) == ""
     inner.parent.chmod(0o777)
-    assert why_not_private(inner) == f"others may write to {inner.parent} (mode 0777)"
+    assert why_not_private(inner) == f"others can write to {inner.parent} (mode 0777)"
     inner.parent.chmod(0o1777)  # as /tmp: nobody else may rename or remove what is ours
     assert why_not_private(inner) == ""
     link = tmp_path / "link"
     link.symlink_to(inner.parent)
     assert why_not_private(link / "cache") == ""
     inner.parent.chmod(0o777)
-    assert why_not_private(link / "cache") == f"others may write to {inner.parent} (mode 0777)"
+    assert why_not_private(link / "cache") == f"others can write to {inner.parent} (mode 0777)"
 
 
 def test_a_folder_of_another_user_is_refused(tmp_path, monkeypatch):

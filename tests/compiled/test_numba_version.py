@@ -65,7 +65,7 @@ def test_an_untried_version_compiles_plainly_and_says_so_once(monkeypatch, numbe
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert plain()
-        assert "public numba only" in summary()
+        assert "public API only" in summary()
 
 
 def test_the_variable_decides_whatever_the_version(monkeypatch):

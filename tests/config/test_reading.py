@@ -60,7 +60,7 @@ def test_a_dict_that_holds_itself_is_refused() -> None:
 
 def test_numbers_of_many_digits_are_told_in_words() -> None:
     world = {"format": 1, "name": "w", "space": {"size": [9.0, 9.0]}, "ticks": 10**5000, "species": {}}
-    with pytest.raises(ConfigError, match="a whole number of some 5001 digits"):
+    with pytest.raises(ConfigError, match="a whole number of about 5001 digits"):
         load(world)
 
 

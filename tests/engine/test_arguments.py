@@ -91,7 +91,7 @@ def test_an_empty_key_is_refused(key):
     ("progress", "why"),
     [
         (True, "True; expected a function that is called with done and t(icks|otal), or None"),
-        (lambda done: None, "is to take 2 arguments.*expected a function that is called with done and t"),
+        (lambda done: None, "must accept 2 arguments.*expected a function that is called with done and t"),
     ],
 )
 def test_what_cannot_be_called_is_no_progress_and_nothing_has_begun(progress, why, tmp_path):

@@ -41,7 +41,7 @@ def test_the_first_half_ends_before_a_phase_and_the_second_begins_with_it(world)
 @pytest.mark.parametrize("act", [lambda w: w.run(1), lambda w: w.save("x.npz"), lambda w: w.copy()])
 def test_between_the_halves_a_world_is_neither_run_nor_saved_nor_copied(world, act):
     Halves("decide").begin(world)
-    with pytest.raises(RuntimeError, match="within a tick: tick 0 is under way"):
+    with pytest.raises(RuntimeError, match="within a tick: tick 0 is in progress"):
         act(world)
 
 

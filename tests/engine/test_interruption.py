@@ -117,7 +117,7 @@ def test_an_error_between_ticks_leaves_a_whole_world():
 def test_within_a_tick_a_world_is_neither_run_nor_saved(tmp_path):
     world = ants()
     world.add_system(Trip(lambda: world.run(1)))
-    with pytest.raises(RuntimeError, match="cannot run within a tick: tick 3 is under way"):
+    with pytest.raises(RuntimeError, match="cannot run within a tick: tick 3 is in progress"):
         world.run(9)
 
 

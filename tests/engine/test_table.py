@@ -136,7 +136,7 @@ def test_a_request_that_does_not_fit_is_refused_when_it_is_made():
         table.request(two, {(Mark, "digits"): np.zeros((2, 2))})
     with pytest.raises(KeyError, match="unknown field 'z'"):
         table.request(two, {(Place, "z"): np.zeros(2)})
-    with pytest.raises(ValueError, match=r"newborn of 'ant': Place.x has the shape \(3,\); expected \(2,\)"):
+    with pytest.raises(ValueError, match=r"newborns of 'ant': Place.x has shape \(3,\); expected \(2,\)"):
         table.request(two, {(Place, "x"): np.zeros(3)})
     assert not table.births
 
@@ -145,7 +145,7 @@ def test_a_table_is_itself_alone_and_its_components_are_not_replaced():
     one, other = _table(), _table()
     assert one != other
     assert {one: "one", other: "other"}[other] == "other"
-    with pytest.raises(TypeError, match="table 'ant': components cannot be replaced; write into their"):
+    with pytest.raises(TypeError, match="table 'ant': components cannot be replaced; write to their"):
         one[Place] = other[Place]
     one.add_component(Mark)
     assert list(one) == list(one.columns) == [Place, Mark]

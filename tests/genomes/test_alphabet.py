@@ -32,21 +32,21 @@ def test_every_text_of_the_alphabet_survives():
 
 
 def test_errors_name_the_place_and_the_letter():
-    with pytest.raises(ValueError, match="genome: 'U' at place 2 is not in the alphabet 'ACGT'"):
+    with pytest.raises(ValueError, match="genome: 'U' at position 2 is not in the alphabet 'ACGT'"):
         DNA.encode("GAUACU")
     with pytest.raises(
-        ValueError, match="genome: 4 at place 1 is not the number of a letter; expected 0 to 3"
+        ValueError, match="genome: 4 at position 1 is not the number of a letter; expected 0 to 3"
     ):
         DNA.decode(np.array([0, 4, 9], np.uint8))
-    with pytest.raises(ValueError, match="genome: -1 at place 0"):
+    with pytest.raises(ValueError, match="genome: -1 at position 0"):
         DNA.decode(np.array([-1]))
     with pytest.raises(
         ValueError,
-        match=r"an array of float64 with the shape \(2,\); "
+        match=r"an array of float64 with shape \(2,\); "
         r"expected one row of whole numbers",
     ):
         DNA.decode(np.array([0.0, 1.0]))
-    with pytest.raises(ValueError, match=r"with the shape \(1, 2\)"):
+    with pytest.raises(ValueError, match=r"with shape \(1, 2\)"):
         DNA.decode(np.zeros((1, 2), np.uint8))
 
 

@@ -107,8 +107,8 @@ def test_hidden_layers_may_be_none_or_many() -> None:
     [
         ({"function": lambda x: x[:, 0]}, r"expected \(n, actions\)"),
         ({"function": lambda x: x[:, 0] / 0 * np.nan, "kind": "happiness"}, "not finite"),
-        ({"low": 2.0, "high": 1.0}, "each low must be below its high"),
-        ({"kind": "policy"}, "expected reflex and happiness"),
+        ({"low": 2.0, "high": 1.0}, "each low must be less than its high"),
+        ({"kind": "policy"}, "expected reflex or happiness"),
     ],
 )
 @pytest.mark.filterwarnings("ignore:.*:RuntimeWarning")

@@ -215,35 +215,31 @@ REFUSED = [
     (
         [{"name": "g", "letters": 1, "values": [1.0, 2.0]}],
         {},
-        "2 of them, and a codon of 1 of 4 letters has 4 values",
+        "2 values, but a codon of 1 of 4 letters has 4",
     ),
     ([G | {"letters": 16}], {}, r"4\^16 values; expected: at most 15"),
     ([G | {"scale": "log"}], {}, "no logarithm"),
     ([G | {"low": 0.5, "whole": True}], {}, "not a whole number"),
     ([G | {"low": 1.0, "high": 4.0, "whole": True, "scale": "log"}], {}, "not possible for whole numbers"),
     ([G | {"code": "additive"}], {}, "at least 2"),
-    ([G | {"codons": 2}], {}, 'of no use with code = "positional"'),
+    ([G | {"codons": 2}], {}, 'has no effect with code = "positional"'),
     ([G | {"coefficients": 3}], {}, "only for the weights"),
     (
         [G, G | {"name": "h", "at": 0}],
         {},
-        "overlaps the gene g, which has the loci 0 to 0; expected: at least 1",
+        "overlaps the gene g, which occupies loci 0 to 0; expected: at least 1",
     ),
-    ([G, G | {"name": "h", "letters": 3}], {"loci": 3}, "too short a string: the genes need 4 loci"),
+    ([G, G | {"name": "h", "letters": 3}], {"loci": 3}, "string is too short: the genes need 4 loci"),
     ([G | {"trait": "body.radus"}], {"traits": {"body.radius": RADIUS}}, 'did you mean "body.radius"'),
-    (
-        [G | {"trait": "body.radius"}],
-        {"traits": {"body.radius": RADIUS}},
-        "outside of what body.radius can be",
-    ),
-    ([G | {"trait": "a"}, G | {"name": "h", "trait": "a"}], {}, "the gene g codes for it too"),
+    ([G | {"trait": "body.radius"}], {"traits": {"body.radius": RADIUS}}, "outside the range of body.radius"),
+    ([G | {"trait": "a"}, G | {"name": "h", "trait": "a"}], {}, "the gene g also codes for it"),
     (
         [G | {"trait": "reflex.red.weight", "low": -1, "high": 2}],
         {"traits": {SIGN.name: SIGN}},
         "expected: -1 to 1",
     ),
-    ([G | {"form": "direct"}], {}, "network that it codes for is not known"),
-    ([G | {"form": "cosine"}], {"shapes": {"g": [(2, 2)]}}, "is missing: how many for each matrix"),
+    ([G | {"form": "direct"}], {}, "network for which it codes is unknown"),
+    ([G | {"form": "cosine"}], {"shapes": {"g": [(2, 2)]}}, "is missing: the number for each matrix"),
     ([G | {"form": "direct", "coefficients": 3}], {"shapes": {"g": [(2, 2)]}}, "every weight has a codon"),
     (
         [G | {"form": "direct", "code": "additive", "codons": 2}],
@@ -282,7 +278,7 @@ def test_rows_of_another_form_are_refused(loci: object) -> None:
 
 
 def test_a_number_that_is_no_letter_is_refused_with_its_place() -> None:
-    with pytest.raises(ValueError, match="genome 1: 4 at place 0 is not the number of a letter"):
+    with pytest.raises(ValueError, match="genome 1: 4 at position 0 is not the number of a letter"):
         one(RED).decode(np.array([[0], [4]], np.uint8))
 
 
@@ -307,14 +303,14 @@ def test_names_of_genes_are_known_or_refused() -> None:
     layout = Layout([Gene(name="size", trait="body.radius", letters=1, low=0.1, high=1)])
     with pytest.raises(UnknownName, match='did you mean "size"'):
         layout.encode({"siz": 1})
-    with pytest.raises(ValueError, match="no value given"):
+    with pytest.raises(ValueError, match="no value; values are given for"):
         layout.encode({})
     with pytest.raises(ValueError, match="expected 1 or 3"):
         Layout([Gene(**G), Gene(**G | {"name": "h"})]).encode({"g": [0, 0, 0], "h": [0, 0]})
 
 
 def test_a_text_with_a_wrong_letter_or_length_is_refused() -> None:
-    with pytest.raises(ValueError, match="'X' at place 1"):
+    with pytest.raises(ValueError, match="'X' at position 1"):
         one(RED, loci=2).mark("AX")
     with pytest.raises(ValueError, match=r"expected rows of u8\[n, 2\]"):
         one(RED, loci=2).mark("A")

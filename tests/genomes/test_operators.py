@@ -125,9 +125,9 @@ OWN = [
     (lengthen, "returns a genome of 5 loci; expected 4"),
     (forget_the_tuple, "returns list .* expected a tuple of one genome"),
     (use_numpy, "numpy's global random numbers"),
-    (need_fitness, "fails on a list of letters' numbers: AttributeError"),
-    (lambda genome: ([0.5] * 4,), "puts 0.5 at place 0"),
-    (lambda genome: ([0, -1, 0, 0],), "puts -1 at place 1"),
+    (need_fitness, "fails on a list of letter numbers: AttributeError"),
+    (lambda genome: ([0.5] * 4,), "puts 0.5 at position 0"),
+    (lambda genome: ([0, -1, 0, 0],), "puts -1 at position 1"),
 ]
 
 
@@ -202,7 +202,7 @@ def test_a_partial_and_a_function_may_stand_there_too_and_arguments_beside_it_ad
         (partial(tools.cxUniform, 0.1), r"cxUniform is registered with \(0.1,\); pass its arguments by name"),
         (
             {"operator": partial(tools.cxUniform, indpb=0.1), "indpb": 0.2},
-            "indpb = 0.1 in the toolbox, and 0.2 next to it; .* toolbox.mate may",
+            "indpb = 0.1 in the toolbox, but 0.2 in the section; .* toolbox.mate can",
         ),
     ],
 )

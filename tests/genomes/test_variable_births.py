@@ -257,7 +257,7 @@ def test_functions_of_ones_own_may_return_any_length_and_their_excess_is_counted
     assert children(one, "TACGCAAC", None, 2) == ["TACGCAAC"] * 2
     assert one.at_limit.tolist() == [0, 0, 0, 2, 0]
     one.toolbox.register("mutate", lambda genome: ([*genome[:-1], 4],))
-    with pytest.raises(ValueError, match="puts 4 at place"):
+    with pytest.raises(ValueError, match="puts 4 at position"):
         children(one, "TACGCAAC", None, 1)
 
 
@@ -269,7 +269,7 @@ def test_operators_that_do_not_fit_are_refused() -> None:
         toolbox_of({"mate": {"operator": "cxUnequal"}}, fixed)
     with pytest.raises(ValueError, match=r"slip = 1\.5; expected 0 to 1"):
         births(mate={"slip": 1.5})
-    with pytest.raises(ValueError, match="genes have no fixed place"):
+    with pytest.raises(ValueError, match="genes have no fixed position"):
         births(mutate={"operator": "mutUniformInt", "indpb": 0.1, "low": [0, 1]})
     one = births(genes=[GENES[0] | {"mutation": 0.1}])
     one.toolbox.register("mutate", lambda genome, indpb: (genome,), indpb=0.5)

@@ -158,12 +158,12 @@ def test_alphabets_of_any_letters_leave_a_separator() -> None:
 REFUSED = [
     ({"max_length": 6}, r"max_length = 6\n.*founders have more letters; expected: at least 7"),
     ({"loci": 6}, "a founder's genes need 7 letters"),
-    ({"genes": [GENES[0] | {"at": 3}]}, "genes have no fixed place"),
+    ({"genes": [GENES[0] | {"at": 3}]}, "genes have no fixed position"),
     ({"genes": [GENES[0], GENES[1] | {"promoter": "TAC"}]}, "the promoter of red is 'TA'"),
     ({"genes": [GENES[0] | {"promoter": "TX"}]}, "'X' is not in the alphabet"),
     ({"genes": [GENES[0] | {"promoter": "TTTTTTTTT"}]}, "at most 8 letters"),
-    ({"insertion": 0.7, "base_deletion": 0.5}, "more than 1 together with insertion"),
-    ({"genes": [GENES[0] | {"copies": 0}]}, "founders have neither a gene nor a letter"),
+    ({"insertion": 0.7, "base_deletion": 0.5}, "sum with insertion exceeds 1"),
+    ({"genes": [GENES[0] | {"copies": 0}]}, "founders have neither genes nor other letters"),
 ]
 
 
@@ -188,7 +188,7 @@ def test_rows_and_texts_of_another_form_are_refused() -> None:
     of = layout()
     with pytest.raises(ValueError, match=r"expected rows of u8\[n, 24\]"):
         of.decode(np.zeros((1, 23), np.uint8))
-    with pytest.raises(ValueError, match="5 at place 0 is not the number of a letter; expected 0 to 4"):
+    with pytest.raises(ValueError, match="5 at position 0 is not the number of a letter; expected 0 to 4"):
         of.decode(np.full((1, 24), 5, np.uint8))
     with pytest.raises(ValueError, match="expected 1 of at most 24 letters"):
         of.rows(["ACG|T"])

@@ -92,7 +92,7 @@ def test_a_class_of_a_notebook_that_changed_is_refused_by_name(session, tmp_path
     session.run(cell)
     with pytest.raises(CheckpointError, match=f"__main__:{name} has changed: .*trust=True"):
         World.restore(path)
-    with pytest.warns(UserWarning, match=f"__main__:{name} has changed; the present version is used"):
+    with pytest.warns(UserWarning, match=f"__main__:{name} has changed; using the current version"):
         World.restore(path, trust=True)
 
 

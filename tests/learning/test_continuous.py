@@ -56,5 +56,5 @@ def test_a_head_is_a_mean_and_a_spread_after_all_choices():
     brain = Brain(4, (3, CONTINUOUS))
     assert (brain.n_logits, brain.n_numbers, brain.offsets.tolist()) == (5, 1, [0, 3])
     assert torch.nn.Linear(2, sum(brain.groups)).out_features == 5
-    with pytest.raises(ValueError, match=r"groups = \(CONTINUOUS, 3\): continuous ones come last"):
+    with pytest.raises(ValueError, match=r"groups = \(CONTINUOUS, 3\): continuous ones must come last"):
         laid_out((CONTINUOUS, 3))

@@ -189,7 +189,7 @@ def test_a_full_rollout_takes_nothing_more():
     for _ in range(2):
         individuals.store(table[Experience], rows, *transition)
     before = [column.copy() for column in (table[Experience].observations, table[Experience].length)]
-    with pytest.raises(ValueError, match="3 of 3 rollouts have their 2 transitions already"):
+    with pytest.raises(ValueError, match="3 of 3 rollouts already have 2 transitions"):
         individuals.store(table[Experience], rows, *(2 * part for part in transition))
     assert np.array_equal(before[0], table[Experience].observations.copy())
     assert np.array_equal(before[1], table[Experience].length)

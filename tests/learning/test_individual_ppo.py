@@ -276,7 +276,7 @@ def test_a_reward_that_is_not_finite_is_named_with_its_animal():
     )
     individuals.credit(table[Experience], rows, np.array([1, np.nan], np.float32))
     before = table[Policy].weights[int(rows[1])].copy()
-    with pytest.raises(FloatingPointError, match=r"animal 77 is nan \(1 such in all\)"):
+    with pytest.raises(FloatingPointError, match=r"animal 77 is nan \(1 in all\)"):
         individuals.learn(table[Policy], table[Experience], rows, table.uid[rows], zero, None, whole)
     assert np.array_equal(table[Policy].weights[int(rows[1])], before)
 

@@ -107,7 +107,7 @@ def test_a_module_that_takes_a_state_says_how_large_it_is():
             super().__init__(n, groups)
             del self.memory
 
-    with pytest.raises(ValueError, match=r"set self.memory to the numbers that each organism keeps"):
+    with pytest.raises(ValueError, match=r"set self.memory to the number of values that each organism keeps"):
         brain_of(Silent, 4, GROUPS, (), 1)
 
 

@@ -150,7 +150,7 @@ def test_bytes_per_transition_are_those_of_all_columns():
 @pytest.mark.parametrize(
     ("name", "value", "message"),
     [
-        ("last", 10**6, "last of the rollout points beyond its 3 transitions"),
+        ("last", 10**6, "last of the rollout points outside its 3 transitions"),
         ("last", -7, "last of the rollout points"),
         ("row", 10**6, "row of the rollout is 1000000 to 1000000; expected: 0 to 2"),
         ("row", -1, "row of the rollout is -1"),
@@ -172,5 +172,5 @@ def test_a_state_with_parts_of_other_lengths_is_refused():
     rollout.store(
         np.arange(3), np.zeros((3, 2), np.float32), np.zeros((3, 1), np.int16), *np.zeros((2, 3), np.float32)
     )
-    with pytest.raises(ValueError, match="value of the rollout has 2 transitions, and ended has 3"):
+    with pytest.raises(ValueError, match="value of the rollout has 2 transitions, but ended has 3"):
         Rollout(2, 1, 0.9).load(rollout.state() | {"value": np.zeros(2, np.float32)})

@@ -67,7 +67,7 @@ def test_between_observe_and_act_a_world_is_neither_saved_nor_run(alike, tmp_pat
     first = door.observe()
     assert door.observe().uid.tolist() == first.uid.tolist()
     for act in (lambda: world.save(tmp_path / "x"), lambda: world.run(1), door.close):
-        with pytest.raises(RuntimeError, match="under way"):
+        with pytest.raises(RuntimeError, match="in progress"):
             act()
 
 

@@ -68,7 +68,7 @@ def test_each_part_names_its_run_and_the_part_before_it(plain):
 def test_a_second_process_is_refused_where_one_goes_on(plain):
     run, _, config = plain
     with Claim(run):
-        with pytest.raises(FolderInUse, match="run: is being written by process"):
+        with pytest.raises(FolderInUse, match="run: is in use by process"):
             resume(run, 8, report=False)
         assert read_parts(run / "series").num_rows == 12  # reading is free
     with pytest.raises(FileExistsError):

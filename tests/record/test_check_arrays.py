@@ -58,7 +58,7 @@ CASES = {
     "a row below 0": (_put("table/moss/row", [-1, 1, 2]), "'table/moss/row' is not an increasing list"),
     "a row beyond the capacity": (
         _put("table/moss/row", 2**40, 2),
-        "capacity of 64, and its last row is 1099511627776",
+        "capacity of 64, but its last row is 1099511627776",
     ),
     "a capacity of nothing": (
         lambda meta, arrays: meta["tables"]["moss"].__setitem__("capacity", 2),
@@ -70,17 +70,17 @@ CASES = {
     ),
     "equal uids": (_put("table/moss/uid", 2), "uid 2 occurs twice"),
     "a uid of two tables": (_put("table/deer/uid", 3, 0), "uid 3 occurs twice"),
-    "no uid": (_put("table/moss/uid", 0, 0), "'table/moss/uid' holds 0; expected: 1 to 5"),
+    "no uid": (_put("table/moss/uid", 0, 0), "'table/moss/uid' contains 0; expected: 1 to 5"),
     "a uid to come": (
         _clock("next_uid", 3),
-        "'table/moss/uid' holds 3; expected: 1 to 2|'table/deer/uid' holds 5",
+        "'table/moss/uid' contains 3; expected: 1 to 2|'table/deer/uid' contains 5",
     ),
     "a uid that the next ones would not fit behind": (
         _clock("next_uid", 2**63),
         r"clock\.next_uid is 9223372036854775808",
     ),
-    "a birth to come": (_put("table/moss/born", 5, 0), "'table/moss/born' holds 5"),
-    "an unknown cause": (_put("table/moss/cause", 9, 0), "'table/moss/cause' holds 9; expected: 0 to 1"),
+    "a birth to come": (_put("table/moss/born", 5, 0), "'table/moss/born' contains 5"),
+    "an unknown cause": (_put("table/moss/cause", 9, 0), "'table/moss/cause' contains 9; expected: 0 to 1"),
     "a tick before the start": (_clock("tick", -1), r"clock\.tick is -1"),
     "a tick that is none": (_clock("tick", 1.5), r"clock\.tick is 1\.5"),
     "a clock without ticks": (
@@ -130,7 +130,7 @@ CASES = {
         _replace("field/musk", np.zeros((1, 2, 2), F)),
         r"'field/musk' is float32\[1, 2, 2\]",
     ),
-    "a field that is no number": (_put("field/musk", np.inf, (0, 1, 1)), "'field/musk' holds inf"),
+    "a field that is no number": (_put("field/musk", np.inf, (0, 1, 1)), "'field/musk' contains inf"),
     "no number in the air": (
         lambda meta, arrays: meta["ambient"].__setitem__("light", "x"),
         r"ambient\.light is 'x'",
@@ -169,8 +169,8 @@ def test_a_part_that_cannot_take_its_state_is_named(tmp_path):
 @pytest.mark.parametrize(
     ("value", "message"),
     [
-        (np.array(-1), "holds -1; expected: 0 to"),
-        (np.array(2**63 - 1), "holds 9223372036854775807; expected: 0 to"),
+        (np.array(-1), "contains -1; expected: 0 to"),
+        (np.array(2**63 - 1), "contains 9223372036854775807; expected: 0 to"),
         (np.array(np.nan), r"is float64\[\]; expected: one integer"),
         (np.zeros(2, int), r"is int64\[2\]; expected: one integer"),
     ],

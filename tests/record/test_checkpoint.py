@@ -47,7 +47,7 @@ def test_a_file_that_is_another_is_refused(tmp_path):
     from safetensors.numpy import save_file
 
     save_file({"x": np.zeros(3)}, tmp_path / "weights.safetensors")
-    with pytest.raises(CheckpointError, match="is not a checkpoint of ecs-eco"):
+    with pytest.raises(CheckpointError, match="is not an ecs-eco checkpoint"):
         checkpoint.read(tmp_path / "weights.safetensors")
     with pytest.raises(CheckpointError, match="no such file"):
         World.restore(tmp_path / "nowhere.safetensors")
@@ -58,7 +58,7 @@ def test_another_format_is_migrated_or_refused(written, tmp_path, monkeypatch):
     monkeypatch.setattr(checkpoint, "FORMAT", 0)
     checkpoint.write(tmp_path / "old.safetensors", {k: v for k, v in meta.items() if k != "format"}, arrays)
     monkeypatch.undo()
-    with pytest.raises(CheckpointError, match="has the format 0; this version of ecs-eco reads format 3"):
+    with pytest.raises(CheckpointError, match="has format 0; this version of ecs-eco reads format 3"):
         World.restore(tmp_path / "old.safetensors")
     monkeypatch.setitem(checkpoint.MIGRATIONS, 0, lambda meta, arrays: (meta | {"format": 3}, arrays))
     assert World.restore(tmp_path / "old.safetensors").digest() == World.restore(written).digest()

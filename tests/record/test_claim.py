@@ -20,7 +20,7 @@ def test_a_folder_is_claimed_once(tmp_path):
     with claim_new(tmp_path / "run") as claim:
         for again in (claim_new, Claim):
             with pytest.raises(
-                FolderInUse, match=rf"run: is being written by process {os.getpid()} on .* since \d{{4}}-"
+                FolderInUse, match=rf"run: is in use by process {os.getpid()} on .* since \d{{4}}-"
             ):
                 again(tmp_path / "run")
         with claimed(claim) as same:

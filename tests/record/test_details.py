@@ -55,7 +55,7 @@ def test_words_that_are_understood():
 
 
 def test_details_need_a_sink(meadow):
-    with pytest.raises(ValueError, match="no sink to take the details"):
+    with pytest.raises(ValueError, match="no sink to receive the details"):
         Recorder(meadow(options={"record": False}), record="full")
 
 

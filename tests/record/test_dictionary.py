@@ -87,7 +87,7 @@ def test_shipped_columns_have_their_unit_and_field(run):
     )
     assert (
         said(run, "series", "died: eaten by ram").description
-        == 'deaths in the tick by the cause "eaten by ram"'
+        == 'deaths in the tick with the cause "eaten by ram"'
     )
 
 

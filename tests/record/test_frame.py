@@ -44,7 +44,7 @@ def test_wide_has_a_row_per_tick_and_a_column_per_species(series):
     assert both["energy fox"] == [0.25, 0.75]
     assert both["energy <hare>"][0] == 0.5
     assert both["energy <hare>"][1] != both["energy <hare>"][1], "what is missing is NaN"
-    with pytest.raises(KeyError, match="no numbers 'm': it has n, energy"):
+    with pytest.raises(KeyError, match="no numeric column 'm': it has n, energy"):
         series.wide("m")
 
 

@@ -310,6 +310,6 @@ def test_a_world_is_not_saved_within_a_tick(menagerie, tmp_path):
         def process(self, *_):
             self.world.save(tmp_path / "w.safetensors")
 
-    with pytest.raises(RuntimeError, match="wait for the end of the tick"):
+    with pytest.raises(RuntimeError, match="wait until the tick ends"):
         World.from_config(menagerie(), policies="random", systems=[Saver()]).run(1)
     assert list(tmp_path.iterdir()) == []

@@ -103,7 +103,7 @@ def test_a_world_without_land_is_written_in_metres(run):
     [
         ({"file": "t.shp"}, "unsupported format; expected: a file ending in .gpkg, .parquet, .csv"),
         ({"species": "axe"}, "no such species in this run"),
-        ({"lines": True}, "are not possible on a torus"),
+        ({"lines": True}, "cannot be drawn on a torus"),
     ],
 )
 def test_what_cannot_be_written_is_refused(run, words, fault):

@@ -305,7 +305,7 @@ def test_events_that_nobody_kept_are_no_events_of_a_world_without_deaths(meadow)
     world = meadow()
     with pytest.raises(RuntimeError, match="keep_events=True"):
         world.recorder.events("births")
-    with pytest.raises(ValueError, match="keep_events is True, but a sink takes the events"):
+    with pytest.raises(ValueError, match="keep_events is True, but a sink receives the events"):
         Recorder(world, Sink(), keep_events=True)
     world = meadow(options={"record": False})
     deaths = Recorder(world, keep_events=True).events("deaths")

@@ -94,5 +94,5 @@ def test_a_file_without_names_is_taken_by_its_shapes_and_check_says_so(folder, t
 @pytest.mark.parametrize("names", [{}, {"channels": 1}, [], {"channels": [], "options": [], "gaits": {}}])
 def test_names_of_another_form_are_refused(tmp_path, names):
     path = weights.save(tmp_path / "goat.safetensors", {"a": np.ones(2, np.float32)}, names)
-    with pytest.raises(ValueError, match="is not a file of weights"):
+    with pytest.raises(ValueError, match="is not a weights file"):
         weights.load(path)
