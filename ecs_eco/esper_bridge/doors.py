@@ -207,7 +207,7 @@ class Events(dict[str, Any]):
 class Handlers:
     """Weak references to the handlers of one event, which are called in the order in which they were set.
 
-    A garbage-collected handler is removed no matter which world esper shows, and methods can be removed;
+    A garbage-collected handler is removed whichever world esper shows, and methods can be removed;
     esper's own sets support neither.
     """
 
