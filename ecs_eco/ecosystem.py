@@ -1,8 +1,7 @@
-"""The public World class: built from a configuration, saved, restored, copied, changed by interventions,
-recorded.
+"""The public World class, which can be built from a configuration, saved, copied, changed and recorded.
 
-A thin facade: the tick belongs to `ecs_eco.engine.world`, positions and surroundings to
-`ecs_eco.space.world`.
+A thin facade: `ecs_eco.engine.world` implements the tick, and `ecs_eco.space.world` positions and
+surroundings.
 """
 
 from __future__ import annotations
@@ -32,37 +31,37 @@ from ecs_eco.systems.intervene import Intervene
 from ecs_eco.worlds.build import build
 from ecs_eco.worlds.policies import Learn, Policies, policy
 
-# higher-level or slow packages, for methods that use them
+# higher-level or slow packages, imported by the methods that use them
 _above = lazy(__name__, {"plot": "ecs_eco.analysis.figures", "view": "ecs_eco.view.watch"})
 
 
 class World(SpatialWorld):
     """Organisms and objects in one space, and the systems that act on them.
 
-    `World.from_config` builds a world from a file. The constructor makes an empty one, to which you add tables
-    and systems yourself.
+    `World.from_config` builds a world from a file. The constructor creates an empty world, to which you add
+    tables and systems yourself.
 
     Parameters
     ----------
     size : sequence of float, default (100, 100)
         Extent along each axis [m]: two numbers for a plane, three for a volume.
     edges : {"torus", "walls"}, default "torus"
-        Whether an organism that leaves on one side enters on the other, or stops.
+        Whether an organism that leaves on one side re-enters on the other, or stops at the edge.
     dt : float, default 1.0
         Length of a tick [s].
     seed : int, default 0
         Fixes every random draw.
     cell : float, optional
-        Side of the cells of the neighbor index [m]; chosen by default. It affects speed, never results.
+        Cell size of the neighbor index [m], which affects speed, never results; default: chosen automatically.
     threads : int, default 1
-        Threads of kernels. They affect speed, never results.
+        Number of threads; affects speed, never results.
     name : str, default "world"
-        Name in messages and figures.
+        Name used in messages and figures.
 
     Attributes
     ----------
     tick : int
-        Number of ticks that have passed.
+        Number of completed ticks.
     tables : dict of str to Table
         One table per species and object type.
     systems : list of System
@@ -80,8 +79,8 @@ class World(SpatialWorld):
 
     Notes
     -----
-    Hooks are not saved in checkpoints. Worlds do not mix: each has its own esper context, which `with world:`
-    enters.
+    Hooks are not saved in checkpoints. Worlds stay separate: each has its own esper context, which `with
+    world:` enters.
 
     Examples
     --------
@@ -132,23 +131,24 @@ class World(SpatialWorld):
         ----------
         config : str, Path, Mapping or WorldConfig
             Name of a shipped world such as "predator-prey", path of a TOML file, its content as a dict, or a
-            configuration that `ecs_eco.config.load` returned.
+            configuration returned by `ecs_eco.config.load`.
         seed : int, optional
-            Fixes every random draw; default: `seed` of the world file.
+            Fixes every random draw; default: the world file's `seed`.
         policies : str, Path or Mapping, default "trained"
-            Where policies come from: "trained" (the weights that the file names; fresh networks where it names
+            Source of the policies: "trained" (the weights named in the file, or fresh networks if it names
             none), "random" (every action with equal probability), "untrained" (fresh networks), a folder of
             `<species>.safetensors`, or a mapping from species to one of these or to a torch module.
         threads : int, default 1
-            Threads of kernels. They affect speed, never results.
+            Number of threads; affects speed, never results.
         learn : bool or Mapping of str to bool, optional
             Which species learn during the run: all, none, or by species; default: as in the world file.
         training : bool, default False
-            Build the world as pre-training does: with the values of `[training.set]`, respawn and no births.
+            Whether to build the world as in pre-training: with the values in `[training.set]`, respawn and no
+            births.
         record : bool, default True
             Whether to record series in memory; see `series`.
         populate : bool, default True
-            Whether there are organisms at the start.
+            Whether to create organisms at the start.
         systems : sequence of System
             Custom systems, in addition to the file's systems.
         features : sequence of type
@@ -156,9 +156,9 @@ class World(SpatialWorld):
         reporters : Mapping of str to str or callable
             Measurements by name, in addition to the file's reporters; see `add_reporter`.
         controls : sequence of str
-            Treatments that remove something, such as "random-policy"; `ecs-eco compare --list` prints all.
+            Treatments that remove something, such as "random-policy"; `ecs-eco compare --help` lists them.
         trust : bool, default False
-            Whether the code that the file lists in `code` may run in this process.
+            Whether the code listed in the file's `code` is allowed to run in this process.
 
         Returns
         -------
@@ -168,7 +168,7 @@ class World(SpatialWorld):
         Raises
         ------
         ConfigError
-            For any invalid value, with every problem found, and for code that may not run.
+            If values are invalid, with every problem found, or if code is not allowed to run.
 
         Examples
         --------
@@ -222,9 +222,9 @@ class World(SpatialWorld):
         *components : type
             Classes decorated with `component`.
         capacity : int, default 64
-            Rows to allocate; the table grows when they are taken.
+            Number of rows to allocate; the table grows when they are used up.
         dims : Mapping of str to int, optional
-            Sizes that shapes of fields name, such as {"genes": 12} for `f32["genes"]`.
+            Sizes named in the shapes of fields, such as {"genes": 12} for `f32["genes"]`.
 
         Returns
         -------
@@ -234,7 +234,7 @@ class World(SpatialWorld):
         Raises
         ------
         ValueError
-            If a table of this name exists.
+            If a table with this name exists.
 
         Examples
         --------
@@ -249,24 +249,24 @@ class World(SpatialWorld):
         return table
 
     def intervene(self, what: Any) -> None:
-        """Request an intervention, carried out at the start of the next tick.
+        """Request an intervention, which is carried out at the start of the next tick.
 
         Parameters
         ----------
         what : Mapping or model
-            An intervention as in `[[interventions]]` of a world file, without `at`, or a model of
+            An intervention as in `[[interventions]]` of a world file, without `at`, or a model from
             `ecs_eco.config.models.interventions`.
 
         Raises
         ------
         ConfigError
-            For an intervention that would be invalid in a file.
+            If the intervention would be invalid in a file.
         RuntimeError
-            If no system `Intervene` is in the schedule, or the world is divided between processes.
+            If the schedule has no system `Intervene`, or the world is divided between processes.
 
         See Also
         --------
-        World.intervened : (tick, intervention) of those that were carried out.
+        World.intervened : a (tick, intervention) pair for each intervention carried out.
 
         Examples
         --------
@@ -284,22 +284,23 @@ class World(SpatialWorld):
         system.ask(what)
 
     def reconfigure(self, config: WorldSource, learners: Iterable[str] = ()) -> None:
-        """Give this living world another configuration, effective from the next tick.
+        """Give this live world a new configuration, effective from the next tick.
 
         Organisms keep the state that they were born with (energy, mass, sex, fertility, properties,
-        substances); newborn get the new values.
+        substances); newborns get the new values.
 
         Parameters
         ----------
         config : str, Path, Mapping or WorldConfig
-            The new configuration, as for `from_config`.
+            The new configuration, as in `from_config`.
         learners : iterable of str
-            Species whose `policy.learn` follows the new configuration even if the world was built with another.
+            Species whose `policy.learn` follows the new configuration even if the world was built with a
+            different value.
 
         Raises
         ------
         ConfigError
-            Before anything changes, with each value that cannot change in a living world.
+            If values cannot change in a live world, with each of them; raised before anything changes.
 
         Examples
         --------
@@ -320,7 +321,7 @@ class World(SpatialWorld):
             )
 
     def add_reporter(self, name: str, what: Any) -> None:
-        """Measure something at the end of every tick, as a column of the series.
+        """Measure a quantity at the end of every tick, and record it as a column of the series.
 
         Parameters
         ----------
@@ -354,12 +355,12 @@ class World(SpatialWorld):
         return self.measure(name)
 
     def measure(self, name: str) -> Any:
-        """Return the present value of a reporter.
+        """Return the current value of a reporter.
 
         Parameters
         ----------
         name : str
-            Name of the reporter, from the world file or from `add_reporter`.
+            Name of a reporter from the world file or from `add_reporter`.
 
         Returns
         -------
@@ -369,7 +370,7 @@ class World(SpatialWorld):
         Raises
         ------
         UnknownName
-            For an unknown reporter; a KeyError that suggests the nearest name.
+            If there is no such reporter: a KeyError that suggests the nearest name.
 
         Examples
         --------
@@ -385,7 +386,7 @@ class World(SpatialWorld):
         return said_by(self, name, self.reporters[name], species)
 
     def series(self) -> Any:
-        """Return what was recorded so far: one row per tick and species.
+        """Return the series recorded so far, with one row per tick and species.
 
         Returns
         -------
@@ -412,11 +413,11 @@ class World(SpatialWorld):
                 "ecs_eco.record.Recorder(world)"
             )
         if self.bands.divided:
-            self.recorder.flush()  # records of the other processes
+            self.recorder.flush()  # the records of other processes
         return SeriesTable(self.recorder.series())
 
     def plot(self, column: str = "n", species: Sequence[str] | None = None) -> Any:
-        """Return a column of the series over time as a figure, one line per species.
+        """Plot a column of the series over time, with one line per species.
 
         Parameters
         ----------
@@ -445,14 +446,14 @@ class World(SpatialWorld):
         return _above("plot")(self, column, species)
 
     def view(self, ticks: int | None = None, **how: Any) -> Any:
-        """Show this living world: in a notebook's output cell, elsewhere in the browser until Ctrl-C.
+        """Show this live world in a notebook's output cell or, outside a notebook, in the browser until Ctrl-C.
 
         Parameters
         ----------
         ticks : int, optional
-            How many ticks to run; default: without end.
+            Number of ticks to run; default: no limit.
         **how
-            `speed` [ticks/s], or None for as fast as possible, and `port`; in a notebook also `playing` (bool)
+            `speed` [ticks/s], None for as fast as possible, and `port`; in a notebook, also `playing` (bool)
             and `height` [px].
 
         Returns
@@ -462,7 +463,7 @@ class World(SpatialWorld):
 
         Notes
         -----
-        The page comes from 127.0.0.1, so a notebook must run on your machine.
+        The page is served from 127.0.0.1, so a notebook must run on your machine.
         """
         return _above("view")(self, ticks, **how)
 
@@ -474,7 +475,7 @@ class World(SpatialWorld):
         species : str
             Species with a policy network.
         uid : int, optional
-            Organism, required where each organism has its own network.
+            An organism's uid, required if each organism has its own network.
 
         Returns
         -------
@@ -485,7 +486,7 @@ class World(SpatialWorld):
         UnknownName
             For an unknown species.
         ConfigError
-            If there is no network, or several and no `uid`.
+            If there is no network, or if there are several and `uid` is missing.
 
         Examples
         --------
@@ -504,20 +505,20 @@ class World(SpatialWorld):
         species : str
             Species with actions whose own policy does not learn.
         partial : bool, default False
-            Whether you decide only for some organisms. Its own policy decides for the others; without a network
-            it draws actions at random.
+            Whether you decide only for some organisms. The species' own policy decides for the rest or,
+            without a network, draws actions at random.
 
         Returns
         -------
         External
-            With the methods `observe` and `act`.
+            The interface, with the methods `observe` and `act`.
 
         Raises
         ------
         UnknownName
             For an unknown species.
         ConfigError
-            If decisions for this species cannot come from outside.
+            If this species cannot be controlled externally.
 
         Examples
         --------
@@ -535,7 +536,7 @@ class World(SpatialWorld):
     # --- saving and copying --------------------------------------------------------------------------------
 
     def save(self, path: str | Path) -> Path:
-        """Write a checkpoint, from which the world continues bit for bit.
+        """Write a checkpoint, from which the world can continue bit for bit.
 
         Parameters
         ----------
@@ -550,7 +551,7 @@ class World(SpatialWorld):
         Raises
         ------
         RuntimeError
-            Within a tick.
+            If called within a tick.
         CheckpointError
             If the world contains something that could not be restored.
         OSError
@@ -578,24 +579,24 @@ class World(SpatialWorld):
         record: bool = True,
         trust: bool = False,
     ) -> Self:
-        """Return the world that a checkpoint contains.
+        """Return the world saved in a checkpoint.
 
         Parameters
         ----------
         path : str or Path
-            A checkpoint that `save` wrote.
+            A checkpoint written by `save`.
         threads : int, default 1
-            May differ from before.
+            Number of threads; affects speed, never results.
         config : str, Path, Mapping or WorldConfig, optional
-            Needed if the world was built from a configuration with functions that no module names.
+            Required if the world was built from a configuration with functions that no module defines.
         systems : sequence of System
-            New instances of those that were passed as instances.
+            New instances of the systems that were passed as instances.
         prepare : callable, optional
             Called with the world before the state is loaded, to add what you added in Python.
         record : bool, default True
             Whether to continue recording.
         trust : bool, default False
-            Whether the code that the checkpoint names may run in this process.
+            Whether the code named in the checkpoint is allowed to run in this process.
 
         Returns
         -------
@@ -605,9 +606,9 @@ class World(SpatialWorld):
         Raises
         ------
         CheckpointError
-            If the file is damaged or does not fit.
+            If the file is damaged or does not match.
         ConfigError
-            For code that may not run.
+            If code is not allowed to run.
 
         Warns
         -----
@@ -633,19 +634,19 @@ class World(SpatialWorld):
         )
 
     def load(self, path: str | Path, *, trust: bool = False) -> None:
-        """Bring this world, built by hand in the same way, to the state of a checkpoint.
+        """Load the state of a checkpoint into this world, which must be built in the same way.
 
         Parameters
         ----------
         path : str or Path
-            A checkpoint that `save` wrote.
+            A checkpoint written by `save`.
         trust : bool, default False
-            Whether the code that the checkpoint names may run in this process.
+            Whether the code named in the checkpoint is allowed to run in this process.
 
         Raises
         ------
         CheckpointError
-            If the file is damaged or belongs to a world with other tables.
+            If the file is damaged or belongs to a world with different tables.
 
         Examples
         --------
@@ -677,9 +678,9 @@ class World(SpatialWorld):
         Parameters
         ----------
         threads : int, optional
-            Threads of the copy; default: as in this world.
+            Number of threads; default: as in this world.
         systems : sequence of System
-            New instances of those that were passed as instances.
+            New instances of the systems that were passed as instances.
         prepare : callable, optional
             Called with the copy before the state is loaded, to add what you added in Python: systems, tables,
             functions of the environment.
@@ -687,8 +688,8 @@ class World(SpatialWorld):
         Returns
         -------
         World
-            With its own organisms, policies and clock. Hooks are not copied; a recorder of the copy records in
-            memory.
+            A world with its own organisms, policies and clock. Hooks are not copied; a copied recorder
+            records in memory.
 
         Raises
         ------
@@ -712,19 +713,19 @@ class World(SpatialWorld):
         systems: Sequence[Any] = (),
         prepare: Callable[[Any], None] | None = None,
     ) -> Self:
-        """Return a copy with other random numbers from the next tick on.
+        """Return a copy with different random draws from the next tick on.
 
         Parameters
         ----------
         seed : int
             Seed of the copy.
         threads, systems, prepare
-            As for `copy`.
+            As in `copy`.
 
         Returns
         -------
         World
-            With the same organisms.
+            A world with the same organisms.
 
         Examples
         --------
@@ -737,7 +738,7 @@ class World(SpatialWorld):
         return checkpoint.fork(self, seed, threads=threads, systems=systems, prepare=prepare)
 
     def digest(self) -> str:
-        """Return a hash of everything that determines this world's future, pending requests included.
+        """Return a hash of everything that determines this world's future, including pending requests.
 
         Returns
         -------
@@ -760,7 +761,7 @@ class World(SpatialWorld):
 
     def __copy__(self) -> NoReturn:
         raise TypeError(
-            f"world {self.name!r}: a copy by copy.copy would share its organisms; "
+            f"world {self.name!r}: copy.copy would share its organisms; "
             "use world.copy() or world.fork(seed=…)"
         )
 

@@ -1,7 +1,7 @@
-"""The command line: converts arguments to calls, and results to lines of text.
+"""The command line: converts arguments to function calls, and results to text.
 
-The work of a command belongs to the package, so that Python can call it too. A command's module is imported
-when the command is called (`app.COMMANDS`), so that --help and list are quick.
+The work itself is done by other packages, so Python code can call it directly. A command's module is imported
+only when the command is called (`app.COMMANDS`), so --help and list are quick.
 """
 
 from ecs_eco.cli.app import app, main

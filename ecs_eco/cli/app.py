@@ -11,35 +11,35 @@ from ecs_eco.cli.terminal import REFUSED, complain, say
 from ecs_eco.compiled.garbage import of_a_command
 from ecs_eco.compiled.portable import PortableError, check, enable
 
-COMMANDS = {  # the module of each command, and its help, the same as its docstring or its group's help
+COMMANDS = {  # each command's module and its help, which equals its docstring or its group's help
     "run": ("run", "Run a world and record it in a folder; `resume` continues it."),
-    "watch": ("watch", "Watch a living world or a recorded run in the browser, or two side by side."),
+    "watch": ("watch", "Watch a live world or a recorded run in the browser, or two of them side by side."),
     "repeat": (
         "run",
-        "Repeat a recorded run with all its interventions, and print whether the result is the same.",
+        "Repeat a recorded run with all its interventions, and check that the result is the same.",
     ),
     "resume": ("run", "Resume a run from its last checkpoint, or fork it with changed values."),
     "train": ("train", "Train a world's policies and save them."),
     "report": ("telling", "Draw the figures of a run."),
     "why": ("telling", "Explain what happened in a run and why, and suggest values to change."),
-    "lineage": ("telling", "Print a summary of the lineages of a run, and write them to files."),
+    "lineage": ("telling", "Summarize the lineages of a run, and write them to files."),
     "tracks": ("telling", "Write the positions of organisms as geographic data."),
     "compare": (
         "compare",
-        "Compare a world with itself under treatments; the same command with --out DIR resumes a stopped\n"
+        "Compare a world with and without treatments; the same command with --out DIR resumes a stopped\n"
         "comparison.",
     ),
-    "search": ("search", "Search for values with which a world persists."),
+    "search": ("search", "Search for values that let a world persist."),
     "draw": ("picture", "Draw the nervous systems of a world's species."),
     "picture": ("picture", "Draw a tick of a recorded run."),
     "video": ("picture", "Make a video of a recorded run."),
     "new": ("beginning", "Write a starter world: a world file, a system and its test."),
     "list": ("docs", "List worlds, sensors, components and systems."),
     "check": ("summary", "Check a world file and print a summary."),
-    "describe": ("describe", "Describe a world by the ODD protocol, as Markdown or HTML."),
+    "describe": ("describe", "Describe a world in the ODD protocol, as Markdown or HTML."),
     "doctor": (
         "doctor",
-        "Print the settings behind results and compare results with the release; exit code 1 if they differ.",
+        "Print the settings that affect results, and compare results with the release (exit code 1: different).",
     ),
     "docs": ("docs", "Open the installed documentation."),
     "sweep": (
@@ -62,7 +62,7 @@ app = typer.Typer(
 
 
 def loaded(name: str) -> Any:
-    """Import the module of a command; return the click command or group."""
+    """Import a command's module, and return its click command or group."""
     work = getattr(import_module(f"ecs_eco.cli.{COMMANDS[name][0]}"), "list_" if name == "list" else name)
     if not isinstance(work, typer.Typer):
         work, command = typer.Typer(add_completion=False, rich_markup_mode=None), work
@@ -71,8 +71,7 @@ def loaded(name: str) -> Any:
 
 
 class Command(TyperCommand):
-    """A command that `--help` lists, whose module is imported in the chosen numerical mode when it is
-    called."""
+    """A command listed by `--help`; calling it imports its module in the chosen numerical mode."""
 
     def make_context(self, info_name: str | None, args: list[str], *more: Any, **extra: Any) -> Any:
         """Parse the command's own arguments."""
@@ -101,7 +100,7 @@ def _options(
         bool,
         typer.Option(
             "--portable",
-            help="Compute the same bytes on every x86-64 machine, more slowly; the same as ECS_ECO_PORTABLE=1.",
+            help="Compute the same bytes on every x86-64 machine, but more slowly; like ECS_ECO_PORTABLE=1.",
         ),
     ] = False,
 ) -> None:
@@ -113,6 +112,6 @@ def _options(
 
 
 def main() -> None:
-    """Run the command `ecs-eco`."""
+    """Run the `ecs-eco` command."""
     with of_a_command():
         app(prog_name="ecs-eco")

@@ -17,7 +17,7 @@ def new(
             metavar="NAME",
             parser=path_of,
             show_default=False,
-            help="A new folder, which also names the world or package.",
+            help="New folder; its name becomes the name of the world or package.",
         ),
     ],
     origin: Annotated[
@@ -32,13 +32,13 @@ def new(
     package: Annotated[
         bool,
         typer.Option(
-            "--package", help="Write a Python package instead: a component, a system, a world, and tests."
+            "--package", help="Write a Python package instead: a component, a system, a world and tests."
         ),
     ] = False,
 ) -> None:
     """Write a starter world: a world file, a system and its test."""
     if package and origin is not None:
-        refuse("--from", "cannot be used with --package", origin, "one of the two options")
+        refuse("--from", "cannot be used with --package", origin, "only one of these options")
     files = new_package(folder) if package else new_world(folder, origin or "meadow")
     for file in files:
         say(f"  {file}")
@@ -60,7 +60,7 @@ world = typer.Typer(
 
 @world.callback()
 def _world() -> None:
-    """Group the commands of `world`, even though there is only one."""
+    """Make `world` a command group, although it has only one command."""
 
 
 @world.command("from-raster")
@@ -70,8 +70,8 @@ def from_raster(
         str,
         typer.Argument(
             metavar="RASTER",
-            help="Elevations [m]: .npz, .asc (ESRI ASCII grid) or, with rasterio, GeoTIFF and all other "
-            "GDAL formats.",
+            help="Elevations [m]: .npz, .asc (ESRI ASCII grid) or, with rasterio, GeoTIFF or any other "
+            "GDAL format.",
         ),
     ],
     file: Annotated[
@@ -80,27 +80,25 @@ def from_raster(
             metavar="FILE",
             parser=path_of,
             show_default=False,
-            help="The world file. Default: the raster's name, in the current folder.",
+            help="World file to write. Default: named after the raster, in the current folder.",
         ),
     ] = None,
     band: Annotated[
         str | None,
-        typer.Option(
-            metavar="N", help="The number of the band, from 1, or its name. Default: the first band."
-        ),
+        typer.Option(metavar="N", help="Number of the band, from 1, or its name. Default: the first band."),
     ] = None,
     cell: Annotated[
         float | None,
-        typer.Option(metavar="METRES", help="Side of the height map's cells. Default: as in the raster."),
+        typer.Option(metavar="METERS", help="Cell size of the height map. Default: as in the raster."),
     ] = None,
     crs: Annotated[
         str | None,
         typer.Option(
-            metavar="CODE", help="Coordinate system, if the raster does not state it: EPSG:4326 for degrees."
+            metavar="CODE", help="Coordinate system, if the raster has none, such as EPSG:4326 for degrees."
         ),
     ] = None,
 ) -> None:
-    """Write a starter world on real land: grass, and deer that climb."""
+    """Write a starter world on real land, with grass and climbing deer."""
     number = int(band) if band is not None and band.isdecimal() else band
     path = world_from_raster(raster, file, band=number, cell=cell, crs=crs)
     say(f"  {path}")

@@ -1,4 +1,4 @@
-"""The commands cache show, warm and clear, for compiled kernels that are kept between runs."""
+"""The commands cache show, warm and clear, for compiled kernels kept between runs."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ cache = typer.Typer(
 @cache.command()
 @exits
 def show() -> None:
-    """Print the folders of compiled kernels and the number of kernels."""
+    """Print each folder of compiled kernels, the number of kernels and their size."""
     folder = kernel_folder.cache_folder()
     say(f"{folder}\n  {_content(folder)}")
     known = sorted(mark.stem for mark in folder.glob(f"*{MARK}"))
-    say(f"  all listed kernels of {', '.join(known)}" if known else "  no world has all its listed kernels")
+    say(f"  complete for {', '.join(known)}" if known else "  complete for no shipped world")
     for other in _others(folder):
-        say(f"{other}, of another version or with other compiler settings\n  {_content(other)}")
+        say(f"{other}, from another version or with different compiler settings\n  {_content(other)}")
 
 
 @cache.command()
@@ -56,11 +56,11 @@ def warm(
     quiet: Quiet = False,
     trust: Trust = False,
 ) -> None:
-    """Compile the kernels of worlds beforehand, so that their first start is as quick as later ones."""
+    """Compile the kernels of worlds in advance, so that their first start is as quick as later ones."""
     for world in worlds or []:
         allow(trust, world, None)
 
-    listed = [] if plain() else shipped()  # the kernels that they call; other worlds run for some ticks
+    listed = [] if plain() else shipped()  # their kernels are listed; other worlds run for a few ticks
     configs = {world: load(world) for world in worlds or (sorted(shipped()) if plain() else [])}
     folder, names = (
         kernel_folder.cache_folder(),
@@ -80,9 +80,9 @@ def warm(
 @cache.command()
 @exits
 def clear(
-    others: Annotated[bool, typer.Option("--others", help="Only kernels of other versions.")] = False,
+    others: Annotated[bool, typer.Option("--others", help="Remove only kernels of other versions.")] = False,
 ) -> None:
-    """Remove compiled kernels, which are compiled again when they are needed."""
+    """Remove compiled kernels; they are recompiled when needed."""
     folder = kernel_folder.cache_folder()
     folders = _others(folder) if others else [*_others(folder), folder]
     removed = sum(_clear(one) for one in folders)
@@ -90,7 +90,7 @@ def clear(
 
 
 def _try(config: WorldSource) -> None:
-    """Run a world for some ticks, which compiles its kernels."""
+    """Run a world for a few ticks to compile its kernels."""
     with two_processes("others"):
         World.from_config(config, record=False).run(3)
 
@@ -116,17 +116,17 @@ def _clear(folder: Path) -> int:
         f"*{kernel_folder.CLAIM}",
         f"*{MARK}",
         "*.nbc.*.tmp",
-    )  # contents of such a folder
+    )  # the contents of such a folder
     for file in [path for pattern in ours for path in folder.rglob(pattern)]:
         file.unlink(missing_ok=True)
     try:
         for part in sorted(
             filter(Path.is_dir, folder.rglob("*")), reverse=True
-        ):  # numba's own cache may have some
+        ):  # numba's own cache may contain folders
             part.rmdir()
         folder.rmdir()
     except FileNotFoundError:
         pass
     except OSError as error:
-        complain(f"{folder} stays: {error.strerror}")
+        complain(f"{folder} was not removed: {error.strerror}")
     return removed

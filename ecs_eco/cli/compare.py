@@ -1,5 +1,4 @@
-"""The command compare: a world with and without treatments, with the same seeds; resumes a stopped
-comparison."""
+"""The command compare: a world with and without treatments, under the same seeds."""
 
 from __future__ import annotations
 
@@ -49,8 +48,7 @@ def compare(
     set_: Set = None,
     workers: Workers = None,
     out: Annotated[
-        Path | None,
-        new_folder("Folder for the results: new, empty, or begun by this command. Default: in runs/."),
+        Path | None, new_folder("Results folder: new, empty, or begun by this command. Default: in runs/.")
     ] = None,
     quiet: Quiet = False,
     training_seeds: Annotated[
@@ -68,7 +66,7 @@ def compare(
     on: On = LOCAL,
     trust: Trust = False,
 ) -> None:
-    """Compare a world with itself under treatments; the same command with --out DIR resumes a stopped
+    """Compare a world with and without treatments; the same command with --out DIR resumes a stopped
     comparison."""
     allow(trust, world, set_)
     check_engine(on)
@@ -76,8 +74,8 @@ def compare(
     if policies != "trained":
         check_policies(policies, arms[0].config)
         if training_seeds is not None:
-            fault = "policies are trained for this comparison"
-            refuse("--policies", fault, policies, "--policies, or --training-seeds")
+            fault = "is not used, because --training-seeds trains policies"
+            refuse("--policies", fault, policies, "only one of these options")
         arms = [arm.with_policies(_seen_from_everywhere(Path(policies), on)) for arm in arms]
     check_training(arms, training_seeds, retrain)
     training = None if training_seeds is None else range(1, training_seeds + 1)
@@ -94,12 +92,12 @@ def compare(
 
 
 def _seen_from_everywhere(path: Path, on: str) -> Path:
-    """Return an absolute path if workers run elsewhere; leave names such as "trained" unchanged."""
+    """Return an absolute path if workers run elsewhere, but leave names such as "trained" unchanged."""
     return path if on == LOCAL or str(path) in POLICIES else path.absolute()
 
 
 def claim_folder(out: Path | None, comparison: Comparison) -> Claim:
-    """Claim the folder of a comparison: new, or one in which the same comparison was begun.
+    """Claim the folder of a comparison: a new one, or one in which the same comparison was begun.
 
     Raises ForeignFile if it contains another comparison, FolderInUse if another process writes there.
     """
@@ -118,9 +116,9 @@ def _do(
     word: str,
     unit: str,
 ) -> None:
-    """Do the jobs that are not done, trainings or runs, with a progress bar; print the reasons for failures.
+    """Do the remaining trainings or runs, with a progress bar, and print why any failed.
 
-    Ctrl-C ends the command, and so do failures at the end.
+    Ctrl-C ends the command at once; failures end it after the last job.
     """
     n = len(comparison.runs)
     if unit == "runs" and len(jobs) < n and not quiet:
@@ -174,15 +172,16 @@ def _report(comparison: Comparison) -> None:
 
 
 def _say_persistence(name: str, arm: Mapping[str, Any]) -> None:
-    """Print the share of runs in which all species persist, and the sources of its variance."""
+    """Print the share of runs in which all species persist, and the sources of variance."""
     _, low, high = arm["persistence"]
     say(
-        f"  {name}: share of runs that persist, 95% interval over both kinds of seeds: {low:.0%} to {high:.0%}"
+        f"  {name}: share of runs in which all species persist, 95% interval over both kinds of seeds: "
+        f"{low:.0%} to {high:.0%}"
     )
     shares = arm["crossed"]["variance_shares"].get("persisted")
     if shares and shares["share"]["rest"][0] is not None:
         parts = ", ".join(f"{effect} {share[0]:.0%}" for effect, share in shares["share"].items())
-        say(f"  {name}: sources of the variance of persistence: {parts}")
+        say(f"  {name}: sources of variance in persistence: {parts}")
 
 
 def _say_depths(name: str, arm: Mapping[str, Any]) -> None:
@@ -198,7 +197,7 @@ def _say_depths(name: str, arm: Mapping[str, Any]) -> None:
 
 
 def _say_measured(name: str, kinds: Mapping[str, Any]) -> None:
-    """Print the means of a reporter's values, by species and arm."""
+    """Print a reporter's mean values by species and arm."""
     for of, arms in kinds.items():
         means = [f"{arm} {x['mean'][0]:.4g}" for arm, x in arms.items() if x["mean"] is not None]
         what = name if of.startswith("(") else f"{name} of {of}"

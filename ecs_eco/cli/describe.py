@@ -26,7 +26,7 @@ def describe(
     set_: Set = None,
     trust: Trust = False,
 ) -> None:
-    """Describe a world by the ODD protocol, as Markdown or HTML."""
+    """Describe a world in the ODD protocol, as Markdown or HTML."""
     allow(trust, world, set_)
     document = description(load(world, set_ or []))
     text = document.html() if html else document.markdown()

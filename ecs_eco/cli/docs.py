@@ -1,5 +1,4 @@
-"""The commands docs and list: open the documentation, and list the package's features from their source
-texts."""
+"""The commands docs and list: open the documentation, and list features from their source code."""
 
 from __future__ import annotations
 
@@ -19,17 +18,17 @@ from ecs_eco.config.shipped import titles
 
 PACKAGE = Path(ecs_eco.__file__).parent
 SITE = PACKAGE / "_site"  # tools/build_site.py writes it, and the wheel includes it
-SOURCES = PACKAGE.parent / "docs"  # in a copy of the sources
+SOURCES = PACKAGE.parent / "docs"  # in a copy of the source code
 BUILD = "pip install -e '.[docs]' && python tools/build_site.py"
 
 
 @exits
 def docs(
     page: Annotated[
-        str, typer.Argument(metavar="PAGE", help="A page, such as running, or tutorials.")
+        str, typer.Argument(metavar="PAGE", help="Page to open, such as running or tutorials.")
     ] = "index",
     browser: Annotated[
-        bool, typer.Option("--browser/--no-browser", help="Open a browser, or only print the page's address.")
+        bool, typer.Option("--browser/--no-browser", help="Open a browser or only print the page's address.")
     ] = True,
 ) -> None:
     """Open the installed documentation."""
@@ -39,12 +38,10 @@ def docs(
             "docs",
             "this package was built without its documentation",
             str(SITE),
-            f"the folder docs of the source code; or build the pages there before the package: {BUILD}",
+            f"a package with its documentation; in the source code, build it first: {BUILD}",
         )
     if pages is SOURCES:
-        complain(
-            f"The site is not built in this copy of the source code, so this is the plain text. Build it: {BUILD}"
-        )
+        complain(f"The site has not been built here, so this is the plain text. To build it: {BUILD}")
     there = {path.relative_to(pages).with_suffix("").as_posix(): path for path in pages.rglob(f"*{ending}")}
     name = page.strip("/").removesuffix(".html").removesuffix(".md")
     found = there.get(name) or there.get(f"{name}/index") or _only(name, there)
@@ -65,13 +62,13 @@ def docs(
 
 
 def _only(name: str, there: dict[str, Path]) -> Path | None:
-    """Return the page whose last part is the name, if exactly one page matches."""
+    """Return the page whose path ends with this name, if there is exactly one."""
     same = [path for key, path in there.items() if key.rpartition("/")[2] == name]
     return same[0] if len(same) == 1 else None
 
 
 def graphical() -> bool:
-    """Return whether windows can be opened here."""
+    """Return whether a browser window can be opened here."""
     return not sys.platform.startswith("linux") or bool(
         os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
     )
@@ -94,8 +91,8 @@ def _folder(name: str, base: str = "") -> list[tuple[str, str]]:
 
 
 def _classes(path: Path, label: str = "", base: str = "") -> list[tuple[str, str]]:
-    """Return (name, first line) of the public classes of a file, or of the subclasses of a base; if a
-    class gives `label` one choice, this is its name."""
+    """Return (name, first line) of a file's public classes, or only of the subclasses of `base`; a class
+    whose field `label` has a single choice is named after that choice."""
     rows = []
     for node in ast.parse(path.read_text(encoding="utf-8")).body:
         of_base = not base or (isinstance(node, ast.ClassDef) and base in map(ast.unparse, node.bases))

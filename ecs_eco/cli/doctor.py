@@ -1,4 +1,4 @@
-"""The command doctor: the settings that results depend on, and whether results agree with the release."""
+"""The command doctor: the settings that affect results, and whether results agree with the release."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def doctor(
     ] = True,
     quiet: Quiet = False,
 ) -> None:
-    """Print the settings behind results and compare results with the release; exit code 1 if they differ."""
+    """Print the settings that affect results, and compare results with the release (exit code 1: different)."""
     here = target()
     console = Console(highlight=False, soft_wrap=True)
     sections = {
@@ -66,18 +66,18 @@ def _self_test(here: Target, quiet: bool, console: Console) -> None:
     failed = [outcome.case.name for outcome in outcomes if not outcome.holds]
     if failed:
         complain(
-            f"Results here depend on threads or checkpoints: {'; '.join(failed)}. Please report this with "
-            "all of the above."
+            f"On this machine, results depend on threads or checkpoints: {'; '.join(failed)}. Please report "
+            "this together with all output above."
         )
     if other is None:
         say(
-            "Unknown target: this release was not tested on this kind of machine with these versions.\n"
+            "Unknown target: this release was not tested on this kind of machine with these package versions.\n"
             f"Target: {here.key}"
         )
     elif other:
         complain(
-            f"Results differ from the results of the release on this kind of machine: {'; '.join(other)}. "
-            f"Was the source code changed, or is the installation damaged?\nTarget: {here.key}"
+            f"Results differ from those of the release on this kind of machine: {'; '.join(other)}. "
+            f"The source code may have been changed, or the installation damaged.\nTarget: {here.key}"
         )
     if failed or other:
         raise typer.Exit(FAILED)
@@ -130,8 +130,8 @@ def _processor(here: Target) -> Facts:
         ("numba", f"{here.cpu}, {triple}, {len(features)} features ({here.features})"),
         ("kernels", numba_version.summary()),
         ("torch", here.torch),
-        ("cores", f"{cores} for this process, of {os.cpu_count()}"),
-        ("threads", "1, or the number in --threads; results do not depend on it"),
+        ("cores", f"{cores} of {os.cpu_count()} available to this process"),
+        ("threads", "1, or as set by --threads; results do not depend on it"),
         ("variables", ", ".join(variables) or "none that affect compilers or threads"),
     ]
 
@@ -165,7 +165,7 @@ def _disk() -> Facts:
 def _owner(path: Path) -> str:
     try:
         return path.owner()
-    except (KeyError, NotImplementedError):  # no such name, or a system without such names
+    except (KeyError, NotImplementedError):  # the user has no name, or the system has no user names
         return str(path.lstat().st_uid)
 
 
@@ -173,9 +173,9 @@ def _viewer() -> Facts:
     return [
         (
             "browser",
-            "`ecs-eco watch` opens it"
+            "opened by `ecs-eco watch`"
             if graphical()
-            else "none with windows here; `ecs-eco watch` prints an address",
+            else "cannot be opened here; `ecs-eco watch` prints an address",
         ),
-        ("Chromium", chromium() or "none; only tests and screenshots need it"),
+        ("Chromium", chromium() or "not installed; only tests and screenshots need it"),
     ]

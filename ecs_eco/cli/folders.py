@@ -10,10 +10,10 @@ from ecs_eco.record.claim import Claim, claim_new, claim_next
 
 
 def results(out: Path | None, default: str, begun: bool = False) -> Claim:
-    """Claim the folder for results: `out`, or a free one in runs/; raise ConfigError if it cannot be written
-    or has content, unless it was `begun` by the same command.
+    """Claim `out`, or an unused folder in runs/, for results; raise ConfigError if it cannot be written or is
+    not empty, unless the same command has `begun` it.
 
-    Raises FolderInUse if another process writes there. An unused claim leaves no files.
+    Raises FolderInUse if another process writes there. A claim that is never used leaves no files.
     """
     try:
         if out is None:
@@ -21,9 +21,14 @@ def results(out: Path | None, default: str, begun: bool = False) -> Claim:
         if begun:
             return Claim(out)
         if out.exists() and not out.is_dir():
-            refuse("--out", "is a file", str(out), "a folder, new or empty")
+            refuse("--out", "is a file", str(out), "a new or empty folder")
         if any(parent.is_file() for parent in out.parents):
-            refuse("--out", "cannot be written: it is below a file", str(out), "a folder that can be created")
+            refuse(
+                "--out",
+                "cannot be written: a folder above it is a file",
+                str(out),
+                "a folder that can be created",
+            )
         if out.is_symlink() and not out.exists():
             refuse(
                 "--out", "cannot be written: it is a broken link", str(out), "a folder that can be created"
@@ -31,7 +36,7 @@ def results(out: Path | None, default: str, begun: bool = False) -> Claim:
         return claim_new(out)
     except FileExistsError:
         near = str(_free(out)) if out is not None and out.name else ""  # "." and "/" have no name
-        refuse("--out", "is not empty", str(out), "a folder, new or empty", near)
+        refuse("--out", "is not empty", str(out), "a new or empty folder", near)
     except OSError as error:
         refuse(
             "--out", f"cannot be written: {error.strerror or error}", str(out), "a folder that can be created"
@@ -39,9 +44,9 @@ def results(out: Path | None, default: str, begun: bool = False) -> Claim:
 
 
 def pages(out: Path | None, folder: Path) -> None:
-    """Raise ConfigError if pages cannot be written to `out` or else the run's folder; create nothing."""
+    """Raise ConfigError if pages cannot be written to `out` (default: the run's folder); create nothing."""
     source, path = ("DIR", folder) if out is None else ("--out", out)
-    allowed = "a writable folder: name one with --out" if out is None else "a new or existing folder"
+    allowed = "a writable folder; choose one with --out" if out is None else "a new or existing folder"
     try:
         if path.exists() and not path.is_dir():
             refuse(source, "is not a folder", str(path), allowed)
@@ -53,7 +58,7 @@ def pages(out: Path | None, folder: Path) -> None:
 
 
 def _free(folder: Path) -> Path:
-    """Return the folder or, if it exists, its name with the first free suffix -2, -3, …"""
+    """Return the folder or, if it exists, the first unused name with a suffix -2, -3, …"""
     number, free = 2, folder
     while free.exists():
         free, number = folder.with_name(f"{folder.name}-{number}"), number + 1
@@ -61,7 +66,7 @@ def _free(folder: Path) -> Path:
 
 
 def _try_out(folder: Path) -> None:
-    """Create the folder and a file in it, and remove both; raise OSError."""
+    """Create and remove the folder with a file in it, or raise OSError."""
     missing = [p for p in (folder, *folder.parents) if not p.exists()]
     made: list[Path] = []
     try:

@@ -1,4 +1,4 @@
-"""Arguments and options of several commands, with their help texts."""
+"""Arguments and options that several commands share, with their help texts."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,21 +20,23 @@ def new_folder(help: str) -> Any:
 
 
 World = Annotated[
-    str, typer.Argument(metavar="WORLD", help="Name of a shipped world (see `list`), or a TOML file.")
+    str, typer.Argument(metavar="WORLD", help="Name of a shipped world (see `list`) or a TOML file.")
 ]
-Ticks = Annotated[int | None, number("Length [ticks]. Default: as in the world file.")]
+Ticks = Annotated[int | None, number("Number of ticks. Default: as in the world file.")]
 Seed = Annotated[
-    int | None, number("Seed of all random numbers. Default: as in the world file.", least=0, most=2**63 - 1)
+    int | None, number("Seed of all random draws. Default: as in the world file.", least=0, most=2**63 - 1)
 ]
 Set = Annotated[
     list[str] | None,
     typer.Option(
-        "--set", metavar="KEY=VALUE", help="Change a value of the world: species.deer.count=500. Repeatable."
+        "--set",
+        metavar="KEY=VALUE",
+        help="Change a value of the world, such as species.deer.count=500. Repeatable.",
     ),
 ]
-Out = Annotated[Path | None, new_folder("Folder for the results: new or empty. Default: in runs/.")]
+Out = Annotated[Path | None, new_folder("Results folder: new or empty. Default: in runs/.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar.")]
-Threads = Annotated[int, number("Number of threads. It affects speed, never results.", most=1024)]
+Threads = Annotated[int, number("Number of threads; affects speed, never results.", most=1024)]
 Learn = Annotated[
     bool | None,
     typer.Option("--learn/--no-learn", help="Whether policies learn. Default: as in the world file."),
@@ -49,7 +51,7 @@ Policies = Annotated[
 Watch = Annotated[
     bool, typer.Option("--watch", help="Show the run in the browser; interventions made there are recorded.")
 ]
-Port = Annotated[int, number("Port of the viewer on this machine; 0: any free port.", least=0, most=65535)]
+Port = Annotated[int, number("Port of the viewer on this machine (0: any free).", least=0, most=65535)]
 NoBrowser = Annotated[bool, typer.Option("--no-browser", help="Only print the viewer's address.")]
 Trust = Annotated[
     bool,
@@ -62,24 +64,24 @@ Bands = Annotated[
     bool,
     typer.Option(
         "--bands",
-        help="Share the work among the processes of `mpiexec -n N ecs-eco … --bands`; the result is the same.",
+        help="Divide the work among the processes of `mpiexec -n N ecs-eco … --bands`; the result is the same.",
     ),
 ]
 Divided = Annotated[
     bool,
     typer.Option(
         "--divided",
-        help="The same as --bands, but each process holds only its part of the world, so memory is divided too.",
+        help="Like --bands, but each process stores only its part of the world, which divides memory too.",
     ),
 ]
 On = Annotated[
     str,
     typer.Option(
-        "--on", metavar="local|ray", help="Where to run: processes on this machine, or a Ray cluster."
+        "--on", metavar="local|ray", help="Where to run: in processes on this machine, or on a Ray cluster."
     ),
 ]
 Workers = Annotated[
-    int | None, number("Number of processes, with one thread each. Default: 2; on Ray all CPUs.", most=1024)
+    int | None, number("Number of processes, with one thread each. Default: 2; on Ray, all CPUs.", most=1024)
 ]
 Report = Annotated[bool, typer.Option("--report/--no-report", help="Draw figures at the end.")]
 Of = Annotated[str | None, typer.Option(metavar="NAME", help="Only this species.")]
@@ -89,11 +91,11 @@ Size = Annotated[str, typer.Option(metavar="WIDTHxHEIGHT", help="In pixels.")]
 
 @dataclass(frozen=True)
 class How:
-    """The options of a run that do not affect its results."""
+    """Options of a run that do not affect its results."""
 
     quiet: bool
     threads: int
     report: bool
-    shown: tuple[int, bool] | None  # port of a viewer, and whether to open the browser
+    shown: tuple[int, bool] | None  # the viewer's port, and whether to open the browser
     workers: int | None
     on: str

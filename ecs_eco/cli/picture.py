@@ -32,13 +32,12 @@ def draw(
     world: World,
     species: Annotated[
         str | None,
-        typer.Option(metavar="NAME", help="A species. Default: all species with a nervous system."),
+        typer.Option(metavar="NAME", help="Only this species. Default: all with a nervous system."),
     ] = None,
     out: Annotated[
         Path | None,
         typer.Option(
-            metavar="FILE",
-            help="A file ending in .png, .svg or .pdf. Default: WORLD-NAME.png in the current folder.",
+            metavar="FILE", help="A .png, .svg or .pdf file. Default: WORLD-NAME.png in the current folder."
         ),
     ] = None,
     set_: Set = None,
@@ -56,12 +55,12 @@ def draw(
 def picture(
     folder: Run,
     out: Annotated[
-        Path | None, typer.Argument(metavar="FILE", help="A PNG. Default: WORLD-TICK.png here.")
+        Path | None, typer.Argument(metavar="FILE", help="A PNG. Default: WORLD-TICK.png.")
     ] = None,
     tick: Annotated[int | None, number("The tick. Default: the last tick.", least=0, metavar="T")] = None,
     organism: Annotated[
         int | None,
-        number("Draw the nervous system of this organism at that tick.", most=2**63 - 1, metavar="UID"),
+        number("Instead, draw this organism's nervous system at that tick.", most=2**63 - 1, metavar="UID"),
     ] = None,
     size: Size = "1280x720",
     quiet: Quiet = False,
@@ -87,15 +86,15 @@ def video(
         Path | None,
         typer.Argument(
             metavar="FILE",
-            help="A file ending in .mp4, .mkv, .mov or .webm, which need ffmpeg, or in .gif. Default: "
+            help="A .gif file or, with ffmpeg, .mp4, .mkv, .mov or .webm. Default: "
             "WORLD.mp4 in the current folder.",
         ),
     ] = None,
-    fps: Annotated[float, typer.Option(metavar="N", help="Frames a second.")] = 30.0,
+    fps: Annotated[float, typer.Option(metavar="N", help="Frames per second.")] = 30.0,
     from_: Annotated[int | None, number("First tick.", "--from", least=0, metavar="T")] = None,
     to: Annotated[int | None, number("Last tick.", least=0, metavar="T")] = None,
     step: Annotated[
-        int | None, number("Ticks between frames. Default: for a video of at most a minute.")
+        int | None, number("Ticks between frames. Default: chosen so that the video lasts at most a minute.")
     ] = None,
     size: Size = "1280x720",
     quiet: Quiet = False,
@@ -107,7 +106,7 @@ def video(
     try:
         film.encoder(path)
     except film.FilmError as error:
-        allowed = "a name ending in .gif, which needs no other program, or an installed ffmpeg"
+        allowed = "a .gif file, which needs no other program, or an installed ffmpeg"
         refuse("OUT", str(error), str(path), allowed, f"{path.stem}.gif")
     first = _tick(replay, from_, "--from", replay.recording.first)
     last = _tick(replay, to, "--to", replay.recording.last)
@@ -122,19 +121,19 @@ def video(
         try:
             film.write(path, ticks, painter.paint, pixels, fps, bar)
         except film.FilmError as error:
-            allowed = "an ffmpeg that supports this format, or a name ending in .gif"
+            allowed = "an ffmpeg that supports this format, or a .gif file"
             refuse("OUT", str(error), str(path), allowed)
     say(f"{len(ticks)} frames, {len(ticks) / fps:.1f} s, one every {ticks.step} ticks, in {path}")
 
 
 def _draw_nerves(replay: Replay, folder: Path, out: Path | None, tick: int, uid: int, quiet: bool) -> None:
-    """Draw one organism's nervous system, as recorded or from a rerun of that part of the run."""
+    """Draw one organism's nervous system, from the recording or from a rerun of that part of the run."""
     path = _file(out or Path(f"{replay.recording.manifest['world']}-{uid}-{tick}.png"), DRAWINGS)
     replay.handle({"kind": "seek", "tick": tick})
     try:
         state = replay.organism(uid)
     except KeyError as error:
-        refuse("--organism", str(error.args[0]), uid, "the uid of an organism of this run: see births/")
+        refuse("--organism", str(error.args[0]), uid, "the uid of an organism in this run (see births/)")
     species = state["species"]
     if not replay.recording.manifest["config"]["species"][species].get("actions"):
         refuse("--organism", f"is a {species}, which has no nervous system", uid, "an animal")
@@ -161,14 +160,14 @@ def _draw_nerves(replay: Replay, folder: Path, out: Path | None, tick: int, uid:
 
 
 def _again(replay: Replay, uid: int, quiet: bool) -> dict[str, Any]:
-    """Rerun the part of the run around the tick, and return the state of the organism."""
+    """Rerun the part of the run around the tick, and return the organism's state."""
     r = replay.recording
     with progress("rerunning", quiet) as bar:
         stretch = compute(r.path, r.manifest, replay.tick, min(r.last, replay.tick), r.recorded, bar)
     if stretch.wrong is not None:
         raise RecordingError(
             f"{r.path}: the rerun differs from the recording at tick {stretch.wrong}: "
-            "it was recorded with other versions or on another machine"
+            "it was recorded with different versions or on a different machine"
         )
     replay.stretches.append(stretch)
     return dict(replay.organism(uid))
@@ -186,7 +185,7 @@ def _size(text: str) -> tuple[int, int]:
     low, high = SIZES
     if match is None or not all(low <= int(n) <= high for n in match.groups()):
         refuse("--size", "invalid value", text, f"WIDTHxHEIGHT, each {low} to {high}", "1280x720")
-    return int(match[1]) // 2 * 2, int(match[2]) // 2 * 2  # encoders need even numbers
+    return int(match[1]) // 2 * 2, int(match[2]) // 2 * 2  # encoders need even sizes
 
 
 def _file(
@@ -201,7 +200,7 @@ def _file(
 
 @contextmanager
 def _writing(path: Path, source: str = "OUT") -> Iterator[None]:
-    """Refuse a file that cannot be written."""
+    """Report a file that cannot be written as a refused argument."""
     try:
         yield
     except OSError as error:

@@ -1,5 +1,5 @@
-"""The commands run, resume and repeat. Modules that few runs need are imported when needed: islands,
-bands, the viewer, the figures of measures."""
+"""The commands run, resume and repeat. Islands, bands, the viewer and figures of measures are imported only
+when needed."""
 
 from __future__ import annotations
 
@@ -109,26 +109,27 @@ def run(
 def repeat(
     folder: Run,
     out: Annotated[
-        Path | None,
-        new_folder("Folder for the repetition: new or empty. Default: none; the repetition is not recorded."),
+        Path | None, new_folder("Results folder: new or empty. Default: the repetition is not recorded.")
     ] = None,
     quiet: Quiet = False,
     threads: Threads = 1,
     trust: Trust = False,
 ) -> None:
-    """Repeat a recorded run with all its interventions, and print whether the result is the same."""
+    """Repeat a recorded run with all its interventions, and check that the result is the same."""
     allow(trust, folder)
     with (
         nullcontext() if out is None else results(out, folder.name) as claim,
         progress(folder.name, quiet) as bar,
     ):
         result = repeat_run(folder, claim, bar, threads=threads)
-    done = f"{result['ticks']} ticks of {result['world']} again, with {result['interventions']} interventions"
+    done = (
+        f"repeated {result['ticks']} ticks of {result['world']} with {result['interventions']} interventions"
+    )
     if result["same"]:
         say(f"{done}: the same result, {result['digest'][:16]}")
         return
     complain(
-        f"{done}: ANOTHER end, {result['digest'][:16]} instead of {result['recorded'][:16]}{result['why']}"
+        f"{done}: DIFFERENT result, {result['digest'][:16]} instead of {result['recorded'][:16]}{result['why']}"
     )
     raise typer.Exit(FAILED)
 
@@ -137,12 +138,10 @@ def repeat(
 def resume(
     folder: Run,
     until: Annotated[
-        int | None,
-        number("Continue to this tick. Default: the planned end of the run.", least=0, metavar="T"),
+        int | None, number("Last tick. Default: the planned end of the run.", least=0, metavar="T")
     ] = None,
     from_tick: Annotated[
-        int | None,
-        number("Fork: continue from this tick, in a separate folder (--out).", least=0, metavar="T"),
+        int | None, number("Fork: continue from this tick in a new folder (--out).", least=0, metavar="T")
     ] = None,
     set_: Annotated[
         list[str] | None,
@@ -150,7 +149,7 @@ def resume(
             "--set", metavar="KEY=VALUE", help="Fork: change a value from this tick on. Repeatable."
         ),
     ] = None,
-    out: Annotated[Path | None, new_folder("Folder of the fork: new or empty.")] = None,
+    out: Annotated[Path | None, new_folder("Folder for the fork: new or empty.")] = None,
     quiet: Quiet = False,
     threads: Threads = 1,
     report: Report = True,
@@ -172,7 +171,7 @@ def resume(
         return lead(how)
     if from_tick is not None or changes or out is not None:
         allowed = "resume without --from-tick, --set and --out"
-        refuse("--bands", "can only resume a run; a fork begins in one process", "", allowed)
+        refuse("--bands", "can only resume a run; a fork must start in one process", "", allowed)
     manifest = read_manifest(folder)
 
     def build() -> Ecosystem:
@@ -184,13 +183,13 @@ def resume(
 def _in_bands(
     lead: Callable[..., None], how: How, build: Callable[[], Ecosystem], ticks: int | None, divided: bool
 ) -> None:
-    """Run a world in all processes that mpiexec started: process 0 leads, records and prints statistics of
-    the exchange; the other processes build it. With `divided`, each process holds a part of it."""
+    """Run a world in all processes that mpiexec started: process 0 leads, records and prints exchange
+    statistics; the others build the same world. With `divided`, each process stores a part of it."""
     from ecs_eco.bands.run import together
 
     if how.shown is not None:
-        fault = "is not possible with --bands: actions on a page reach only one process"
-        refuse("--watch", fault, "", "one of the two options; or watch the folder afterwards")
+        fault = "is not possible with --bands: the page's actions would reach only one process"
+        refuse("--watch", fault, "", "only one of these options; you can watch the folder afterwards")
     led = together(partial(lead, replace(how, workers=None, on=LOCAL)), build, ticks, state=divided)
     if led is None:
         return
@@ -217,7 +216,7 @@ def _run(
     how: How,
     prepare: Prepare | None = None,
 ) -> None:
-    """Run a world into a folder."""
+    """Run a world and record it in a folder."""
     config = load(world, changes)
     for note in config._renamed:
         complain(f"Note: {note}")
@@ -265,7 +264,7 @@ def _run(
 
 
 def _run_islands(made: Archipelago, name: str, how: How, **more: Any) -> None:
-    """Run islands, from their last barrier or the start, and print how many organisms live."""
+    """Run islands, from the start or their last barrier, and print how many organisms are alive."""
     try:
         with progress(name, how.quiet, "ticks of islands") as bar:
             manifest = made.run(
@@ -273,7 +272,7 @@ def _run_islands(made: Archipelago, name: str, how: How, **more: Any) -> None:
             )
     except KeyboardInterrupt:
         complain(
-            f"Stopped; all islands are at tick {made.tick} of {made.manifest['ticks']}; continue with: "
+            f"Stopped with all islands at tick {made.tick} of {made.manifest['ticks']}; resume with: "
             f"ecs-eco resume {made.folder}."
         )
         raise typer.Exit(INTERRUPTED) from None
@@ -290,7 +289,7 @@ def _run_islands(made: Archipelago, name: str, how: How, **more: Any) -> None:
 
 
 def _given(**options: object) -> dict[str, Any]:
-    """Return the options that are given."""
+    """Return the options that have a value."""
     return {name: value for name, value in options.items() if value is not None}
 
 
@@ -311,14 +310,14 @@ def _resume(
         if forks:
             refuse(
                 "DIR",
-                "is an archipelago, which cannot be forked as a whole",
+                "is an archipelago; only a single island can be forked",
                 str(folder),
-                "one of its islands, which then continues alone: DIR/islands/NAME",
+                "DIR/islands/NAME, which then continues alone",
             )
         return _run_islands(Archipelago(folder), folder.name, how, until=until)
     if forks and out is None:
-        fault = "is missing: a fork is recorded in a separate folder"
-        refuse("--out", fault, "", "a folder, new or empty")
+        fault = "is missing: a fork is recorded in a new folder"
+        refuse("--out", fault, "", "a new or empty folder")
     manifest, where = read_manifest(folder), out or folder
     title = manifest["config"].get("title") or folder.name
     with (
@@ -359,7 +358,7 @@ def command_of(
     learn: bool | None,
     record: str | None,
 ) -> str:
-    """Return the command that repeats a run, as its manifest records it."""
+    """Return the command that repeats a run, for its manifest."""
     command = (
         f"ecs-eco{portable.option()} run {shlex.quote(world)} --seed {seed} "
         f"--ticks {ticks} --policies {shlex.quote(policies)}"
@@ -376,9 +375,9 @@ def _has_islands(config: WorldConfig, world: str, how: How, checkpoint_every: in
     if islands and (how.shown is not None or checkpoint_every is not None):
         refuse(
             "WORLD",
-            "has islands, which write checkpoints at barriers and can be watched only once recorded",
+            "has islands, which write checkpoints at barriers and can be watched only after the run",
             world,
-            "no --watch and no --checkpoint-every",
+            "neither --watch nor --checkpoint-every",
         )
     if not islands and (how.workers is not None or how.on != LOCAL):
         source, value = ("--on", how.on) if how.workers is None else ("--workers", how.workers)
@@ -387,7 +386,7 @@ def _has_islands(config: WorldConfig, world: str, how: How, checkpoint_every: in
 
 
 def _viewer(title: str, ticks: int, how: How) -> AbstractContextManager[Any]:
-    """Return the viewer of a run, or a null context."""
+    """Return the run's viewer, or a null context."""
     if how.shown is None:
         return nullcontext()
     from ecs_eco.cli.watch import window
@@ -396,7 +395,7 @@ def _viewer(title: str, ticks: int, how: How) -> AbstractContextManager[Any]:
 
 
 def _populations(out: Path) -> str:
-    """Return lines with the persistence of species, final numbers and measured values."""
+    """Return lines about species' persistence, final numbers and measured values."""
     series = load_series(out)
     lines = [
         *opening(series),

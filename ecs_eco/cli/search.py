@@ -1,4 +1,4 @@
-"""The command search: find values with which a world persists, and confirm them."""
+"""The command search: find values that let a world persist, and confirm them."""
 
 from __future__ import annotations
 
@@ -31,22 +31,24 @@ def search(
         typer.Option(
             "--range",
             metavar="KEY=LOW:HIGH",
-            help="A value to vary, in addition to the ranges in the file. Repeatable.",
+            help="Value to vary, in addition to the ranges in the file. Repeatable.",
         ),
     ] = None,
     objective: Annotated[
         str | None,
         typer.Option(
             metavar="NAME",
-            help="persistence, cycling, population, data, or module:function. Default: as in the world file.",
+            help="persistence, cycling, population, data or module:function. Default: as in the world file.",
         ),
     ] = None,
     budget: Annotated[
         float | None,
         typer.Option(min=0.01, metavar="MINUTES", help="Time for the whole search. [default: 30]"),
     ] = None,
-    trials: Annotated[int | None, number("Number of candidates; can replace --budget.")] = None,
-    ticks: Annotated[int | None, number("Length of a full run [ticks].")] = None,
+    trials: Annotated[
+        int | None, number("Number of candidates, instead of or in addition to --budget.")
+    ] = None,
+    ticks: Annotated[int | None, number("Ticks of a full run.")] = None,
     world_seeds: Annotated[int | None, number("Number of world seeds per candidate.", most=1000)] = None,
     training_seeds: Annotated[
         int | None, number("Number of training seeds per candidate.", most=1000)
@@ -54,35 +56,33 @@ def search(
     policies: Annotated[
         str | None,
         typer.Option(
-            metavar="NAME", help="trained, random, untrained, train (for each candidate), or train-once."
+            metavar="NAME", help="trained, random, untrained, train (for each candidate) or train-once."
         ),
     ] = None,
-    training_ticks: Annotated[int | None, number("Length of a training [ticks].")] = None,
+    training_ticks: Annotated[int | None, number("Ticks of a training.")] = None,
     confirm_world_seeds: Annotated[
-        int | None, number("Number of world seeds for the confirmation.", most=1000)
+        int | None, number("Number of world seeds for confirmation.", most=1000)
     ] = None,
     confirm_training_seeds: Annotated[
-        int | None, number("Number of training seeds for the confirmation.", most=1000)
+        int | None, number("Number of training seeds for confirmation.", most=1000)
     ] = None,
-    confirm_ticks: Annotated[int | None, number("Length of confirmation runs [ticks].")] = None,
+    confirm_ticks: Annotated[int | None, number("Ticks of a confirmation run.")] = None,
     optimiser: Annotated[
         str,
         typer.Option(
             metavar="NAME",
-            help="gp, tpe, or random (a baseline); abc or abc-smc to sample values that fit [data].",
+            help="gp, tpe or random (a baseline); abc or abc-smc samples values that fit [data].",
         ),
     ] = "gp",
     seed: Annotated[int | None, number("Seed of the optimizer.", least=0, most=2**63 - 1)] = None,
     workers: Workers = None,
     on: On = LOCAL,
     set_: Set = None,
-    out: Annotated[
-        Path | None, new_folder("Folder for the results: new, empty, or of a search to continue.")
-    ] = None,
+    out: Annotated[Path | None, new_folder("Results folder: new, empty, or from a search to resume.")] = None,
     quiet: Quiet = False,
     trust: Trust = False,
 ) -> None:
-    """Search for values with which a world persists."""
+    """Search for values that let a world persist."""
     allow(trust, world, set_)
     section = {
         "objective": objective,
@@ -143,12 +143,12 @@ def search(
 
 def _ended(why: str, out: Path, code: int) -> typer.Exit:
     """Print why a search ended early and how to continue it; return the exception that ends the command."""
-    complain(f"{why}; all finished evaluations are kept. Continue with the same command and --out {out}")
+    complain(f"{why}; all finished evaluations are kept. To resume, repeat the command with --out {out}")
     return typer.Exit(code)
 
 
 def overrides_of(changes: list[str], ranges: list[str], section: dict[str, Any]) -> dict[str, Any]:
-    """Return values and ranges of the command line in the form that `load` accepts."""
+    """Return the command line's values and ranges in the form that `load` accepts."""
     overrides: dict[str, Any] = {}
     for text in changes:
         name, value = parse(text)
@@ -163,7 +163,7 @@ def overrides_of(changes: list[str], ranges: list[str], section: dict[str, Any])
 
 
 def range_of(text: str) -> tuple[str, dict[str, Any]]:
-    """Return key and range of KEY=LOW:HIGH, or KEY=LOW:HIGH:log."""
+    """Return the key and range of KEY=LOW:HIGH or KEY=LOW:HIGH:log."""
     name, _, span = (part.strip() for part in text.partition("="))
     ends = span.split(":")
     scale = ends.pop() if len(ends) == 3 else "linear"
@@ -172,12 +172,12 @@ def range_of(text: str) -> tuple[str, dict[str, Any]]:
     except ValueError:
         refuse(
             "--range",
-            "not of the form KEY=LOW:HIGH",
+            "does not have the form KEY=LOW:HIGH",
             text,
-            "for example species.deer.reproduction.rate=0.004:0.02, or …:0.02:log",
+            "a range such as species.deer.reproduction.rate=0.004:0.02, or …:0.02:log",
         )
     if scale not in ("linear", "log"):
-        refuse("--range", "unknown scale", scale, "log, or none", "log")
+        refuse("--range", "unknown scale", scale, "log, or no scale", "log")
     parts = name.split(".")
     if len(parts) == 3 and parts[0] == "species" and parts[2] in ALIASES:
         name = ".".join([*parts[:2], *map(str, ALIASES[parts[2]])])
@@ -185,14 +185,14 @@ def range_of(text: str) -> tuple[str, dict[str, Any]]:
 
 
 def _moved(problem: Problem) -> Problem:
-    """Return a problem of a range from the command line, with the name of its option."""
+    """Return a problem; if it is about a range from the command line, name its option, --range."""
     if problem.source == "--set" and problem.key[:2] == ("search", "ranges"):
         return problem.moved(source="--range", key=problem.key[2:])
     return problem
 
 
 def _status(search: Search) -> str:
-    """Return the number of candidates, their rate, and the best candidate's score and stage."""
+    """Return the number of candidates, their rate, and the score and stage of the best."""
     if not search.done:
         return "no candidate yet"
     rate = 60 * search.done / max(e["at"] for e in search.journal.of("candidate"))
@@ -211,20 +211,20 @@ def report(result: dict[str, Any], out: Path) -> None:
     say(
         f"all species persist for {confirmation['ticks']} ticks on fresh seeds in {best['persisted']} of "
         f"{best['runs']} runs "
-        f"({best['low']:.2f}–{best['high']:.2f}); with the values in the file in {start['persisted']} of "
+        f"({best['low']:.2f}–{best['high']:.2f}); with the values in the file, in {start['persisted']} of "
         f"{start['runs']}"
     )
-    say(f"  {result['candidates']} candidates in {minutes:.1f} minutes, {whole} of them with all runs")
+    say(f"  {result['candidates']} candidates in {minutes:.1f} minutes, {whole} of them with complete runs")
     for name, value in result["best"][0]["values"].items():
         say(f"  {name}: {result['start'][name]:g} → {value:g}")
     say(f"written: {out / 'search.html'}; run the best candidate: ecs-eco run {out / 'best-1.toml'}")
 
 
 def _report_posterior(posterior: dict[str, Any], out: Path) -> None:
-    """Print the result of a search that samples."""
+    """Print the result of a search that samples a posterior."""
     say(
-        f"{posterior['candidates']} candidates, {posterior['compared']} of them compared with the "
-        f"measurements; the {posterior['kept']} nearest are kept"
+        f"{posterior['candidates']} candidates, of which {posterior['compared']} were compared with the "
+        f"measurements and the {posterior['kept']} nearest kept"
     )
     for name, of in posterior["numbers"].items():
         low, high = of["range"]

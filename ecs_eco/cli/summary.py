@@ -1,4 +1,4 @@
-"""The command check, and a short summary of a world."""
+"""The command check, and the summary of a world that it prints."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def check(
     world: Annotated[
         str | None,
         typer.Argument(
-            metavar="WORLD", show_default=False, help="Name of a shipped world (see `list`), or a TOML file."
+            metavar="WORLD", show_default=False, help="Name of a shipped world (see `list`) or a TOML file."
         ),
     ] = None,
     set_: Set = None,
@@ -34,7 +34,7 @@ def check(
         bool,
         typer.Option(
             "--schema",
-            help="Print the JSON schema of world files for editors instead; with WORLD, including its "
+            help="Instead, print the JSON schema of world files for editors; with WORLD, it includes the world's "
             "custom features.",
         ),
     ] = False,
@@ -58,19 +58,19 @@ def _layout(config: WorldConfig, name: str) -> Any:
     assert species.genome is not None
     own = components_of(config, species)
     if own is None:
-        return "genome: its genes may name fields of code that is not loaded"
+        return "genome: its genes may refer to fields in code that is not loaded"
     traits = traits_of(species, config.dims, own)
     shapes = shapes_of_networks(config, name)
     if any(
         gene.trait in traits and traits[gene.trait].kind == "weights" and gene.trait not in shapes
         for gene in species.genome.genes
     ):
-        return "genome: a gene codes for the weights of a network from code that is not loaded"
+        return "genome: a gene codes for the weights of a network whose code is not loaded"
     return layout_of(species.genome, traits, shapes)
 
 
 def summary(config: WorldConfig) -> str:
-    """Return name, space, species with channels, actions and genes, and the configuration's hash."""
+    """Return the name, the space, each species' channels, actions and genes, and the configuration's hash."""
     space = " × ".join(f"{s:g}" for s in config.space.size)
     lines = [
         f"{config.name}: {config.title}".rstrip(": "),
@@ -110,8 +110,8 @@ def summary(config: WorldConfig) -> str:
 
 
 def _code(config: WorldConfig) -> list[str]:
-    """Return lines with the code that the world lists, and whether it was loaded."""
+    """Return lines that list the world's code, and whether it was loaded."""
     if not config.code:
         return []
-    word = "allowed to run" if config._code.allowed else "NOT loaded: use --trust to check names in it"
+    word = "allowed to run" if config._code.allowed else "NOT loaded; use --trust to check its names"
     return [f"  code, {word}:", *(f"    {source}" for source in config._code.sources)]

@@ -1,4 +1,4 @@
-"""The work of the sweep commands: run a plan's jobs on an engine, print their state, resume and collect."""
+"""The work of the sweep commands: run and resume a plan's jobs, print their state, collect results."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from ecs_eco.record import container
 from ecs_eco.record.claim import Claim
 from ecs_eco.record.code import FOLDER
 
-PACE = 1.0  # [s] between two looks at the folder
+PACE = 1.0  # [s] between two surveys of the folder
 
 
 def sweep_plan(
@@ -43,7 +43,7 @@ def sweep_plan(
     trust: bool,
     sbatch: Sequence[str] = (),
 ) -> None:
-    """Run the jobs of a plan in a new folder, or continue in a folder that was begun with it."""
+    """Run the jobs of a plan in a new folder, or continue in a folder begun with this plan."""
     check_where(on, sbatch)
     file = read_plan(plan)
     world = file.plan.world
@@ -70,14 +70,14 @@ def resume_sweep(
 
 
 def check_where(on: str, sbatch: Sequence[str]) -> None:
-    """Refuse an unknown engine, and options that another engine has."""
+    """Refuse an unknown engine, and options of another engine."""
     check_engine(on)
     if sbatch and on != SLURM:
-        refuse("--sbatch", "is an option of SLURM", sbatch[0], "--on slurm with it")
+        refuse("--sbatch", "applies only to SLURM", sbatch[0], "--on slurm")
 
 
 def allow_kept(sweep: Sweep) -> None:
-    """Allow the code that a sweep keeps in its folder, and print it."""
+    """Allow the code in a sweep's folder, and print its names."""
     code = read([str(n["entry"]) for n in sweep.content["code"]], [sweep.folder / FOLDER])[0]
     trust.remember({source.sha256: source.path for source in code.sources})
     for source in code.sources:
@@ -85,7 +85,7 @@ def allow_kept(sweep: Sweep) -> None:
 
 
 def do_sweep(sweep: Sweep, on: str, workers: int | None, quiet: bool, sbatch: Sequence[str] = ()) -> None:
-    """Run or submit the unfinished jobs of a sweep; end the command if jobs failed or it was stopped."""
+    """Run or submit the unfinished jobs of a sweep; end the command if any failed or it was stopped."""
     numbers = unfinished(sweep)
     if len(numbers) < len(sweep.jobs) and not quiet:
         complain(f"{len(sweep.jobs) - len(numbers)} of {len(sweep.jobs)} jobs are already done.")
@@ -96,20 +96,20 @@ def do_sweep(sweep: Sweep, on: str, workers: int | None, quiet: bool, sbatch: Se
         with engine(on, workers) as pool, watched(sweep, quiet):
             outcome = do_jobs(sweep, pool, numbers)
     except KeyboardInterrupt:
-        complain(f"Stopped; finished work is kept. Continue: ecs-eco sweep resume {sweep.folder}")
+        complain(f"Stopped; finished jobs are kept. Resume with: ecs-eco sweep resume {sweep.folder}")
         raise typer.Exit(INTERRUPTED) from None
     tell_outcome(sweep, outcome)
 
 
 def submit_sweep(sweep: Sweep, numbers: Sequence[int], limit: int | None, sbatch: Sequence[str]) -> None:
-    """Submit to SLURM the jobs that are neither done nor queued."""
+    """Submit the jobs that are neither done nor queued to SLURM."""
     options = Options(more=tuple(sbatch)) if limit is None else Options(limit, more=tuple(sbatch))
     ids, queued = resume(sweep.folder, numbers, options)
     if queued:
         complain(f"{len(queued)} jobs are already queued or running.")
     if ids:
         say(
-            f"submitted {len(numbers) - len(queued)} jobs to SLURM: {', '.join(ids)}; progress: ecs-eco "
+            f"submitted {len(numbers) - len(queued)} jobs to SLURM: {', '.join(ids)}; to show progress: ecs-eco "
             f"sweep status {sweep.folder}"
         )
 
@@ -117,22 +117,22 @@ def submit_sweep(sweep: Sweep, numbers: Sequence[int], limit: int | None, sbatch
 def tell_outcome(sweep: Sweep, outcome: Outcome) -> None:
     """Print the outcome of the jobs; end the command if some failed."""
     if outcome.retried:
-        complain(f"{outcome.retried} times a worker was killed and its job was restarted.")
+        complain(f"Workers were killed {outcome.retried} times; their jobs were restarted.")
     if outcome.failed:
         tell_failures(sweep, outcome.failed)
         complain(
-            f"{len(outcome.failed)} of {len(sweep.jobs)} jobs failed; all other jobs are done. Retry the "
+            f"{len(outcome.failed)} of {len(sweep.jobs)} jobs failed; all others are done. To retry the "
             f"failed jobs: ecs-eco sweep resume {sweep.folder}"
         )
         raise typer.Exit(FAILED)
     say(
-        f"{len(sweep.jobs)} jobs are done in {sweep.folder}; for the table and figures: ecs-eco sweep "
+        f"{len(sweep.jobs)} jobs are done in {sweep.folder}; to write the table and figures: ecs-eco sweep "
         f"collect {sweep.folder}"
     )
 
 
 def tell_failures(sweep: Sweep, failed: dict[int, str], most: int = 5) -> None:
-    """Print why jobs failed, the most frequent reason first."""
+    """Print why jobs failed, most frequent reason first."""
     reasons = Status(failed=failed).errors()
     for text, numbers in reasons[:most]:
         complain(
@@ -145,7 +145,7 @@ def tell_failures(sweep: Sweep, failed: dict[int, str], most: int = 5) -> None:
 
 
 def do_jobs_here(folder: Path, numbers: Sequence[int], trust: bool) -> None:
-    """Run jobs in this process, one after another; SIGTERM leaves a checkpoint and exits with UNFINISHED."""
+    """Run jobs one after another in this process; on SIGTERM, write a checkpoint and exit with UNFINISHED."""
 
     def stop(*_: object) -> None:
         raise KeyboardInterrupt
@@ -164,7 +164,7 @@ def do_jobs_here(folder: Path, numbers: Sequence[int], trust: bool) -> None:
             except Exception as error:
                 failed[number] = f"{type(error).__name__}: {error}"
     except KeyboardInterrupt:
-        complain("Unfinished: stopped by a signal; the same command continues.")
+        complain("Unfinished: stopped by a signal; repeat the command to resume.")
         raise typer.Exit(UNFINISHED) from None
     finally:
         signal.signal(signal.SIGTERM, before)
@@ -174,7 +174,7 @@ def do_jobs_here(folder: Path, numbers: Sequence[int], trust: bool) -> None:
 
 
 def tell_status(folder: Path) -> None:
-    """Print a table of the state of a sweep, and why jobs failed."""
+    """Print the state of a sweep as a table, and why jobs failed."""
     sweep = read_sweep(folder)
     status = Survey(sweep).look()
     table = Table(
@@ -192,7 +192,7 @@ def tell_status(folder: Path) -> None:
     Console().print(table)
     tell_failures(sweep, status.failed)
     if status.failed or (status.waiting and not status.running):
-        say(f"resume the unfinished jobs: ecs-eco sweep resume {sweep.folder}")
+        say(f"to resume the unfinished jobs: ecs-eco sweep resume {sweep.folder}")
 
 
 def duration(seconds: float | None) -> str:
@@ -207,7 +207,7 @@ def duration(seconds: float | None) -> str:
 
 @contextmanager
 def watched(sweep: Sweep, quiet: bool) -> Iterator[None]:
-    """Show the progress of a sweep: a bar on a terminal, lines elsewhere, nothing if quiet."""
+    """Show the progress of a sweep: as a bar on a terminal, as lines elsewhere; nothing if quiet."""
     end, survey, name = threading.Event(), Survey(sweep), sweep.content["world"]
     with shown(
         name,
@@ -238,11 +238,11 @@ def in_words(status: Status) -> str:
 
 
 def collect_sweep(folder: Path, quiet: bool) -> None:
-    """Write the table, the figures and the page of a sweep, and print a summary."""
+    """Write the table, figures and page of a sweep, and print a summary."""
     sweep = read_sweep(folder)
     result = collect(sweep)
     if result.missing and not quiet:
-        complain(f"{result.missing} of {len(sweep.jobs)} jobs are not done and are missing from the table.")
+        complain(f"{result.missing} of {len(sweep.jobs)} jobs are unfinished and not in the table.")
     for line in result.lines:
         say(line)
     say(f"written: {result.table}, {result.page}")

@@ -1,4 +1,4 @@
-"""Commands for sweeps: sweep PLAN, sweep status | resume | collect; and the numerical mode of a sweep.
+"""The commands sweep PLAN and sweep status | resume | collect, and the numerical mode of a sweep.
 
 This module must not import anything that loads numpy, because the mode must be chosen first.
 """
@@ -16,11 +16,11 @@ from ecs_eco.cli.options import Quiet, new_folder, number
 from ecs_eco.cli.terminal import REFUSED, complain, exits
 from ecs_eco.compiled import portable
 
-SEVERAL = ("ray", "slurm")  # engines whose machines may have different processors
+SEVERAL = ("ray", "slurm")  # engines on which processors may differ
 
 
 class PlanOrCommand(TyperGroup):
-    """A group that passes the name of a plan to the command `run`."""
+    """A command group that passes a plan's name to its command `run`."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Insert `run` before anything except a command or a request for help."""
@@ -38,25 +38,27 @@ sweep = typer.Typer(
     "[--workers N] [--sbatch OPTION] [--out DIR] [--quiet] [--trust]; then status, resume and collect.",
 )
 
-Folder = Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a sweep.")]
+Folder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a sweep.")]
 On = Annotated[
     str,
     typer.Option(
         "--on",
         metavar="local|slurm|ray",
-        help="Where to run: processes on this machine, a SLURM cluster, or a Ray cluster.",
+        help="Where to run: in processes on this machine, on a SLURM cluster, or on a Ray cluster.",
     ),
 ]
 Workers = Annotated[
     int | None,
     number(
-        "Number of concurrent jobs, with one thread each. Default: 2; on Ray all CPUs, on SLURM 100.",
+        "Number of concurrent jobs, with one thread each. Default: 2; on Ray, all CPUs; on SLURM, 100.",
         most=100_000,
     ),
 ]
 Sbatch = Annotated[
     list[str] | None,
-    typer.Option(metavar="OPTION", help="An option for SLURM's sbatch, such as --time=2:00:00. Repeatable."),
+    typer.Option(
+        metavar="OPTION", help="Option passed to SLURM's sbatch, such as --time=2:00:00. Repeatable."
+    ),
 ]
 Trust = Annotated[
     bool,
@@ -69,18 +71,17 @@ Trust = Annotated[
 @sweep.command()
 @exits
 def run(
-    plan: Annotated[str, typer.Argument(metavar="PLAN", help="A plan, a TOML file.")],
+    plan: Annotated[str, typer.Argument(metavar="PLAN", help="The plan: a TOML file.")],
     on: On = "local",
     workers: Workers = None,
     sbatch: Sbatch = None,
     out: Annotated[
-        Path | None,
-        new_folder("Folder for the sweep: new, empty, or begun with this plan. Default: in runs/."),
+        Path | None, new_folder("Results folder: new, empty, or begun with this plan. Default: in runs/.")
     ] = None,
     quiet: Quiet = False,
     trust: Trust = False,
 ) -> None:
-    """Run all jobs of a plan; `sweep PLAN` is short for it."""
+    """Run all jobs of a plan; `sweep PLAN` is short for `sweep run PLAN`."""
     _work(on, out).sweep_plan(plan, on, workers, out, quiet, trust, sbatch or [])
 
 
@@ -117,12 +118,12 @@ def collect(folder: Folder, quiet: Quiet = False) -> None:
 def job(
     folder: Folder, numbers: Annotated[list[int], typer.Argument(metavar="NUMBER…")], trust: Trust = False
 ) -> None:
-    """Run jobs of a sweep by their numbers in this process; exit with 75 if stopped by a signal."""
+    """Run the jobs with these numbers in this process; exit with code 75 if stopped by a signal."""
     _work(None, folder).do_jobs_here(folder, numbers, trust)
 
 
 def _work(on: str | None = None, folder: Path | None = None) -> ModuleType:
-    """Set the mode, then return the module with the commands' work, which loads numpy."""
+    """Set the numerical mode, then import and return the module that does the work, which loads numpy."""
     settle(on, folder)
     from ecs_eco.cli import sweep
 
@@ -130,8 +131,8 @@ def _work(on: str | None = None, folder: Path | None = None) -> ModuleType:
 
 
 def settle(on: str | None, folder: Path | None) -> None:
-    """Enable the portable mode if the sweep in a folder was begun in it, or if a new sweep is to run on
-    several x86-64 machines and ECS_ECO_PORTABLE is not 0; end the command if the mode is unavailable."""
+    """Enable portable mode if the folder's sweep was begun in it, or if a new sweep may run on several x86-64
+    machines and ECS_ECO_PORTABLE is not set; end the command if the mode is unavailable."""
     noted = mode_of(folder)
     new = noted is None and on in SEVERAL and portable.VARIABLE not in os.environ and portable.possible()
     try:
@@ -143,7 +144,7 @@ def settle(on: str | None, folder: Path | None) -> None:
 
 
 def mode_of(folder: Path | None) -> str | None:
-    """Return the mode recorded in a sweep's folder; None if there is no readable sweep."""
+    """Return the numerical mode recorded in a sweep's folder, or None if there is no readable sweep."""
     try:
         content = json.loads((folder / "sweep.json").read_text(encoding="utf-8")) if folder else {}
         return str(content["mode"])

@@ -1,4 +1,4 @@
-"""The commands report, why, lineage and tracks: the events and figures of a run."""
+"""The commands report, why, lineage and tracks: what happened in a run."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ def report(
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Show measurements alongside: a CSV with time in the first column, then numbers.",
+            help="CSV of measurements to show alongside: time in the first column, then numbers.",
         ),
     ] = None,
     match: Annotated[
         list[str] | None,
         typer.Option(
             metavar="COLUMN=SPECIES",
-            help="The species that a column of FILE is compared with. Repeatable. Default: the column's name.",
+            help="Compare a column of FILE with this species. Repeatable. Default: the column's name.",
         ),
     ] = None,
 ) -> None:
@@ -49,10 +49,10 @@ def report(
     if wrong := next((text for text in match or () if text.count("=") != 1), None):
         refuse("--match", "is not a pair", wrong, "COLUMN=SPECIES")
     if match and against is None:
-        refuse("--match", "is given without --against", match[0], "both")
+        refuse("--match", "needs --against", match[0], "both options")
     if archipelago.is_archipelago(folder):
         if against is not None:
-            refuse("--against", "is not possible for an archipelago", str(against), "the folder of an island")
+            refuse("--against", "cannot be used with an archipelago", str(against), "the folder of an island")
 
         pages(out, folder)
         return say(f"written: {write_archipelago(folder, out)}")
@@ -65,7 +65,7 @@ def report(
 @exits
 def why(
     folder: Annotated[
-        Path, typer.Argument(metavar="DIR", help="A folder written by `run`, finished or not.")
+        Path, typer.Argument(metavar="DIR", help="A folder written by `run`; the run may be unfinished.")
     ],
     out: Annotated[
         Path | None, new_folder("Folder for why.html, why.json and the figure. Default: DIR.")
@@ -79,12 +79,12 @@ def why(
             "DIR",
             "is an archipelago; name one of its islands",
             str(folder),
-            f"a run folder, as {folder}/islands/{names[0]}",
+            f"a run folder, such as {folder}/islands/{names[0]}",
         )
     recorded(folder)
 
     if not parts(folder, "series"):
-        refuse("DIR", "contains no series", str(folder), "a run of one tick or more")
+        refuse("DIR", "contains no series", str(folder), "a run of at least one tick")
     pages(out, folder)
     findings = write_why(folder, out)
     if json_:
@@ -107,20 +107,21 @@ def _print_blocks(blocks: dict[str, list[str]]) -> None:
 def lineage(
     folder: Run,
     csv: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write a phylogeny in the ALife standard format.")
+        Path | None, typer.Option(metavar="FILE", help="Write the phylogeny in the ALife standard format.")
     ] = None,
     newick: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write the tree of first parents.")
+        Path | None,
+        typer.Option(metavar="FILE", help="Write the tree of first parents in the Newick format."),
     ] = None,
     species: Of = None,
     living: Annotated[
         bool,
         typer.Option(
-            "--living", help="Write only the living and their ancestors; in a tree, only first parents."
+            "--living", help="Write only living organisms and their ancestors; in a tree, only first parents."
         ),
     ] = False,
 ) -> None:
-    """Print a summary of the lineages of a run, and write them to files."""
+    """Summarize the lineages of a run, and write them to files."""
     if not archipelago.is_archipelago(folder):
         recorded(folder)
         if not parts(folder, "births"):
@@ -131,7 +132,7 @@ def lineage(
                 option,
                 "is a folder" if file.is_dir() else "its folder does not exist",
                 str(file),
-                "a file in a folder that exists",
+                "a file in an existing folder",
             )
     try:
         descent = Lineage.read(folder)
@@ -140,7 +141,7 @@ def lineage(
             "DIR",
             f"its births and deaths are inconsistent: {error}",
             str(folder),
-            "an unchanged folder of `ecs-eco run`",
+            "an unmodified folder written by `ecs-eco run`",
         )
     known = list(dict.fromkeys(descent.species.tolist()))
     if species is not None:
@@ -168,7 +169,7 @@ def _summary(lineage: Lineage, name: str) -> str:
         f"  born to parents: {len(lineage) - founders:,}",
         f"  alive at tick {lineage.end:,}: {int(alive.sum()):,}",
         f"  their mean generation: {mean}",
-        f"  founders with surviving lines: {len(lineage.founders_left()):,}",
+        f"  founders with living descendants: {len(lineage.founders_left()):,}",
     ]
     return "\n".join(lines)
 
@@ -181,12 +182,12 @@ def tracks(
         typer.Argument(
             metavar="FILE",
             parser=path_of,
-            help="A file ending in .gpkg (GeoPackage, needs pyogrio), .parquet (GeoParquet) or .csv.",
+            help="A .gpkg (GeoPackage; needs pyogrio), .parquet (GeoParquet) or .csv file.",
         ),
     ],
     species: Of = None,
     lines: Annotated[
-        bool, typer.Option("--lines", help="Write the path of each organism as a line instead of points.")
+        bool, typer.Option("--lines", help="Write each organism's path as a line instead of points.")
     ] = False,
 ) -> None:
     """Write the positions of organisms as geographic data."""

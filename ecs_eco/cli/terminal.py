@@ -20,16 +20,15 @@ from ecs_eco.engine.errors import CheckpointError, ConfigError, Halted, Recordin
 _CONTROL = re.compile(
     "[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]"
 )
-# exit codes: a negative result or failed work; refused input; Ctrl-C
+# exit codes for a negative result or failed work, for refused input and for Ctrl-C
 FAILED, REFUSED, INTERRUPTED = 1, 2, 130
 
 
 def printable(text: str) -> str:
-    """Return a text from a world, a file or an error, safe for terminals: control characters as \u001b,
-    newlines and tabs unchanged.
+    """Return text from a world, a file or an error, made safe for terminals: control characters are escaped
+    as in \u001b; newlines and tabs are unchanged.
 
-    Control characters are C0, DEL and C1, line and paragraph separators, and the marks that change the
-    direction of writing.
+    Control characters are C0, DEL, C1, line and paragraph separators, and bidirectional marks.
     """
     return _CONTROL.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
 
@@ -37,7 +36,7 @@ def printable(text: str) -> str:
 def say(text: str) -> None:
     """Print a line on stdout; all output passes through this function or `printable`.
 
-    Names that are not UTF-8 are escaped, as on stderr.
+    File names that are not UTF-8 are escaped, as on stderr.
     """
     typer.echo(printable(text))
 
@@ -48,7 +47,7 @@ def complain(text: str) -> None:
 
 
 def exits(command: Callable[..., None]) -> Callable[..., None]:
-    """Wrap a command: refused input ends it with code 2 and one screen of text, Ctrl-C with code 130."""
+    """Wrap a command: refused input ends it with code 2 and at most one screen of text, Ctrl-C with 130."""
 
     @wraps(command)
     def wrapped(*args: object, **kwargs: object) -> None:
@@ -58,12 +57,12 @@ def exits(command: Callable[..., None]) -> Callable[..., None]:
             complain(str(error))
             raise typer.Exit(FAILED if isinstance(error, Halted) else REFUSED) from None
         except MemoryError as error:
-            complain(f"Not enough memory: {error or 'a smaller world needs less'}")
+            complain(f"Not enough memory: {error or 'try a smaller world'}")
             raise typer.Exit(FAILED) from None
         except FloatingPointError as error:
             complain(
-                f"{error}\nThe recording until then is complete; any checkpoints are in the folder "
-                "checkpoints/ of the run."
+                f"{error}\nThe recording up to that point is complete; any checkpoints are in the run's "
+                "folder checkpoints/."
             )
             raise typer.Exit(FAILED) from None
         except OSError as error:
@@ -73,7 +72,7 @@ def exits(command: Callable[..., None]) -> Callable[..., None]:
                 complain(str(error))
                 raise typer.Exit(REFUSED) from None
             name = f"{error.filename}: " if error.filename else ""
-            complain(f"{name}{error.strerror or error}; files written before are complete.")
+            complain(f"{name}{error.strerror or error}; files written earlier are complete.")
             raise typer.Exit(FAILED) from None
         except KeyboardInterrupt:
             complain("Stopped before anything was recorded.")
@@ -83,7 +82,7 @@ def exits(command: Callable[..., None]) -> Callable[..., None]:
 
 
 def refuse(source: str, fault: str, value: object, allowed: str, near: str = "") -> NoReturn:
-    """Refuse an argument of the command line."""
+    """Refuse a command-line argument."""
     raise refusal((), fault, value, allowed, near, source)
 
 
@@ -95,7 +94,7 @@ def recorded(folder: Path) -> None:
 
 
 def whole(least: int, most: int = 10**12) -> Callable[[str | int], int]:
-    """Return a parser for an integer from the command line; the error shows an invalid value."""
+    """Return a parser for command-line integers, whose error quotes an invalid value."""
 
     def read(text: str | int) -> int:
         try:
@@ -113,16 +112,16 @@ def whole(least: int, most: int = 10**12) -> Callable[[str | int], int]:
 
 
 def path_of(text: str | Path) -> Path:
-    """Return the path of a folder named on the command line; refuse ""."""
-    # the last case: not UTF-8
+    """Return the path of a file or folder named on the command line; refuse invalid names."""
+    # surrogates: the name is not UTF-8
     if not str(text).strip() or any(c == "\0" or "\ud800" <= c <= "\udfff" for c in str(text)):
         raise typer.BadParameter(f"{str(text)!r} is not valid; expected: the name of a folder")
     return Path(text)
 
 
 class Progress:
-    """The progress of a command: call it with the finished and the total number, which it keeps. After the
-    first call, everything that the command needs exists."""
+    """The progress of a command, called with the number of finished items and the total, which it stores. By
+    the first call, everything that the command needs is loaded."""
 
     def __init__(self, show: Callable[[int, int], None] | None = None) -> None:
         self.done = self.total = 0
@@ -138,7 +137,7 @@ class Progress:
 
 @contextmanager
 def progress(word: str, quiet: bool, unit: str = "ticks") -> Iterator[Progress]:
-    """Show a progress bar on stderr if that is a terminal, else a line now and then; nothing if quiet."""
+    """Show progress on stderr: a bar if it is a terminal, otherwise a line now and then; nothing if quiet."""
     columns = ("MofNCompleteColumn", unit, "TimeRemainingColumn")
     with shown(
         word,
@@ -158,8 +157,8 @@ def shown(
     state: Callable[..., dict[str, Any]],
     columns: Sequence[str],
 ) -> Iterator[Callable[..., None] | None]:
-    """Yield a function that shows the progress of a command, in a `line` now and then or as the `state` of
-    a bar on a terminal, whose columns are classes of rich or texts; None if quiet."""
+    """Yield a function that shows a command's progress: on a terminal as the `state` of a bar with `columns`
+    (names of rich's classes, or texts), elsewhere as a `line` now and then. Yield None if quiet."""
     if quiet:
         yield None
     elif not sys.stderr.isatty():
@@ -178,7 +177,7 @@ def shown(
 
 
 def now_and_then(line: Callable[..., str], every: float = 30.0) -> Callable[..., None]:
-    """Return a function that prints the line of its arguments, at most once in so many seconds."""
+    """Return a function that prints `line` of its arguments, at most once every `every` seconds."""
     last = time.monotonic()
 
     def show(*told: object) -> None:
@@ -195,15 +194,15 @@ def stopped(done: int, ticks: int, out: Path) -> NoReturn:
     manifest = out / "manifest.json"
     if manifest.is_file():
         done = json.loads(manifest.read_text(encoding="utf-8")).get("done", done)
-    kept = f"the recording until then is in {out}" if manifest.is_file() else "nothing was recorded"
+    kept = f"the recording up to that point is in {out}" if manifest.is_file() else "nothing was recorded"
     if any((out / "checkpoints").glob("tick-*")):
-        kept += f"; continue with: ecs-eco resume {out}"
+        kept += f"; resume with: ecs-eco resume {out}"
     complain(f"Stopped at tick {done} of {ticks}; {kept}.")
     raise typer.Exit(INTERRUPTED)
 
 
 def numbers(result: dict[str, Any]) -> str:
-    """Return the times of a run, a line each."""
+    """Return the run's timings, one per line."""
     return "".join(
         f"\n  {word.replace('_', ' ')}: {result[word]:.1f}" for word in result if word.endswith("_seconds")
     )

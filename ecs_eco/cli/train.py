@@ -1,4 +1,4 @@
-"""The command train: trains the policies of a world before its runs."""
+"""The command train: trains a world's policies before it is run."""
 
 from __future__ import annotations
 
@@ -50,11 +50,11 @@ def train(
     _tell(result)
     shades = {name: species.color for name, species in config.species.items()}
     say(f"written: {write_training(result, out, shades)}")
-    say(f"use them: ecs-eco run {world} --policies {out}")
+    say(f"to use them: ecs-eco run {world} --policies {out}")
 
 
 def _tell(result: dict[str, Any]) -> None:
-    """Print how each species learned, and its results against random policies."""
+    """Print how each species learned, and its results compared with random policies."""
     for name, of in result["learning"].items():
         cut = max(1, len(of["tick"]) // 10)
         ends = {
@@ -66,7 +66,7 @@ def _tell(result: dict[str, Any]) -> None:
             + " → ".join(number(sum(v) / len(v)) if v else "–" for v in both)
             for w, both in ends.items()
         )
-        say(f"  {name}: {len(of['tick'])} updates; first to last tenth: {told}")
+        say(f"  {name}: {len(of['tick'])} updates; from the first to the last tenth: {told}")
     for name, by_word in result["against_random"].items():
         for word, of in by_word.items():
             mean, low, high = of["difference"]

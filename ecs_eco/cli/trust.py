@@ -1,4 +1,4 @@
-"""The option --trust: the user allows the code that a world or a recorded run lists."""
+"""The option --trust, which allows the code listed by a world or a recorded run."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ecs_eco.record.seal import read_manifest
 
 
 def allow(wanted: bool, world: str | Path | None, changes: Sequence[str] | None = None) -> None:
-    """If `wanted`, allow the sources that a world or a run folder lists, and print them."""
+    """If `wanted`, allow the code that a world or a run's folder lists, and print its files."""
     if not wanted or world is None:
         return
 
@@ -25,16 +25,16 @@ def allow(wanted: bool, world: str | Path | None, changes: Sequence[str] | None 
         else code_listed(document_of(world, changes))
     )
     if not code.sources:
-        complain("--trust: this world lists no Python code, so there is nothing to allow.")
+        complain("--trust has no effect: this world lists no Python code.")
         return
     trust.remember({source.sha256: source.path for source in code.sources})
-    complain(f"Allowed to run, until it changes (remembered in {trust.file()}):")
+    complain(f"Allowed to run until it changes (stored in {trust.file()}):")
     for source in code.sources:
         complain(f"  {source}")
 
 
 def _of_run(folder: Path) -> Code:
-    """Return the code kept in a run's folder, as it is now."""
+    """Return the code in a run's folder, as it is now."""
     listed = read_manifest(folder).get("code", [])
     entries = (
         [str(n["entry"]) for n in listed if isinstance(n, dict) and "entry" in n]

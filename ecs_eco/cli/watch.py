@@ -36,8 +36,8 @@ def watch(
         str,
         typer.Argument(
             metavar="WORLD|DIR",
-            help="A shipped world, a TOML file, or a folder written by `run`; for an archipelago, its map "
-            "is shown.",
+            help="A shipped world, a TOML file, or a folder written by `run`; an archipelago is shown as a "
+            "map.",
         ),
     ],
     other: Annotated[
@@ -56,7 +56,7 @@ def watch(
     no_browser: NoBrowser = False,
     trust: Trust = False,
 ) -> None:
-    """Watch a living world or a recorded run in the browser, or two side by side."""
+    """Watch a live world or a recorded run in the browser, or two of them side by side."""
     allow(trust, world, set_)
     if other is not None:
         allow(trust, other, set_)
@@ -65,17 +65,15 @@ def watch(
     if other is not None and (maps := [one for one in shown if is_archipelago(one)]):
         refuse(
             "WORLD",
-            "is an archipelago, whose map cannot be shown next to another world",
+            "is an archipelago, which cannot be shown next to another world",
             maps[0],
             "worlds and folders of single runs",
         )
     islands = is_archipelago(world)
     recorded = all(os.path.isfile(Path(one) / "manifest.json") for one in shown) or islands
     if recorded and (changes or ticks or seed is not None or learn is not None):
-        allowed = (
-            "a world; a recording cannot be changed, but `resume --from-tick T --set … --out NEW` forks it"
-        )
-        refuse("WORLD", "is a recorded run, which options cannot change", world, allowed)
+        allowed = "a world; to fork a recorded run with changes: `resume --from-tick T --set … --out NEW`"
+        refuse("WORLD", "is a recorded run, which these options cannot change", world, allowed)
     browser = not no_browser
     if islands:
         manifest = read(Path(world))
@@ -106,13 +104,13 @@ def _show(serve: Callable[..., None], what: Pair | Path, title: str, port: int, 
 
 @contextmanager
 def window(ticks: int, title: str, port: int, browser: bool) -> Iterator[Window]:
-    """Open a viewer for a world that is run and recorded; pass its `open` to the run."""
+    """Open a viewer for a world that is being run and recorded; pass its `open` to the run."""
     with _port(port), Window(ticks, _Announcer(title), port=port, browser=browser) as opened:
         yield opened
 
 
 def _names(shown: list[str], sources: list[Live | Replay]) -> tuple[str, str]:
-    """Return names for two worlds: their titles, or if these are equal, the names on the command line."""
+    """Return names for two worlds: their titles or, if these are equal, their names on the command line."""
     titles = [str(source.hello()["title"]) for source in sources]
     names = next(
         (both for both in (titles, shown) if both[0] != both[1]),
@@ -123,7 +121,7 @@ def _names(shown: list[str], sources: list[Live | Replay]) -> tuple[str, str]:
 
 @dataclass(frozen=True)
 class Options:
-    """The options with which living worlds are built."""
+    """The options with which live worlds are built."""
 
     changes: list[str]
     ticks: int | None
@@ -132,7 +130,7 @@ class Options:
     policies: str
 
     def live(self, world: str, seed: int | None) -> Live:
-        """Return a living world at tick 0."""
+        """Return a live world at tick 0."""
         config = load(world, self.changes)
         check_policies(self.policies, config)
         built = World.from_config(
@@ -141,7 +139,7 @@ class Options:
         return Live(built, self.ticks)
 
     def pair(self, live: Live, world: str, picker: Picker | None = None) -> Pair:
-        """Return a living world for the viewer, with the arguments of `run` with which it began."""
+        """Return a live world for the viewer, with the arguments of the equivalent `run` command."""
         config = live.world.config
         words = [*portable.option().split(), "run", world, "--seed", str(live.world.seed)]
         words += ["--trust"] if config is not None and config.code else []
@@ -154,8 +152,8 @@ class Options:
         return Pair(live, start=start, picker=picker)
 
     def picker(self, live: Live, what: str) -> Picker:
-        """Return the worlds that the viewer can start instead; --set and custom policies apply only to the
-        named world."""
+        """Return the worlds that the viewer can start; --set and custom policies apply only to the named
+        world."""
 
         def build(world: str, seed: int | None) -> Pair:
             policies = self.policies if self.policies in POLICIES else "trained"
@@ -167,7 +165,7 @@ class Options:
 
 
 class _Announcer:
-    """Prints the address of a viewer, and a new address each time one was used."""
+    """Prints the viewer's address, and a new one whenever the last has been used."""
 
     def __init__(self, title: str) -> None:
         self.title, self.first = title, True
@@ -179,10 +177,10 @@ class _Announcer:
         self.first = False
         say(f"{self.title}: {address}")
         say(
-            "This link works once, on this machine, within ten minutes; the page can see and change the "
+            "This link works once, on this machine, within ten minutes; the page can show and change the "
             "world. Then a new link is printed here."
         )
-        say("Ctrl-C ends it.")
+        say("Press Ctrl-C to stop.")
 
 
 @contextmanager

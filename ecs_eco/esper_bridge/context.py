@@ -1,4 +1,4 @@
-"""The esper context of one world: what esper shows while this world is the current one."""
+"""The esper context of one world: the state that esper shows while this world is current."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from ecs_eco.esper_bridge import turns
 from ecs_eco.esper_bridge.registry import Registry
 
 _serial = itertools.count(1)
-PARTS = 11  # parts of the state that esper stores for a context
+PARTS = 11  # number of parts in the state that esper stores for a context
 
 
 class Context:
-    """esper's view of one world. Worlds do not mix: esper has one current context, which `inside` enters."""
+    """esper's view of one world. Worlds stay separate: `inside` makes this context esper's current one."""
 
     def __init__(self, world: LivingWorld) -> None:
         self.name = f"ecs-eco {next(_serial)}"
@@ -58,13 +58,13 @@ class Context:
         turns.turn.leave()
 
     def tell(self, event: str, numbers: list[int], *more: list[Any]) -> None:
-        """Dispatch an event of esper's for each entity of a list, with the given arguments."""
+        """Dispatch an esper event for each entity in a list, with the given arguments."""
         with self.inside():
             for arguments in zip(numbers, *more, strict=True):
                 esper.dispatch_event(event, *arguments)
 
     def end(self) -> None:
-        """Drop everything that esper stores of this world."""
+        """Drop everything that esper stores for this world."""
         if self.name in esper.list_worlds():
             if esper.current_world == self.name:
                 esper.switch_world("default")
@@ -72,6 +72,6 @@ class Context:
 
 
 def switch_back(outer: str) -> None:
-    """Make a context esper's current one again, or the default one if it no longer exists."""
+    """Switch esper back to a context, or to the default context if that one no longer exists."""
     if esper.current_world != outer:
         esper.switch_world(outer if outer in esper._context_map else "default")

@@ -1,10 +1,10 @@
-"""The dicts, sets and list through which esper's functions reach a world: reading or writing them acts on its
-tables.
+"""The dicts, sets and list through which esper's functions access a world: reading or writing them acts on
+its tables.
 
-esper stores the state of a context in such objects, which `switch_world` exchanges, and its functions only
-call their methods. So these objects serve every caller, including code that imported esper's functions before
-this package, and leave other contexts of esper alone. Each docstring names the esper function that calls it;
-`registry` does the work.
+esper stores the state of a context in such objects, which `switch_world` swaps, and its functions only call
+their methods. These objects therefore work for every caller, including code that imported esper's functions
+before this package, and do not affect esper's other contexts. Each docstring names the esper function that
+calls the method; `registry` does the work.
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ from ecs_eco.engine.living import LivingWorld
 from ecs_eco.esper_bridge.entity import Entity, Members, is_column
 
 Reference: TypeAlias = weakref.ref[Any]  # of a handler
-_item = dict.__getitem__  # called for each entity of a loop: `super()` would double the time
+_item = dict.__getitem__  # called for each entity in a loop: `super()` would double the time
 
 
 class Components(dict[type, Any]):
-    """The entities that have a component: a set of numbers for each type of plain objects."""
+    """The entities that have a component: a set of entity numbers for each type of plain object."""
 
     __slots__ = ("registry",)
     registry: Any
 
     def get(self, kind: type, default: object = None) -> Any:
-        """Return the current set of a type."""
+        """Return the current set of entities with a component."""
         self.registry.refresh()
         return Members(self.registry, kind) if is_column(kind) else super().get(kind, default)
 
@@ -48,17 +48,17 @@ class Components(dict[type, Any]):
             super().__delitem__(kind)
 
     def clear(self) -> None:
-        """Refuse: `esper.clear_database` calls this first."""
-        esper._entity_count = self.registry.numbers  # it has replaced the set
+        """Refuse `esper.clear_database`, which calls this first."""
+        esper._entity_count = self.registry.numbers  # `esper.clear_database` has replaced it
         self.registry.refuse(
             "clear_database",
-            "would remove all organisms; esper.delete_entity or world.kill(uid) removes one; for an empty "
+            "would remove all organisms; to remove one, use esper.delete_entity or world.kill(uid); for an empty "
             "world, create another World",
         )
 
 
 class Entities(dict[int, Any]):
-    """All entities by number; an entity object is created when it is accessed."""
+    """All entities by number; each entity object is created when it is accessed."""
 
     __slots__ = ("registry",)
     registry: Any
@@ -71,9 +71,9 @@ class Entities(dict[int, Any]):
     def __missing__(self, number: int) -> Entity:
         if (entity := self.registry.made(number)) is not None:
             return entity
-        for kind in tuple(self.registry.components):  # esper.add_component has inserted it first
+        for kind in tuple(self.registry.components):  # esper.add_component has already inserted it
             self.registry.strike(kind, number)
-        raise KeyError(f"{self.registry.called} has no entity {number}: it has died, or never existed")
+        raise KeyError(f"{self.registry.called} has no entity {number}: it has died or never existed")
 
     def __contains__(self, number: object) -> bool:
         self.registry.refresh()
@@ -98,8 +98,8 @@ class Entities(dict[int, Any]):
             raise
 
     def __delitem__(self, number: int) -> None:
-        """Delete an entity, for `esper.delete_entity(number, immediate=True)`, which has removed it from
-        all sets."""
+        """Delete an entity, for `esper.delete_entity(number, immediate=True)`, which has already removed it
+        from all sets."""
         for kind in dict.keys(super().__getitem__(number)):
             if not is_column(kind):
                 self.registry.components.setdefault(kind, set()).add(number)
@@ -107,8 +107,8 @@ class Entities(dict[int, Any]):
 
 
 class Dead(set[int]):
-    """The entities marked to die: those to which the tables give a cause of death. It stores nothing
-    itself."""
+    """The entities marked to die, which have a cause of death in their table; this set itself stores
+    nothing."""
 
     __slots__ = ("registry",)
     registry: Any
@@ -141,7 +141,7 @@ class Dead(set[int]):
 
 
 class Cache(dict[type | tuple[type, ...], Any]):
-    """esper's cache of queries: emptied after every birth or death."""
+    """esper's query cache, emptied after every birth or death."""
 
     __slots__ = ("registry",)
     registry: Any
@@ -153,23 +153,23 @@ class Cache(dict[type | tuple[type, ...], Any]):
 
 
 class Processors(list[esper.Processor]):
-    """The processors that esper runs: one that runs a whole tick. The others are in the schedule of the
-    world."""
+    """The processors that esper runs: a single one, which runs a whole tick. The others are in the world's
+    schedule."""
 
     __slots__ = ("registry",)
     registry: Any
 
     def append(self, processor: esper.Processor) -> None:
-        """Add a system by its phase, or by its priority unless that is 0, for `esper.add_processor`."""
+        """Add a system by its priority or, if that is 0, by its phase, for `esper.add_processor`."""
         self.registry.world().add_system(processor, priority=processor.priority or None)
 
     def remove(self, processor: esper.Processor) -> None:
-        """Do nothing: `esper.remove_processor` has removed the processor from the schedule by now."""
+        """Do nothing: `esper.remove_processor` has already removed the processor from the schedule."""
 
     def __iter__(self) -> Iterator[esper.Processor]:
         registry = self.registry
         if registry.world().ticking:
-            registry.refuse("process", "a tick is under way; a tick cannot run within another")
+            registry.refuse("process", "a tick cannot run within another tick")
         return iter((Tick(registry.world()),))
 
 
@@ -184,10 +184,10 @@ class Kinds(dict[type, Any]):
         return next((p for p in reversed(self.registry.world().schedule) if type(p) is kind), default)
 
     def __setitem__(self, kind: type, processor: esper.Processor) -> None:
-        """Do nothing: `esper.add_processor` has added it to the schedule by now."""
+        """Do nothing: `esper.add_processor` has already added it to the schedule."""
 
     def pop(self, kind: type, *default: Any) -> Any:
-        """Remove a plain processor and refuse to remove a system, for `esper.remove_processor`."""
+        """Remove a plain processor, but refuse to remove a system, for `esper.remove_processor`."""
         if (processor := self.get(kind)) is not None:
             self.registry.world().remove_processor(processor)
         return processor
@@ -200,15 +200,15 @@ class Events(dict[str, Any]):
     registry: Any
 
     def __setitem__(self, name: str, handlers: object) -> None:
-        """Store our own set of handlers, for the first `esper.set_handler` of an event."""
+        """Store `Handlers` in place of esper's set, for the first `esper.set_handler` of an event."""
         super().__setitem__(name, Handlers(self, name))
 
 
 class Handlers:
-    """The handlers of one event by weak references, called in the order in which they were set.
+    """Weak references to the handlers of one event, which are called in the order in which they were set.
 
-    A handler that is garbage-collected leaves it whichever world esper shows at the time, and methods can be
-    removed; esper's own sets support neither.
+    A garbage-collected handler is removed whichever world esper shows, and methods can be removed;
+    esper's own sets support neither.
     """
 
     def __init__(self, events: Events, name: str) -> None:
@@ -216,7 +216,7 @@ class Handlers:
         self.references: dict[Reference, None] = {}
 
     def add(self, reference: Reference) -> None:
-        """Add a handler, by a reference of our own."""
+        """Add a handler through a new weak reference, which removes itself."""
         self.references[self._of(reference, self._leave)] = None
 
     def remove(self, reference: Reference) -> None:
@@ -244,7 +244,7 @@ class Handlers:
 
 
 class Tick(esper.Processor):
-    """The processor that `esper.process` finds between ticks: a whole tick of the world."""
+    """The processor that `esper.process` runs between ticks: a whole tick of the world."""
 
     def __init__(self, world: LivingWorld) -> None:
         self.world = world

@@ -1,5 +1,5 @@
-"""The objects that esper receives for an entity, and for all entities with a component; derived from
-tables on access."""
+"""The objects that esper receives for an entity, or for all entities with a component; derived from tables on
+access."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ WAITING = -1  # the row of an entity that is not born yet
 
 
 class Entity(dict[type, Any]):
-    """The components of one entity by type: handles of its row, created on access."""
+    """The components of one entity by type: handles to its row, created on access."""
 
     __slots__ = ("number", "registry", "request", "row", "table", "uid")
 
@@ -20,7 +20,7 @@ class Entity(dict[type, Any]):
         super().__init__(things or {})
         self.registry, self.number, self.table = registry, number, table
         self.row, self.uid = WAITING, 0
-        self.request: Any = None  # the values requested for its birth, until it is born
+        self.request: Any = None  # its birth request, until it is born
 
     def __missing__(self, kind: type) -> Any:
         handle = self.registry.handle(self, kind)
@@ -64,7 +64,7 @@ class Entity(dict[type, Any]):
         return [thing for thing in super().values() if not isinstance(thing, Handle)]
 
     def settle(self, row: int, uid: int) -> None:
-        """Point its existing handles at a row of its table."""
+        """Point the existing handles at a row of the entity's table."""
         self.row, self.uid = row, uid
         for kind, handle in list(super().items()):
             if is_column(kind):
@@ -74,7 +74,7 @@ class Entity(dict[type, Any]):
                     handle._columns, handle._row = new._columns, row
 
     def __setitem__(self, kind: type, thing: object) -> None:
-        """Take a plain object and refuse a column, for `esper.add_component`."""
+        """Add a plain object, but refuse a column, for `esper.add_component`."""
         if not (is_column(kind) or isinstance(thing, Handle)):
             super().__setitem__(kind, thing)
             return
@@ -83,12 +83,12 @@ class Entity(dict[type, Any]):
             self.registry.strike(kind, self.number)
         name = name_of(kind)
         how = (
-            f"its {name} already exists: write into its fields, as in esper.component_for_entity({self.number}, "
+            f"its {name} already exists: set its fields, as in esper.component_for_entity({self.number}, "
             f"{name}).{_first(kind)} = …"
         )
         if not own:
             how = (
-                "all entities of a table share their components: "
+                "all entities of a table have the same components: "
                 f"world.table({self.table!r}).add_component({name})"
             )
         raise TypeError(
@@ -96,18 +96,18 @@ class Entity(dict[type, Any]):
         )
 
     def pop(self, kind: type, *default: Any) -> Any:
-        """Remove a plain object and refuse to remove a column, for `esper.remove_component`."""
+        """Remove a plain object, but refuse to remove a column, for `esper.remove_component`."""
         if kind not in self or not is_column(kind):
             return super().pop(kind, *default)
         raise TypeError(
             f"esper.remove_component: entity {self.number} belongs to the table {self.table!r}, "
-            f"all of which have {name_of(kind)}; change its values, or put entities without it in their own "
+            f"whose entities all have {name_of(kind)}; change its values, or put entities without it in another "
             "table: world.add_table(…)"
         )
 
 
 class Members:
-    """The numbers of all entities that have a component of columns, according to the tables."""
+    """The numbers of all entities that have a column component, according to the tables."""
 
     __slots__ = ("kind", "registry")
 

@@ -24,7 +24,7 @@ NUMBER, UID = "esper's number", "whose it is"  # arrays that move with a table's
 
 
 class Registry:
-    """Everything that esper stores of one world, to which it holds a weak reference."""
+    """Everything that esper stores for one world, with a weak reference to that world."""
 
     def __init__(self, world: LivingWorld) -> None:
         self.world: Any = weakref.ref(world)
@@ -35,10 +35,10 @@ class Registry:
         self.events = Events()
         # whether births, deaths or moves have happened since the last update
         self.stale = False
-        self.renewed: set[str] = set()  # tables whose rows or columns have changed since handles were made
-        self.places: dict[str, tuple[np.ndarray, np.ndarray]] = {}  # by table: numbers ascending, their rows
-        self.looked_at: tuple[int, Table, int] | None = None  # the entity at which esper's loop is
-        self.waiting: dict[int, Entity] = {}  # not born yet, by the identity of the birth request
+        self.renewed: set[str] = set()  # tables whose rows or columns have changed since the last update
+        self.places: dict[str, tuple[np.ndarray, np.ndarray]] = {}  # by table: ascending numbers, their rows
+        self.looked_at: tuple[int, Table, int] | None = None  # the current entity of esper's loop
+        self.waiting: dict[int, Entity] = {}  # unborn entities, by the id of their birth request
         parts: tuple[Any, ...] = (
             self.components,
             self.entities,
@@ -63,22 +63,21 @@ class Registry:
         """Raise an error for a function of esper that is not available here."""
         raise RuntimeError(f"esper.{function}, {self.called}: {why}")
 
-    # --- who is in it ---------------------------------------------------------------------------------------
+    # --- entities -------------------------------------------------------------------------------------------
 
     def join(self, table: Table) -> None:
-        """Store two arrays by row of a table: esper's number of the entity, local to the process, and its
-        uid."""
+        """Add two arrays to a table: each row's entity number, local to the process, and uid."""
         table.along[NUMBER] = np.zeros(table.capacity, np.int64)
         table.along[UID] = np.zeros(table.capacity, np.uint64)
         table.onlooker = self
 
     def renew(self, table: Table) -> None:
-        """Update the handles: rows or columns of a table have changed."""
+        """Mark handles as outdated because rows or columns of a table have changed."""
         self.renewed.add(table.name)
         self.stale = True
 
     def strike(self, kind: type, number: int) -> None:
-        """Remove an entity from the set of those with a plain component."""
+        """Remove an entity from the set of entities with a plain component."""
         if (numbers := dict.get(self.components, kind)) is not None:
             numbers.discard(number)
             if not numbers:
@@ -90,8 +89,7 @@ class Registry:
             world.sync()
 
     def sync(self, tables: Iterable[Table]) -> None:
-        """Update esper's entities: a number for each living organism; everything else is created on
-        access."""
+        """Give each living organism an entity number; everything else is created on access."""
         self.stale = False
         for table in tables:
             entity, owner = table.along[NUMBER], table.along[UID]
@@ -121,25 +119,25 @@ class Registry:
         return number
 
     def held(self, number: int) -> Entity | None:
-        """Return the entity object of a number, without an update."""
+        """Return the entity object with a number, without updating."""
         return dict.get(self.entities, number)
 
     def plain(self, table: Table, rows: np.ndarray) -> Iterator[tuple[int, Any]]:
-        """Yield (uid, component) of all components of living entities that are not columns."""
+        """Yield (uid, component) for all components of living entities that are not columns."""
         for row in rows[table.along[NUMBER][rows] != 0].tolist():
             entity = self.held(int(table.along[NUMBER][row]))
             if entity is not None and table.along[UID][row] == table.uid[row]:
                 yield from ((int(table.uid[row]), thing) for thing in entity.plain())
 
     def met(self, table: Table) -> Iterator[tuple[int, int, Entity]]:
-        """Yield rows, numbers and entities of a table's living entities that have been accessed."""
+        """Yield (row, number, entity) for a table's living entities that have been accessed."""
         number = table.along[NUMBER]
         for row in np.flatnonzero(table.alive & (table.along[UID] == table.uid)).tolist():
             if (entity := self.held(int(number[row]))) is not None:
                 yield row, int(number[row]), entity
 
     def empty(self, table: Table) -> None:
-        """Drop all entities of a table, and the data that only esper has of them."""
+        """Drop all entities of a table, and the data that only esper stores for them."""
         for number in table.along[NUMBER][table.along[UID] != 0].tolist():
             self._drop(number)
         table.along[UID][:] = 0
@@ -171,12 +169,12 @@ class Registry:
     # --- access ---------------------------------------------------------------------------------------------
 
     def made(self, number: int) -> Entity | None:
-        """Return the entity of a number, created now; None if no entity has it."""
+        """Create and return the entity with a number; return None if there is none."""
         place = self.find(number)
         return None if place is None else self._make(number, *place)
 
     def find(self, number: object) -> tuple[Table, int] | None:
-        """Return the table and the row of a number; None if no entity has it."""
+        """Return the table and row of the entity with a number; None if there is none."""
         if self.looked_at is not None and self.looked_at[0] == number:
             return self._if_there(*self.looked_at)
         if not isinstance(number, int):
@@ -197,12 +195,9 @@ class Registry:
         return (table, row) if there else None
 
     def numbers_with(self, kind: type) -> Iterator[int]:
-        """Yield the numbers of all entities that have a component of columns, and prepare fast access to
-        each."""
+        """Yield the numbers of all entities that have a column component, and prepare fast access to each."""
         try:
-            with (
-                uncollected()
-            ):  # otherwise 100,000 handles would be updated repeatedly while they are created
+            with uncollected():  # otherwise new handles, say 100,000, would be scanned repeatedly
                 for table in self._tables():
                     if kind in table.columns or kind in table.derived:
                         rows = table.rows()
@@ -216,7 +211,7 @@ class Registry:
             self.looked_at = None
 
     def count_with(self, kind: type) -> int:
-        """Return how many entities have a component of columns."""
+        """Return how many entities have a column component."""
         return sum(
             table.n for table in self._tables() if kind in table.columns or kind in table.derived
         ) + sum(kind in one for one in self.waiting.values())
@@ -227,7 +222,7 @@ class Registry:
         return *itertools.chain(*living), *(one.number for one in self.waiting.values())
 
     def kinds_of(self, entity: Entity) -> list[Any]:
-        """Return the components of columns that an entity has."""
+        """Return an entity's column components."""
         table = self._table_of(entity)
         return [] if table is None else [*table.columns, *table.derived]
 
@@ -237,7 +232,7 @@ class Registry:
         return table is not None and (kind in table.columns or kind in table.derived)
 
     def handle(self, entity: Entity, kind: type) -> Any:
-        """Return a handle of an entity's row; None if its table lacks these columns."""
+        """Return a handle to an entity's row; None if its table lacks these columns."""
         table = self._table_of(entity)
         if table is None or not (kind in table.columns or kind in table.derived):
             return None
@@ -254,8 +249,8 @@ class Registry:
     # --- births and deaths ----------------------------------------------------------------------------------
 
     def create(self, number: int, things: dict[Any, Any]) -> None:
-        """Request a newborn with these components; it lives at once, or, within a tick, from the end of
-        `reproduce` on."""
+        """Request a newborn with these components; it is born at once or, within a tick, at the end of
+        `reproduce`."""
         world = self.world()
         require_whole(world, "esper.create_entity", within=True)
         handles = [thing for thing in things.values() if isinstance(thing, Handle)]
@@ -270,8 +265,8 @@ class Registry:
                 world._flush_births()
 
     def _table_for(self, kinds: list[Any], named: list[Any]) -> Table:
-        """Return the only table that has exactly these components, or the only one that has them all.
-        Raises TypeError that names the tables."""
+        """Return the only table with exactly these components or, failing that, the only one with all of
+        them. Raises a TypeError that names the tables."""
         world = self.world()
         fitting = [t for t in world.tables.values() if kinds and t.has(kinds)]
         alike = [t for t in fitting if len(t.columns) == len(kinds)]
@@ -282,28 +277,27 @@ class Registry:
             names = [t.name for t in fitting]
             raise TypeError(
                 f"{asked}: {listed(names)} of {self.called} have these components; "
-                f"world.spawn({names[0]!r}, …), say, tells which"
+                f"name one of them, as in world.spawn({names[0]!r}, …)"
             )
         tables = "; ".join(
             f"{t.name} ({listed(name_of(c) for c in (*t.columns, *t.derived))})"
             for t in world.tables.values()
         )
         raise TypeError(
-            f"{asked}: no table of {self.called} has them all; "
-            f"its tables are {tables or 'none'}. An entity is a row of a table: "
-            "world.add_table(name, Component, …) declares another"
+            f"{asked}: no table of {self.called} has all of them; "
+            f"its tables are {tables or 'none'}. An entity is a row of a table; to add a table: "
+            "world.add_table(name, Component, …)"
         )
 
     def newborn(self, request: object) -> tuple[Handle, ...] | None:
-        """Return the values that the entity of a birth request has received; None if no entity waits for
-        it."""
+        """Return the values given to the entity of a birth request; None if no entity waits for it."""
         entity = self.waiting.get(id(request))
         return (
             None if entity is None else tuple(thing for thing in entity.values() if isinstance(thing, Handle))
         )
 
     def bear(self, request: object, table: Table, row: int) -> None:
-        """Assign a row to the entity that has waited for this birth."""
+        """Assign a row to the entity that was waiting for this birth."""
         if (entity := self.waiting.pop(id(request), None)) is not None:
             self._drop(int(table.along[NUMBER][row]))
             entity.request = None
@@ -312,8 +306,8 @@ class Registry:
             self._changed()
 
     def delete(self, number: int, immediate: bool = False) -> None:
-        """Kill an entity: at the end of the phase `die`, or at once, between ticks. Raises KeyError if
-        it is not alive."""
+        """Kill an entity at the end of the phase `die` or, between ticks and if `immediate`, at once. Raises
+        KeyError if it is not alive."""
         world, entity = self.world(), self.entities[number]
         if entity.row == WAITING:
             births = world.tables[entity.table].births
@@ -339,7 +333,7 @@ class Registry:
 
 
 class Numbers:
-    """The numbers of future entities, as esper counts them."""
+    """The numbers of future entities, in place of esper's counter."""
 
     def __init__(self) -> None:
         self.next = 1

@@ -1,8 +1,8 @@
-"""One world at a time: esper's state belongs to the process, so worlds of several threads take turns, tick by
+"""One world at a time: a process has only one esper state, so worlds in several threads take turns, tick by
 tick.
 
-Users have one world per process, or several in one thread. Only the viewer runs a second world in a thread of
-its own, within `apart`.
+Users run one world per process, or several in one thread. Only the viewer runs a second world in another
+thread, within `apart`.
 """
 
 import gc
@@ -17,7 +17,7 @@ from ecs_eco.engine.living import LivingWorld
 
 _worlds: weakref.WeakSet[LivingWorld] = (
     weakref.WeakSet()
-)  # of threads that may not run a world in parallel to others
+)  # worlds whose threads must not run them in parallel with others
 _apart = threading.local()
 
 
@@ -25,17 +25,17 @@ class _Turn:
     """A reentrant lock, held whenever esper is used: while a world is created, in each tick, within `with
     world:`.
 
-    A lock that its thread releases and acquires again at once never passes to another thread. After a turn a
-    thread calls `leave`, which gives the next turn to a waiting thread.
+    If a thread releases a lock and reacquires it at once, waiting threads never get it. After its turn, a
+    thread therefore calls `leave`, which gives the next turn to a waiting thread.
     """
 
-    PATIENCE = 1.0  # [s] within which others take their turn: longer than a thread waits on a loaded machine
+    PATIENCE = 1.0  # [s] longest wait for another thread to take its turn, even on a loaded machine
 
     def __init__(self) -> None:
         self._lock = threading.RLock()
         self.waiting = 0  # threads
         self._taken = 0  # turns for which a thread had to wait
-        self._returned: deque[int] = deque()  # threads whose turns were ended by others
+        self._returned: deque[int] = deque()  # threads whose turns another thread has ended
 
     def __enter__(self) -> None:
         if not self._lock.acquire(False):
@@ -60,11 +60,10 @@ class _Turn:
         return self._lock._is_owned()  # type: ignore[attr-defined]
 
     def give_back(self, times: int, thread: int) -> None:
-        """End the turns of a world that was freed, which its thread can no longer end: any thread may collect
-        garbage.
+        """End the turns of a freed world, which its thread can no longer end; any thread may collect garbage.
 
-        If another thread holds the turns, they end with the next one that it ends itself: only its own thread
-        can release a lock.
+        If another thread holds these turns, they end when it next ends a turn, because only the owner can
+        release a lock.
         """
         for _ in range(times):
             if thread == threading.get_ident():
@@ -73,7 +72,7 @@ class _Turn:
                 self._returned.append(thread)
 
     def leave(self) -> None:
-        """Give way to waiting threads, unless this thread still holds the turn: within `with world:`."""
+        """Give way to waiting threads, unless this thread still holds the turn, as in `with world:`."""
         if self.held():
             return
         taken, end = self._taken, time.monotonic() + self.PATIENCE
@@ -86,8 +85,8 @@ turn = _Turn()
 
 @contextmanager
 def apart() -> Iterator[None]:
-    """Allow this thread to create worlds next to those of other threads; only for threads that this
-    package starts."""
+    """Allow this thread to create worlds alongside those in other threads; only for threads started by this
+    package."""
     _apart.allowed = True
     try:
         yield
@@ -96,17 +95,17 @@ def apart() -> Iterator[None]:
 
 
 def enter(world: LivingWorld) -> bool:
-    """Register a new world; return whether its thread may run it in parallel to others. Raises
-    RuntimeError if it may not and a living world belongs to another thread."""
+    """Register a new world; return whether its thread may run it in parallel with others. If not, raise a
+    RuntimeError if another living thread has a world."""
     me = threading.current_thread()
     if not getattr(_apart, "allowed", False) and (other := _of_others(me)):
-        gc.collect()  # a world without references does not count
+        gc.collect()  # unreferenced worlds do not count
         if other := _of_others(me):
             raise RuntimeError(
                 f"world {world.name!r}: the thread {other[0].owner.name!r} has the world {other[0].name!r}, "
-                "and worlds of several threads would mix, because esper has one state per process. "
-                "Run worlds in processes, as ecs_eco.lab.search and `ecs-eco compare` "
-                'do (multiprocessing with the context "spawn"), or one after the other in one thread'
+                "and worlds in several threads would interfere, because esper has one state per process. "
+                "Run worlds in separate processes, as ecs_eco.lab.search and `ecs-eco compare` "
+                'do (multiprocessing with the context "spawn"), or one after another in one thread'
             )
     if not (allowed := bool(getattr(_apart, "allowed", False))):
         _worlds.add(world)

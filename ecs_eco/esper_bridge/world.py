@@ -22,14 +22,14 @@ class World(engine.World):
     """Entities in tables, and the systems that act on them.
 
     `dt` [s] is the length of a tick; `seed` fixes every random draw; `threads` affects speed, never results.
-    Worlds do not mix: each has its own esper context, which `with world:` enters.
+    Worlds stay separate: each has its own esper context, which `with world:` enters.
 
-    Hooks are those of `ecs_eco.engine.world.World`.
+    For hooks, see `ecs_eco.engine.world.World`.
     """
 
     def __init__(self, *, dt: float = 1.0, seed: int = 0, threads: int = 1, name: str = "world") -> None:
         super().__init__(dt=dt, seed=seed, threads=threads, name=name)
-        self.apart = turns.enter(self)  # whether it runs in a thread next to another world
+        self.apart = turns.enter(self)  # whether it may run in parallel with worlds in other threads
         self.context = Context(self)
         self.turnover: Turnover = Told(self)
         self._outer: list[str] = []
@@ -38,7 +38,7 @@ class World(engine.World):
     def add_table(
         self, name: str, *components: type[Any], capacity: int = 64, dims: Mapping[str, int] | None = None
     ) -> Table:
-        """Declare a kind of entity with these components; `dims` gives the sizes that their shapes name."""
+        """Declare a kind of entity with these components; `dims` gives the sizes named in their shapes."""
         table = super().add_table(name, *components, capacity=capacity, dims=dims)
         self.context.registry.join(table)
         return table
@@ -51,17 +51,17 @@ class World(engine.World):
         ticks : int
             At least 0.
         progress : callable, optional
-            `progress(done, ticks)`, called about ten times a second.
+            Called as `progress(done, ticks)` about ten times a second.
 
         Returns
         -------
         World
-            The same world. It returns early, after a whole tick, on Ctrl-C or if `stop` was called.
+            This world. The run ends early, after a whole tick, on Ctrl-C or if `stop` was called.
 
         Raises
         ------
         UnfinishedTick
-            If an error or a second Ctrl-C interrupted an earlier tick: such a world can only be inspected.
+            If an error or a second Ctrl-C interrupted an earlier tick; such a world can only be inspected.
 
         Examples
         --------
@@ -95,9 +95,9 @@ class World(engine.World):
         return self.context.inside()
 
     def sync(self) -> None:
-        """Bring esper's entities up to date: one for each living organism, with a handle per component.
+        """Update esper's entities: one for each living organism, with a handle per component.
 
-        esper's functions do so by themselves after births and deaths, so you need not call it.
+        esper's functions do this automatically after births and deaths, so you need not call it.
 
         Examples
         --------
@@ -116,7 +116,7 @@ class World(engine.World):
         self.context.registry.sync(self.tables.values())
 
     def entity(self, uid: int) -> int:
-        """Return esper's number of a living entity.
+        """Return the number by which esper knows a living entity.
 
         Parameters
         ----------
@@ -125,7 +125,7 @@ class World(engine.World):
         Returns
         -------
         int
-            Local to this process, never saved.
+            Valid only in this process; never saved.
 
         Raises
         ------
@@ -156,7 +156,7 @@ class World(engine.World):
         Returns
         -------
         int
-            0 while the organism is not born yet.
+            0 if the organism is not born yet.
 
         Raises
         ------
@@ -171,7 +171,7 @@ class World(engine.World):
         self._outer.append(esper.current_world)
         try:
             self.context.show()
-            self.context.registry.stale = True  # if columns were changed by hand
+            self.context.registry.stale = True  # columns may have been changed by hand
         except BaseException:
             self.__exit__()
             raise
@@ -185,7 +185,7 @@ class World(engine.World):
 
 
 class Told(Turnover):
-    """Births and deaths that are reported to esper's handlers of "birth" and "death"."""
+    """Reports births and deaths to esper's handlers of "birth" and "death"."""
 
     def heard(self) -> bool:
         """Return whether deaths are reported one by one."""
@@ -200,7 +200,7 @@ class Told(Turnover):
             world.context.tell("death", self._numbers(table, rows), causes)
 
     def bear(self) -> list[tuple[Table, np.ndarray]]:
-        """Bring the newborn to life, then call esper's handlers."""
+        """Bring newborns to life, then call esper's handlers."""
         born = super().bear()
         if "birth" in self.world.context.registry.events:
             numbers = [number for table, rows in born for number in self._numbers(table, rows)]
@@ -208,8 +208,8 @@ class Told(Turnover):
         return born
 
     def occupy(self, table: Table, request: Request) -> np.ndarray:
-        """Give rows and uids to the newborn of one request, with the plain components that its entity
-        received meanwhile."""
+        """Give rows and uids to the newborns of one request; an entity that waits for it keeps the values and
+        components it has received."""
         registry = self.world.context.registry
         given = registry.newborn(request) if registry.waiting else None
         if given is None:

@@ -1,6 +1,6 @@
-"""Input from outside: the sections of world files, and the user's code that a world names.
+"""External input: the sections of world files, and user code named in them.
 
-`section` has the strict models of sections. `sources` reads and hashes the text of code, which runs only if
-the user allows it: `trust` remembers what may run, `code` imports it, `parameters` checks the parameters of
-functions.
+`section` defines the strict models of sections. `sources` reads and hashes source code, which runs only if
+the user allows it; `trust` stores which code is allowed, `code` imports it, and `parameters` checks the
+parameters of functions.
 """

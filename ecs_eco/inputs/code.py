@@ -1,10 +1,9 @@
-"""Code that a world names: a closed list of shipped modules, and files or modules that the user allowed to
-run.
+"""Code that a world names: a closed list of shipped names, and files or modules that the user has allowed.
 
 A world lists its own code in `code`: files next to it ("sir.py") or installed modules ("mypackage.ecology").
-Reading the world executes nothing: the source text is read and hashed, and it runs only after the user allows
-this very text (see trust.py). A file is never searched for on Python's module path, and no compiled copy of
-it is used.
+Reading a world executes no code: the source text is read and hashed, and runs only after the user allows
+exactly this text (see trust.py). Files are never looked up on Python's module path, and compiled copies are
+never used.
 """
 
 from __future__ import annotations
@@ -34,29 +33,29 @@ SHIPPED = (
     "ecs_eco.worlds.lamb.systems:Burn",
     "ecs_eco.worlds.lamb.systems:Suckle",
 )
-"""The modules of this package that data may name without listing them."""
+"""The names in this package that data may use without listing their modules."""
 ENTRY = re.compile(r"(__main__:)?[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*")
 _loaded: dict[tuple[Source, ...], dict[str, ModuleType | Exception]] = {}
 
 
 class CodeError(ConfigError):
-    """Code named in data that may not run here: it is not listed, not allowed, or cannot be imported."""
+    """Raised if code named in data cannot run here: it is not listed, not allowed, or cannot be imported."""
 
 
 @dataclass(frozen=True)
 class Code:
-    """The code that one world lists, and whether all of it may run."""
+    """The code that one world lists, and whether all of it is allowed to run."""
 
     sources: tuple[Source, ...] = ()
     passed_on: bool = False  # allowed in the parent process
-    unread: tuple[str, ...] = ()  # modules that it lists and whose text could not be read: refused already
+    unread: tuple[str, ...] = ()  # listed modules whose text could not be read; already reported
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Code, (self.sources, self.allowed)
 
     @property
     def allowed(self) -> bool:
-        """Whether all of it may run, because this process or its user allowed these very texts."""
+        """Whether all of it is allowed to run, by this process or its user."""
         return self.passed_on or all(s.allowed for s in self.sources)
 
     def allow(self) -> None:
@@ -64,7 +63,7 @@ class Code:
         trust.allow(s.sha256 for s in self.sources)
 
     def pass_on(self) -> None:
-        """Allow, in a child process, what the parent allowed, including copies of these texts."""
+        """Allow in a child process what its parent allowed, including copies of these texts."""
         if self.allowed:
             self.allow()
 
@@ -75,7 +74,7 @@ class Code:
         )
 
     def require(self, where: str = "") -> None:
-        """Raise CodeError unless all of it may run."""
+        """Raise CodeError unless all of it is allowed to run."""
         if not self.allowed:
             place = f"{where}: " if where else ""
             raise CodeError(
@@ -83,15 +82,15 @@ class Code:
             )
 
     def problems(self) -> list[Problem]:
-        """Yield a problem for each text that is not allowed."""
+        """Return a problem for each text that is not allowed."""
         return [
-            Problem(("code", i), f"may not run yet: {s.path or 'no file'}, SHA-256 {s.sha256}", s.entry, HOW)
+            Problem(("code", i), f"not allowed yet: {s.path or 'no file'}, SHA-256 {s.sha256}", s.entry, HOW)
             for i, s in enumerate(self.sources)
             if not (self.passed_on or s.allowed)
         ]
 
     def function(self, name: object) -> Any:
-        """Return the object that "module:name" stands for; return anything but a string unchanged.
+        """Return the object that "module:name" refers to; return anything other than a string unchanged.
 
         Raises CodeError, ImportError, AttributeError.
         """
@@ -111,7 +110,8 @@ class Code:
         return thing
 
     def problem(self, key: tuple[str | int, ...], name: object) -> Problem | None:
-        """Return the problem of a name; None if it is valid, or its code may not run or fails to."""
+        """Return the problem with a name; None if it is valid, or if its code is not allowed to run or
+        fails."""
         try:
             if isinstance(name, str) and not self.lists(name):
                 return None if name.partition(":")[0] in self.unread else self.unlisted(key, name)
@@ -129,7 +129,7 @@ class Code:
         return None
 
     def faults(self) -> list[Problem]:
-        """Yield a problem for each listed text that fails to run, if all may run."""
+        """Return a problem for each listed text that fails to run, if all are allowed."""
         if not self.allowed:
             return []
         return [
@@ -144,7 +144,7 @@ class Code:
         ]
 
     def _unseen(self, name: object) -> bool:
-        """Return whether a name belongs to a listed source file that may not run, or failed to."""
+        """Return whether a name belongs to a listed source file that is not allowed to run or failed to run."""
         return (
             isinstance(name, str)
             and name not in SHIPPED
@@ -164,12 +164,12 @@ class Code:
         return Problem(key, fault, name, listed(own), nearest(attribute, own))
 
     def known(self, name: object) -> Any:
-        """Return the object that a name stands for; None if the name is wrong, or its code may not run."""
+        """Return the object that a name refers to; None if the name is wrong or its code cannot run."""
         wrong = self._unseen(name) or self.problem((), name) is not None
         return None if wrong else self.function(name)
 
     def subclasses(self, base: type, *among: type) -> list[type]:
-        """Return the subclasses of `base` that the listed texts define, of those `among` if given."""
+        """Return the subclasses of `base` defined in the listed texts, restricted to `among` if given."""
         found = [
             thing
             for name, module in (self._modules if self.allowed else {}).items()
@@ -180,10 +180,10 @@ class Code:
         return [thing for thing in dict.fromkeys(found) if not among or thing in among]
 
     def unlisted(self, key: tuple[str | int, ...], name: str) -> Problem:
-        """Return the problem of a name whose module `code` does not list."""
+        """Return the problem with a name whose module is not listed in `code`."""
         module, known = name.partition(":")[0], [s.module for s in self.sources]
         allowed = (
-            f"a module that `code` lists ({listed(known)}), "
+            f"a module listed in `code` ({listed(known)}), "
             f'for example code = ["{module.partition(".")[0]}.py"]'
         )
         near = next((n for n in SHIPPED if n.lower() == name.lower()), "") or nearest(module, known)
@@ -191,20 +191,20 @@ class Code:
 
     @cached_property
     def _modules(self) -> dict[str, ModuleType | Exception]:
-        """Return each module, or the reason why it does not run; if all run, all worlds share them."""
+        """Return each module, or the error if it failed to run; if all ran, all worlds share them."""
         modules = _loaded.get(self.sources) or dict(_load(self.sources))
         if not any(isinstance(module, Exception) for module in modules.values()):
             _loaded[self.sources] = modules
         return modules
 
     def _module(self, module: str) -> ModuleType:
-        """Return the module; raise the reason if it does not run."""
+        """Return the module, or raise its error if it failed to run."""
         if isinstance(loaded := self._modules[module], Exception):
             raise loaded
         return loaded
 
     def _is_home(self, module: str, home: str | None) -> bool:
-        """Return whether a function or class with this `__module__` is the module's own."""
+        """Return whether a function or class with this `__module__` was defined in the module."""
         own = self._module(module).__name__
         return (
             home is None
@@ -219,27 +219,27 @@ NONE = Code()
 
 
 def handed_over(function: object) -> Any:
-    """Return a function unchanged. Raises CodeError for a name, which only a world can resolve."""
+    """Return a function unchanged. Raises CodeError for a name, because only a world can resolve names."""
     return NONE.function(function)
 
 
 def public_module(module: str) -> str:
-    """Return the module as worlds name it: for a file next to a world, without its private name."""
+    """Return a module's name as used in worlds, which for a file next to a world is not its private name."""
     return getattr(sys.modules.get(module), "__public__", module) if module.startswith(PRIVATE) else module
 
 
 def read(
     entries: Iterable[str], places: Sequence[Path], wanted: Mapping[str, str] = MappingProxyType({})
 ) -> tuple[Code, list[Problem]]:
-    """Return the code that a world lists, and its problems; nothing runs.
+    """Return the code that a world lists, and any problems; nothing runs.
 
-    A file is taken from the first of `places` that has it, with the hash in `wanted` if there is one.
+    A file is taken from the first of `places` that contains it, preferably with the hash in `wanted`.
     """
     sources: list[Source] = []
     problems = []
     for i, entry in enumerate(entries):
         if not ENTRY.fullmatch(entry):
-            continue  # the type of the field reports it already
+            continue  # already reported by the field's type
         source, fault = (
             of_session(entry)
             if ":" in entry
@@ -250,7 +250,7 @@ def read(
         if source is not None and source.module in [s.module for s in sources if not source.of_session]:
             source, fault = None, "another entry has the same module"
         if source is None:
-            allowed = "a file next to the world file, or an installed module of your own"
+            allowed = "a file next to the world file, or your own installed module"
             problems.append(Problem(("code", i), fault, entry, allowed))
         else:
             sources.append(source)
@@ -259,7 +259,7 @@ def read(
 
 
 def _load(sources: tuple[Source, ...]) -> Iterator[tuple[str, ModuleType | Exception]]:
-    """Run the texts in order; a later file may import an earlier one. Yield the error of one that fails."""
+    """Run the texts in order, so that files can import earlier files. Yield modules, or errors for failures."""
     digest = hashlib.sha256(" ".join(f"{s.entry} {s.sha256}" for s in sources).encode()).hexdigest()[:16]
     earlier: dict[str, ModuleType | Exception] = {}
     for source in sources:
@@ -284,19 +284,19 @@ def _require_unchanged(source: Source) -> None:
     if source.text is not None and (now := of_module(source.entry)[0]) != source:
         fault = (
             f"has changed since it was read: its SHA-256 was {source.sha256}, "
-            f"and is {'none' if now is None else now.sha256}"
+            f"and is now {'none' if now is None else now.sha256}"
         )
         raise CodeError([Problem(("code",), fault, source.entry, HOW)])
 
 
 def _line(error: Exception, source: Source) -> str:
-    """Return the line of the text at which it failed, "" if the error names it or the text did not start."""
+    """Return the line at which the text failed, or "" if the error names it or the text did not start."""
     lines = [f.lineno for f in traceback.extract_tb(error.__traceback__) if f.filename == source.path]
     return f" ({source.entry}, line {lines[-1]})" if lines else ""
 
 
 def _run(source: Source, name: str, earlier: dict[str, ModuleType | Exception]) -> ModuleType:
-    """Execute the text that was read, as a module with a private name that no other import finds."""
+    """Execute the text that was read, as a module with a private name that no other import can find."""
 
     def find(
         wanted: str,

@@ -1,5 +1,5 @@
-"""Parameters of a user's functions and classes: those after the arguments of the call, typed by
-annotations or defaults."""
+"""Parameters of user-defined functions and classes: those after the call's arguments, typed by annotations or
+defaults."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ def applied(thing: Callable[..., Any], given: Mapping[str, object]) -> Any:
 def problems_of_parameters(
     thing: Callable[..., Any], given: Mapping[str, object], n: int, key: tuple[str | int, ...]
 ) -> list[Problem]:
-    """Return the problems of the parameters of a function or class that is called with `n` further
-    arguments: unknown names, wrong types, missing parameters. The function is not called."""
+    """Return the problems (unknown names, wrong types, missing parameters) with the parameters of a function
+    or class that is called with `n` other arguments. The function is not called."""
     try:
         every = list(inspect.signature(thing).parameters.values())
     except (TypeError, ValueError):  # its signature is unknown
@@ -54,7 +54,7 @@ def problems_of_parameters(
 
 
 def _hints(thing: object) -> dict[str, Any]:
-    """Return the annotations of its parameters; none if they cannot be resolved."""
+    """Return the annotations of a function's parameters; none if they cannot be resolved."""
     try:
         return typing.get_type_hints(
             vars(thing).get("__init__", thing) if isinstance(thing, type) else thing, include_extras=True
@@ -64,7 +64,7 @@ def _hints(thing: object) -> dict[str, Any]:
 
 
 def _kind(parameter: inspect.Parameter, hints: Mapping[str, Any]) -> Any:
-    """Return the type of a parameter: its annotation, or that of its default; None if neither exists."""
+    """Return a parameter's type, from its annotation or else its default; None if it has neither."""
     if parameter.name in hints:
         return hints[parameter.name]
     kind = type(parameter.default)
@@ -80,9 +80,9 @@ def _in_words(parameter: inspect.Parameter, hints: Mapping[str, Any]) -> str:
 
 
 def _fault(value: object, parameter: inspect.Parameter, hints: Mapping[str, Any]) -> str:
-    """Return what is expected if a value is wrong, or ""."""
+    """Return a description of the expected value if a value is wrong, otherwise ""."""
     if not _is_data(value):
-        return "a TOML value: finite numbers, texts, true, false, and lists and tables of them"
+        return "a TOML value: a finite number, a string, true, false, or a list or table of these"
     kind = _kind(parameter, hints)
     if kind is None:
         return ""
@@ -91,7 +91,7 @@ def _fault(value: object, parameter: inspect.Parameter, hints: Mapping[str, Any]
 
 
 def _checker(kind: type[Any]) -> Callable[[Any], str] | None:
-    """Return a function that reports why a value has the wrong type; None if that is unknown."""
+    """Return a function that reports why a value has the wrong type; None if the type cannot be checked."""
     try:
         adapter: TypeAdapter[Any] = TypeAdapter(kind, config=ConfigDict(strict=True, allow_inf_nan=False))
     except (PydanticUserError, TypeError, NameError):

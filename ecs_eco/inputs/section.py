@@ -1,4 +1,4 @@
-"""The common base of all sections of a world file: strict models, and the kinds of numbers."""
+"""The common base of all sections of a world file: strict models, and number types."""
 
 from __future__ import annotations
 
@@ -41,22 +41,22 @@ Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=40)]
 Pair = Annotated[list[Real], Field(min_length=2, max_length=2)]
 Point = Annotated[list[Real], Field(min_length=2, max_length=3)]
 
-# keywords of formulas cannot be names
+# keywords of formulas, which cannot be names
 RESERVED = frozenset({"and", "or", "not", "if", "else", "in", "is", "lambda", "for", "None", "True", "False"})
 
 
-# what to do instead of changing a value in a living world
+# what to do instead of changing a value in a live world
 FREE = ""  # it may change
 ANEW = "build a world with it and run it from the start"
 SWITCH = '; or an intervention of kind "switch"'
 NUMBERS = 'an intervention of kind "add" or "cull"'
 FENCE = 'an intervention of kind "fence"'
-SHAPE = "weights and columns have their shapes from it: build a world with it"
+SHAPE = "it sets the shapes of weights and columns: build a world with it"
 
 # why a number cannot be heritable
 COLUMN = "COLUMN"  # it can: it has a column of a component, and a trait in config/traits.py
 POPULATION = "it counts organisms, so no single organism has it"
-PARENTLESS = "it concerns organisms without parents, which inherit no gene"
+PARENTLESS = "it concerns organisms without parents, which inherit no genes"
 LETTERS = "it determines how genomes are read and copied: a gene for it would change its own meaning"
 MATTER = "it is matter, which comes from parents, food and surroundings, not from genes"
 CHEMISTRY = "a reaction has the same proportions in every body"
@@ -66,15 +66,15 @@ WIDTH = "it is the width of a column or of a network's input, which all members 
 
 @dataclass(frozen=True)
 class Change:
-    """The alternative to changing a field in a living world, FREE if it may change; the same for the
-    entries of a table, if that differs."""
+    """The alternative to changing a field in a live world, or FREE if it may change; `entries` is the
+    alternative for a table's entries, if different."""
 
     instead: str | None = None
     entries: str | None = None
 
 
 class Column(NamedTuple):
-    """The component that stores an organism's own value, in a field of the number's name or in `field`."""
+    """The component that stores each organism's own value, in `field` or in a field with the number's name."""
 
     component: str
     field: str = ""
@@ -88,12 +88,11 @@ class Own:
 
 
 class Section(BaseModel):
-    """A section of a world file: a strict pydantic model, in which unknown keys are refused and nothing changes
-    after loading.
+    """A section of a world file: a strict, immutable pydantic model that refuses unknown keys.
 
     Notes
     -----
-    Two keywords of a subclass, `change` and `own`, are those of `about` for all of its fields.
+    The class keywords `change` and `own` apply these arguments of `about` to all fields of a subclass.
 
     Examples
     --------
@@ -114,7 +113,7 @@ class Section(BaseModel):
     )
     marks: ClassVar[tuple[Change, Own | None]] = (Change(), None)
     submodel: ClassVar[Submodel | None] = None
-    """Its part of the world's description (`ecs-eco describe`)."""
+    """The section's part of the world's description (`ecs-eco describe`)."""
 
     def __init_subclass__(
         cls, change: str | None = None, own: bool | str | Column | None = None, **other: Any
@@ -141,7 +140,7 @@ def quantity(
     own: bool | str | Column | None = None,
     **limits: Any,
 ) -> Any:
-    """Declare a key that is a quantity with a unit.
+    """Declare a key whose value is a quantity with a unit.
 
     Parameters
     ----------
@@ -150,13 +149,13 @@ def quantity(
     unit : str
         Such as "m/s"; "1" for a pure number.
     default : object, optional
-        Default value; required without one.
+        Default value; without it, the key is required.
     change : str, optional
         As in `about`.
     own : bool or str, optional
         As in `about`.
     **limits
-        Arguments of `pydantic.Field`.
+        Other arguments, passed to `pydantic.Field`.
 
     Returns
     -------
@@ -186,28 +185,28 @@ def about(
     omit: bool = False,
     **limits: Any,
 ) -> Any:
-    """Declare a key without a unit: a name, a choice, a table.
+    """Declare a key without a unit, such as a name, a choice or a table.
 
     Parameters
     ----------
     text : str
         Description, shown in the reference and by editors.
     default : object, optional
-        Default value; required without one.
+        Default value; without it, the key is required.
     change : str, optional
-        `FREE` if the value may change in a living world, else what to do instead, such as `ANEW`; default: as
-        the key that contains the section.
+        `FREE` if the value may change in a live world, otherwise what to do instead, such as `ANEW`; default:
+        the same as for the key that contains the section.
     entries : str, optional
-        The same for the entries of a table, if it differs.
+        The same for a table's entries, if different.
     own : bool or str, optional
-        True if a gene may code for the number, else the reason why not.
+        True if a gene may code for the number, otherwise the reason why not.
     former : str, optional
         A former name of the key, which is still accepted.
     omit : bool, default False
-        Whether files leave the key out while it has its default, None unless given, so that worlds without
-        the key keep their former hash and digests.
+        Whether files omit the key while it has its default (None unless given), so that worlds without the
+        key keep their previous hash and digests.
     **limits
-        Arguments of `pydantic.Field`.
+        Other arguments, passed to `pydantic.Field`.
 
     Returns
     -------
@@ -233,12 +232,12 @@ def about(
 
 
 def table(text: str, factory: Callable[[], object], **declared: Any) -> Any:
-    """Return an optional section or list, with its default factory."""
+    """Declare an optional section or list with a default factory."""
     return about(text, default_factory=factory, **declared)
 
 
 def function_name(function: object) -> str:
-    """Return "module:name" of a function, a class or a system; a text is returned unchanged."""
+    """Return "module:name" for a function, a class or a system; return a string unchanged."""
     if isinstance(function, str):
         return function
     if isinstance(function, Use):
@@ -248,7 +247,7 @@ def function_name(function: object) -> str:
 
 
 def as_written(value: object, json: bool) -> Any:
-    """Return the form of code in a file, with JSON types, or the object that was passed."""
+    """Return code in the form used in files (`json`), or as the object that was passed."""
     if isinstance(value, Use):
         return {"use": as_written(value.use, json), **value.parameters}
     return function_name(value) if json else value
@@ -259,7 +258,7 @@ def _is_code(value: object) -> bool:
 
 
 class NamesCode:
-    """Marker of a type of field whose text may name code; `names_in` finds all such fields."""
+    """Marks a field type whose text may name code; `names_in` finds all such fields."""
 
 
 OF_CODE = (
@@ -273,8 +272,8 @@ Function = Annotated[str, Field(pattern=NAMED), *OF_CODE]
 
 
 class Use(Section):
-    """Your own function or class with its parameters, the other keys: those of the function after the
-    arguments of the call, or those of the constructor."""
+    """Your own function or class; all other keys are its parameters (for a function, those after the call's
+    arguments)."""
 
     model_config = ConfigDict(extra="allow")
 

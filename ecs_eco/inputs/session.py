@@ -1,4 +1,4 @@
-"""Functions and classes of a notebook or another interactive session: their source, which is in no file."""
+"""The source code of functions and classes defined in an interactive session, such as a notebook."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ def is_interactive() -> bool:
 
 
 def source_of(name: str) -> str | None:
-    """Return the current source of a function or class of `__main__`, with its decorators; if there is
-    none, its bytecode. None if this name is not defined there."""
+    """Return the current source of a function or class in `__main__`, with its decorators, or else its
+    bytecode. Return None if the name is not defined there."""
     thing: Any = sys.modules.get("__main__")
     for part in name.split("."):
         thing = getattr(thing, part, None)
@@ -32,7 +32,7 @@ def source_of(name: str) -> str | None:
 
 
 def _cells(thing: object) -> Iterator[str]:
-    """Yield the cells that define its functions, then all cells of the session, the latest first."""
+    """Yield the cells that define the object's functions, then all cells of the session, latest first."""
     functions = [thing, *vars(thing).values()] if inspect.isclass(thing) else [thing]
     for file in dict.fromkeys(f.__code__.co_filename for f in functions if inspect.isfunction(f)):
         yield "".join(linecache.getlines(file))
@@ -40,7 +40,7 @@ def _cells(thing: object) -> Iterator[str]:
 
 
 def _definition(text: str, name: str) -> str | None:
-    """Return the lines of the last definition of a name in a text, None if there is none."""
+    """Return the lines of the last definition of a name in a text, or None if there is none."""
     try:
         nodes = [
             node
@@ -56,7 +56,7 @@ def _definition(text: str, name: str) -> str | None:
 
 
 def _compiled(thing: object) -> Any:
-    """Return the contents of a function or class as numbers and texts that are the same in each session."""
+    """Return the contents of a function or class as numbers and strings that are the same in every session."""
     if inspect.isclass(thing):
         return [
             [name, _compiled(value)]

@@ -1,4 +1,4 @@
-"""The texts of code that worlds name, read and hashed; none of them runs here."""
+"""The source code that worlds name, read and hashed; none of it runs here."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ LARGEST_FILE = 10_000_000  # bytes
 
 @dataclass(frozen=True)
 class Source:
-    """A file or module that a world lists, or "__main__:name" of an interactive session, with its text as
-    read; `text` is None if there is no file."""
+    """A file or module that a world lists, or "__main__:name" from an interactive session, with its text;
+    `text` is None if there is no file."""
 
     entry: str
     path: str
@@ -32,22 +32,22 @@ class Source:
 
     @property
     def module(self) -> str:
-        """The part before the colon in names of its functions and classes."""
+        """The part before the colon in the names of its functions and classes."""
         return self.entry.removesuffix(".py") if self.is_file else self.entry.partition(":")[0]
 
     @property
     def of_session(self) -> bool:
-        """Whether it is a function or class of an interactive session."""
+        """Whether it is a function or class defined in an interactive session."""
         return ":" in self.entry
 
     @property
     def allowed(self) -> bool:
-        """Whether it may run; definitions of this session run already."""
+        """Whether it is allowed to run; definitions in an interactive session always are."""
         return self.of_session or trust.allowed(self.sha256)
 
     @cached_property
     def sha256(self) -> str:
-        """The hash of its text; of its name for a module without a file."""
+        """The hash of its text or, for a module without a file, of its name."""
         return hashlib.sha256(f"module {self.entry}".encode() if self.text is None else self.text).hexdigest()
 
     def __str__(self) -> str:
@@ -55,13 +55,13 @@ class Source:
 
 
 def of_file(entry: str, places: Sequence[Path], wanted: str | None) -> tuple[Source | None, str]:
-    """Return the source of a file in the first of `places` that has it, with the hash `wanted` if there is
-    one; or None and the problem."""
+    """Return a file's source from the first of `places` that contains it, preferably with the hash `wanted`;
+    or None and the problem."""
     first = None
     for path in (place / entry for place in places if (place / entry).is_file()):
         try:
             if path.stat().st_size > LARGEST_FILE:
-                return None, f"too large: {path.stat().st_size} bytes, and at most {LARGEST_FILE} are read"
+                return None, f"too large: {path.stat().st_size} bytes; the limit is {LARGEST_FILE}"
             source = Source(entry, str(path.absolute()), path.read_bytes())
         except OSError as error:
             return None, f"cannot be read: {error.strerror or error}"
@@ -85,7 +85,7 @@ def of_session(entry: str) -> tuple[Source | None, str]:
 def of_module(entry: str) -> tuple[Source | None, str]:
     """Return the source of an installed module, without importing it, or None and the problem."""
     if entry.partition(".")[0] in sys.stdlib_module_names and entry != "__main__":
-        return None, "a module of Python itself; write a function in your own file"
+        return None, "is part of Python's standard library; write a function in your own file"
     path, text = "", None
     if entry in sys.modules:
         path = getattr(sys.modules[entry], "__file__", None) or ""

@@ -1,4 +1,4 @@
-"""Code that the user has allowed to run: hashes of source texts, in this process or remembered."""
+"""Code that the user has allowed to run: hashes of source texts, for this process or permanently."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _here: set[str] = set()  # allowed in this process
 
 
 def allowed(sha256: str) -> bool:
-    """Return whether a text with this hash may run."""
+    """Return whether a text with this hash is allowed to run."""
     return sha256 in _here or sha256 in remembered()
 
 
@@ -36,9 +36,9 @@ def file() -> Path:
 
 
 def remembered() -> dict[str, str]:
-    """Return what this user allowed before: hash and path.
+    """Return the texts that this user has allowed permanently: their paths by hash.
 
-    Empty if the file belongs to another user, or others may write to it.
+    Empty if the file belongs to another user, or if other users can write to it.
     """
     path = file()
     try:
@@ -66,5 +66,5 @@ def remember(texts: Mapping[str, str]) -> None:
     except OSError as error:
         fault = f"cannot be written: {error.strerror or error}"
         raise ConfigError(
-            [Problem((), fault, str(path), "a folder of your own as XDG_CONFIG_HOME", source="--trust")]
+            [Problem((), fault, str(path), "your own folder as XDG_CONFIG_HOME", source="--trust")]
         ) from None

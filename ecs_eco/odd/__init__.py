@@ -1,8 +1,8 @@
-"""The description of a world by the ODD protocol (Grimm et al. 2020), generated from its declarations.
+"""The description of a world in the ODD protocol (Grimm et al. 2020), generated from its declarations.
 
-Texts are next to the code that they describe: descriptions and units in the fields of sections, sentences in
-the docstrings of systems and components, equations in `ecs_eco.engine.submodel.Submodel`. This package only
-arranges them.
+Texts are kept with the code that they describe: descriptions and units in the fields of sections, sentences
+in the docstrings of systems and components, equations in `ecs_eco.engine.submodel.Submodel`. This package
+only arranges them.
 """
 
 from ecs_eco._lazy import lazy

@@ -23,7 +23,7 @@ def _species(model: Model) -> dict[str, Species]:
 
 
 def _listed(words: Iterable[str]) -> str:
-    """Return words as a list in a sentence."""
+    """Join words into a list for use in a sentence."""
     *first, last = [*words] or [""]
     return f"{', '.join(first)} and {last}" if first else last
 
@@ -35,7 +35,7 @@ def _principles(model: Model) -> Iterator[Block]:
         networks = ["an innate reflex network"] * reflex + ["a policy network that may learn"] * policy
         decision = f", from which {_listed(networks)} {'make' if len(networks) > 1 else 'makes'} a decision"
         yield (
-            f"Organisms with a nervous system ({', '.join(minds)}) follow Strannegård et al. (2021): sensors give "
+            f"Organisms with a nervous system ({', '.join(minds)}) follow Strannegård et al. (2021): sensors yield "
             f"a vector x{decision * bool(networks)}."
         )
     if titles := [title.lower() for title in model.parts]:
@@ -45,8 +45,8 @@ def _principles(model: Model) -> Iterator[Block]:
 def _emergence(model: Model) -> Iterator[Block]:
     species = _species(model)
     yield (
-        "Numbers of entities, their ages, places and causes of death emerge from submodels that act on "
-        "individuals; no equation of populations is imposed."
+        "The numbers, ages, positions and causes of death of entities emerge from submodels that act on "
+        "individuals; no population equation is imposed."
     )
     if learned := [name for name, one in species.items() if one.policy.thinks]:
         yield f"The behavior of {_listed(learned)} emerges from learning; only the reward is imposed."
@@ -56,20 +56,20 @@ def _emergence(model: Model) -> Iterator[Block]:
         yield f"The reflexes of {_listed(coded)} are imposed, except where genes code for them."
     if genes := [name for name, one in species.items() if one.genome is not None]:
         yield (
-            f"Frequencies of alleles of {_listed(genes)} emerge from births, deaths and mutation; no fitness "
+            f"Allele frequencies of {_listed(genes)} emerge from births, deaths and mutation; no fitness "
             "function is imposed."
         )
     if capped := [f"{n} ({one.max_count:,})" for n, one in species.items() if one.max_count is not None]:
-        yield f"The highest number is imposed for {_listed(capped)}."
+        yield f"A maximum number is imposed on {_listed(capped)}."
 
 
 def _adaptation(model: Model) -> Iterator[Block]:
     rows = [row for name, species in _species(model).items() for row in _decisions(name, species)]
     if rows:
-        yield "In each tick an individual decides on an action of each group:"
+        yield "In each tick, an individual decides on one action in each group:"
         yield from grid(("species", "group", "actions", "decided by"), rows)
     if rest := [name for name in model.organisms if all(row[0] != name for row in rows)]:
-        yield f"These make no decisions: {', '.join(rest)}."
+        yield f"No decisions are made by {_listed(rest)}."
 
 
 def _decisions(name: str, species: Species) -> Iterator[tuple[str, str, str, str]]:
@@ -77,11 +77,11 @@ def _decisions(name: str, species: Species) -> Iterator[tuple[str, str, str, str
     for group, actions in species.actions.items():
         if isinstance(actions, list):
             options = ", ".join(actions)
-            automatic = ["automatic"] * bool(set(actions) & set(species.always_on))
+            automatic = ["always on"] * bool(set(actions) & set(species.always_on))
         else:
             options, automatic = f"a number in {shown(actions.continuous)}", []
         policy = ["policy"] * (species.policy.kind != "none" and not automatic)
-        yield name, group, options, ", ".join([*automatic, *policy, *reflex]) or "the neutral action"
+        yield name, group, options, ", ".join([*automatic, *policy, *reflex]) or "the default action"
 
 
 def _objectives(model: Model) -> Iterator[Block]:
@@ -91,9 +91,9 @@ def _objectives(model: Model) -> Iterator[Block]:
             weights = " + ".join(f"{shown(w)} × {sensor}" for sensor, w in happiness.weights.items())
             formula = happiness.formula or weights or shown(happiness.function)
             rows.append((name, f"`{formula}`", shown(happiness.minimum)))
-    text = "The objective is happiness, a function of the readings of sensors; the reward is its change in a tick."
+    text = "The objective is happiness, a function of sensor readings; the reward is its change in a tick."
     yield text if rows else "Individuals have no objective."
-    yield from grid(("species", "happiness", "least, and happiness of the dead"), rows)
+    yield from grid(("species", "happiness", "minimum, and happiness at death"), rows)
 
 
 def _learning(model: Model) -> Iterator[Block]:
@@ -103,7 +103,7 @@ def _learning(model: Model) -> Iterator[Block]:
         if policy.thinks and (policy.learn or policy.file):
             when = " and ".join(["before the run"] * bool(policy.file) + ["during the run"] * policy.learn)
             own = policy.kind == "individual"
-            who = "each individual its own policy" if own else "all members one policy"
+            who = "one for each individual" if own else "one for all members"
             rows.append((name, when, who, shown(ppo["learning_rate"]), shown(ppo["horizon"])))
     text = "Policies learn by PPO (Schulman et al. 2017) to increase the discounted sum of rewards:"
     yield text if rows else "Individuals do not learn."
@@ -118,7 +118,7 @@ def _prediction(model: Model) -> Iterator[Block]:
             rows.append((name, shown(discount), f"{1 / (1 - discount):.3g}" if discount < 1 else "∞"))
     text = (
         "Prediction is implicit: while a policy learns, a value network predicts the discounted sum of future "
-        "rewards from the present readings."
+        "rewards from the current readings."
     )
     yield text if rows else "Individuals do not predict."
     yield from grid(("species", "discount", "horizon, 1/(1 − discount) [ticks]"), rows)
@@ -132,7 +132,7 @@ def _sensing(model: Model) -> Iterator[Block]:
             declared = "; ".join(f"{v.key} {shown(v.value)} {v.unit}".rstrip() for v in values)
             channels = sensor.channels(model.world.space.volume + 2)
             rows.append((name, getattr(sensor, "kind", ""), f"`{'`, `'.join(channels)}`", declared))
-    text = "Sensors read without error. The submodel Sensing defines the readings of each kind."
+    text = "Sensors read without error. The submodel Sensing defines the readings of each kind of sensor."
     yield text if rows else "Individuals sense nothing."
     yield from grid(("species", "kind", "readings", "declared"), rows)
 
@@ -146,29 +146,27 @@ def _interaction(model: Model) -> Iterator[Block]:
     ]
     some: list[Block] = []
     if rows:
-        some = [
-            "Individuals interact with individuals within reach, measured between the surfaces of both bodies:"
-        ]
-        some += grid(("of", "with", "by", "reach"), rows)
+        some = ["Individuals interact within reach, which is measured between the surfaces of their bodies:"]
+        some += grid(("kind", "interacts with", "key", "reach"), rows)
     if mates := [name for name, one in species.items() if getattr(one.reproduction, "kind", "") == "sexual"]:
         some.append(f"Individuals of {_listed(mates)} mate.")
     if solid := [n for n, one in sections.items() if getattr(getattr(one, "body", None), "solid", False)]:
         some.append(f"Solid bodies push each other apart: {_listed(solid)}.")
     if smells := [f"{n} into {_listed(s.emits)}" for n, s in sections.items() if getattr(s, "emits", None)]:
-        some.append(f"Individuals interact indirectly by emissions into fields: {_listed(smells)}.")
+        some.append(f"Individuals interact indirectly through emissions into fields: {_listed(smells)}.")
     if sensed := [
         f"{n} ({', '.join(kinds)})" for n, one in species.items() if (kinds := _sensed(model, one))
     ]:
         some.append(f"Individuals sense other individuals (kinds in parentheses): {_listed(sensed)}.")
     if own := [f"`{type(s).__name__}`" for s in model.active if not is_built_in(s)]:
         some.append(
-            f"Processes of this world's own code may be interactions too (element 7): {_listed(own)}."
+            f"Processes defined by this world's own code may also be interactions (element 7): {_listed(own)}."
         )
     yield from some or ["Individuals do not interact."]
 
 
 def _sensed(model: Model, species: Species) -> list[str]:
-    """Return the kinds that the sensors of a species detect."""
+    """Return the kinds that a species' sensors detect."""
     named = [value.value for sensor in species.sensors for value in values_of(sensor)]
     flat = [one for value in named for one in (value if isinstance(value, list) else [value])]
     return [kind for kind in model.tables if kind in flat]
@@ -177,34 +175,34 @@ def _sensed(model: Model, species: Species) -> list[str]:
 def _stochasticity(model: Model) -> Iterator[Block]:
     draws = [part.submodel.draws for parts in model.parts.values() for part in parts if part.submodel.draws]
     yield (
-        "A random number is computed from the seed, the tick, the identity of the individual and the purpose of "
-        "the draw, so that no draw affects another. The model draws:"
+        "Each random number is computed from the seed, the tick, the identity of the individual and the purpose of "
+        "the draw, so no draw affects another. The model draws:"
     )
-    yield Items(tuple(dict.fromkeys(["the places and headings of founders", *draws])))
+    yield Items(tuple(dict.fromkeys(["the positions and headings of founders", *draws])))
 
 
 def _collectives(model: Model) -> Iterator[Block]:
     shared = [name for name, species in _species(model).items() if species.policy.kind == "shared"]
     kin = [] if model.config is None else sorted(model.config.have_parents())
-    yield "The model has no collectives with state or behavior; groups may emerge."
+    yield "The model has no collectives with their own state or behavior, but groups may emerge."
     if shared:
-        yield f"Members of the same species share one policy: {', '.join(shared)}."
+        yield f"All members of a species share one policy: {', '.join(shared)}."
     if kin:
-        yield f"Individuals know their parents (families): {', '.join(kin)}."
+        yield f"The parents of individuals are recorded (families): {', '.join(kin)}."
 
 
 def _observation(model: Model) -> Iterator[Block]:
     yield (
-        "In every tick a run records, for each species, the number alive, births, deaths by cause, and the energy "
-        "taken in, burned, given and lost. It records each birth and death with its place, and snapshots of all "
-        "individuals at an interval. Observation has no error."
+        "In every tick, a run records for each species the number alive, births, deaths by cause, and the energy "
+        "taken in, burned, given away and lost. It also records the position of each birth and death, and "
+        "snapshots of all individuals at regular intervals. Observations have no error."
     )
     config = model.config
     if config is not None:
         reporters = [(name, f"`{shown(reporter)}`") for name, reporter in config.reporters.items()]
         yield from grid(("reporter", "measured in every tick"), reporters)
         if config.record:
-            yield f"Individuals also have these recorded: {_listed(f'`{field}`' for field in config.record)}."
+            yield f"Also recorded for individuals: {_listed(f'`{field}`' for field in config.record)}."
 
 
 CONCEPTS = {

@@ -53,7 +53,7 @@ class Document(list[Block]):
 
 
 def grid(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[Block]:
-    """Yield a table without columns whose cells are all empty; nothing if there are no rows."""
+    """Yield a table, omitting columns whose cells are all empty; yield nothing if there are no rows."""
     held = [tuple(row) for row in rows]
     kept = [i for i in range(len(head)) if any(row[i] for row in held)]
     if not kept:

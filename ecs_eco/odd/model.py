@@ -19,7 +19,7 @@ from ecs_eco.odd.values import applies, found_at
 
 
 class Part(NamedTuple):
-    """A declared submodel, the class that declares it, and the kinds that it applies to."""
+    """A declared submodel, the system that declares it, if any, and the kinds to which it applies."""
 
     submodel: Submodel
     system: System | None
@@ -52,12 +52,12 @@ class Model:
         return sorted(self.world.tables if self.config is None else self.config.species)
 
     def places(self, kind: str | None = None) -> list[Section]:
-        """Return the sections in which keys are looked up, of one kind or of all."""
+        """Return the sections in which to look up keys, for one kind or for all."""
         own = [section for name, section in self.sections.items() if kind in (None, name)]
         return [*own, *([] if self.config is None else [self.config])]
 
     def named(self, system: System) -> list[str]:
-        """Return the kinds on which a system acts in this world; empty if it has no work here."""
+        """Return the kinds on which a system acts in this world; empty if it does nothing here."""
         submodel, asked = system.submodel or Submodel(), system.asked_for or (lambda table: True)
         having = [name for name, table in self.tables.items() if asked(table) and table.has(system.needs)]
         return [name for name in having if self.concerns(submodel, name)]
@@ -69,13 +69,13 @@ class Model:
 
     @cached_property
     def active(self) -> dict[System, list[str]]:
-        """The systems with work in this world, in the order of a tick, and the kinds on which they act."""
+        """The systems that act in this world, in the order of a tick, and the kinds on which they act."""
         acting = {system: self.named(system) for system in self.systems}
         return {system: kinds for system, kinds in acting.items() if kinds}
 
     @cached_property
     def parts(self) -> dict[str, list[Part]]:
-        """The submodels by title: of the surroundings, of systems in the order of a tick, then of other
+        """The submodels by title: surroundings first, then systems in the order of a tick, then other
         sections."""
         parts: dict[str, list[Part]] = {}
         around = [] if self.config is None else [s for s in map(_submodel, _declared(self.config)) if s.reads]
@@ -103,7 +103,7 @@ class Model:
             known.append(Part(submodel, system, list(kinds)))
 
     def claimed(self, kind: str) -> set[str]:
-        """Return the keys of a kind, or of the world for "", whose values are parameters of submodels."""
+        """Return the keys of a kind (of the world for "") whose values are parameters of submodels."""
         return {
             key
             for parts in self.parts.values()
@@ -113,15 +113,14 @@ class Model:
         }
 
     def keys(self, part: Part) -> list[str]:
-        """Return the keys of a submodel's parameters; for a system of a custom feature, the keys of the
-        feature, too."""
+        """Return the keys of a submodel's parameters, including a custom feature's keys for its systems."""
         features = [] if self.config is None else own_features(self.config)
         own = [one for one in features if type(part.system) in one.systems]
         return [*part.submodel.reads, *(key for one in own for key in one.model_fields)]
 
     def changes(self, kind: str, component: str, field: str, titled: bool = False) -> bool:
-        """Return whether a system of this world changes a state variable of a kind; with `titled`, only
-        systems that do more than bookkeeping."""
+        """Return whether any system of this world changes a state variable of a kind; with `titled`, ignore
+        systems that only do bookkeeping."""
         wanted = {component, f"{component}.{field}"}
         for system, kinds in self.active.items():
             if titled and system.submodel is not None and not system.submodel.title:
@@ -138,14 +137,15 @@ class Model:
 
     @staticmethod
     def changed_by(system: System) -> tuple[str, ...]:
-        """Return the fields that a system changes; without a declared submodel, all that it needs."""
+        """Return the fields that a system changes or, without a declared submodel, all components that it
+        needs."""
         if system.submodel is None:
             return tuple(component.__name__ for component in system.needs)
         return system.submodel.changes
 
 
 def _declared(section: Section) -> Iterator[Section]:
-    """Yield the sections within a section that declare a submodel, except sections of species."""
+    """Yield the sections within a section that declare a submodel, except for species."""
     for name in type(section).model_fields:
         value = getattr(section, name)
         if isinstance(value, Section):
@@ -159,7 +159,7 @@ def _submodel(section: Section) -> Submodel:
 
 
 def is_built_in(system: System) -> bool:
-    """Return whether a system is one of the package's own."""
+    """Return whether a system is part of this package."""
     return type(system).__module__.startswith("ecs_eco.systems.")
 
 

@@ -1,4 +1,4 @@
-"""The description of a world: the seven elements of the ODD protocol, in order.
+"""The description of a world: the seven elements of the ODD protocol in order.
 
 Grimm, V. et al. (2020). The ODD protocol for describing agent-based and other simulation models: a second update
 to improve clarity, replication, and structural realism. JASSS 23(2) 7.
@@ -25,14 +25,14 @@ from ecs_eco.odd.submodels import parameters, submodels
 from ecs_eco.odd.values import comments_of, first_sentence, keys_given, lists_of, shown, values_of
 
 OTHERWISE = ("count", "age", "max_count", "at", "between", "heading", "color", "components", "policy", "ppo")
-"""Keys of kinds that element 5 describes, or that have no meaning in biology."""
+"""Keys of kinds that element 5 describes or that have no biological meaning."""
 STARTS = ("count", "max_count", "age", "at", "between", "heading", "sex")
 SURROUNDINGS = ("substances", "terrain", "ambient", "sun", "year", "water")
 OPTIONAL = (Biology, Metabolism, Physical)  # components of which a world may use only some fields, or none
 UPRIGHT = ("z", "climb")  # fields that are 0 on a plane
 REFERENCE = (
     "This description follows the ODD protocol (Overview, Design concepts, Details; Grimm et al. 2020, JASSS 23(2) "
-    "7). `ecs-eco describe` generated it from the world file and from the declarations of the program."
+    "7). `ecs-eco describe` generated it from the world file and the program's declarations."
 )
 
 
@@ -42,9 +42,9 @@ def describe(world: World | WorldSource, *, trust: bool = False) -> Document:
     Parameters
     ----------
     world : World, str, Path, Mapping or WorldConfig
-        A living world, or an argument of `World.from_config`.
+        A live world, or anything that `World.from_config` accepts.
     trust : bool, default False
-        Whether code that the world file names may run.
+        Whether code named in the world file is allowed to run.
 
     Returns
     -------
@@ -96,22 +96,22 @@ def purpose(model: Model) -> Iterator[Block]:
     """Yield element 1."""
     config = model.config
     if config is None:
-        yield f"The world `{model.world.name}` is built in Python; its program declares no purpose."
+        yield f"The world `{model.world.name}` is built in Python; the program states no purpose."
         return
-    none = f"The world file declares no purpose; its title is: {config.title}."
+    none = f"The world file states no purpose; its title is: {config.title}."
     yield config.description or _told(config) or none
     if config.patterns:
-        yield "The model is judged by these patterns:"
+        yield "The model is evaluated by these patterns:"
         yield Items(tuple(config.patterns))
     else:
-        yield "The world file names no patterns (key `patterns`)."
+        yield "The world file lists no patterns (key `patterns`)."
     if config.data is not None:
         yield f"It is compared with the measurements in `{config.data.file}`: {shown(config.data.statistics)}."
 
 
 def _told(config: WorldConfig) -> str:
-    """Return the first paragraph of the README in a world's folder, otherwise the comment at the top of
-    its file."""
+    """Return the first paragraph of the README in a world's folder or, failing that, the comment at the top
+    of its file."""
     file = config.folder / config._source
     if not file.is_file():
         return ""
@@ -131,10 +131,10 @@ def entities(model: Model) -> Iterator[Block]:
     kinds = [(name, "species" if name in model.organisms else "type of object") for name in model.tables]
     yield from grid(("kind", "entity"), kinds)
     yield (
-        "Each individual has a unique number (uid). The space with its fields and surroundings is one more entity."
+        "Each individual has a unique number (uid). Space, with its fields and surroundings, is another entity."
     )
     yield Heading(3, "State variables")
-    yield from grid(("variable", "unit", "meaning", "of", "static or dynamic"), _state(model))
+    yield from grid(("variable", "unit", "meaning", "kinds", "static or dynamic"), _state(model))
     constants = [
         (kind, key)
         for kind, section in model.sections.items()
@@ -148,8 +148,7 @@ def entities(model: Model) -> Iterator[Block]:
 
 
 def _state(model: Model) -> Iterator[tuple[str, ...]]:
-    """Yield a row for each state variable, or for several similar ones: name, unit, meaning, kinds,
-    changes."""
+    """Yield a row (names, unit, meaning, kinds, changes) for each group of similar state variables."""
     rows: dict[tuple[str, ...], list[str]] = {}
     given = {key.rpartition(".")[2] for section in model.sections.values() for key in keys_given(section)}
     components = {c.__name__: c for table in model.tables.values() for c in table if c not in table.derived}
@@ -177,7 +176,7 @@ def _kinds(model: Model, kinds: Sequence[str]) -> str:
 
 
 def _scales(model: Model) -> Iterator[Block]:
-    """Yield the extent and the resolution of space and time, and the state of the surroundings."""
+    """Yield the extent and resolution of space and time, and the state of the surroundings."""
     world, config = model.world, model.config
     space = world.space
     yield Heading(3, "Scales")
@@ -185,7 +184,7 @@ def _scales(model: Model) -> Iterator[Block]:
     rows = [
         ("extent", " × ".join(shown(size) for size in space.size) + " m"),
         ("edges", f"{edges}{'; surface and bottom are walls' * (space.volume and space.torus)}"),
-        ("places", "continuous"),
+        ("positions", "continuous"),
         ("time step", f"{shown(world.dt)} s"),
     ]
     if config is not None:
@@ -193,7 +192,7 @@ def _scales(model: Model) -> Iterator[Block]:
         rows.append(("length of a run", span))
         for name, field in config.fields.items():
             held = (
-                f"concentration of {field.substance} [mol/L]" if field.substance else "a smell without amount"
+                f"concentration of {field.substance} [mol/L]" if field.substance else "a smell, not an amount"
             )
             rows.append((f"field `{name}`", f"cells of {shown(field.cell)} m; {held}; dynamic"))
         if config.terrain is not None:
@@ -207,8 +206,8 @@ def _scales(model: Model) -> Iterator[Block]:
 def schedule(model: Model) -> Iterator[Block]:
     """Yield element 3."""
     yield (
-        f"Time passes in ticks of {shown(model.world.dt)} s. In each tick the processes below act one after the "
-        "other, each on all its entities before the next begins. Deaths take effect at the end of the phase "
+        f"Time advances in ticks of {shown(model.world.dt)} s. In each tick, the processes below act one after "
+        "another, each on all its entities before the next begins. Deaths take effect at the end of the phase "
         "`die`, births at the end of the phase `reproduce`."
     )
     rows = []
@@ -224,9 +223,9 @@ def schedule(model: Model) -> Iterator[Block]:
     yield from grid(("", "phase", "process", "entities", "what happens", "changes"), rows)
     if idle := [type(system).__name__ for system in model.systems if system not in model.active]:
         names = ", ".join(f"`{name}`" for name in idle)
-        yield f"The schedule also has {names}, which have no effect in this world."
+        yield f"The schedule also contains {names}, without effect in this world."
     yield (
-        "Competition within a process is settled by distance or at random; results do not depend on the order in "
+        "Competition within a process is resolved by distance or at random; results do not depend on the order in "
         "which individuals are stored."
     )
 
@@ -235,12 +234,12 @@ def initialization(model: Model) -> Iterator[Block]:
     """Yield element 5."""
     config = model.config
     if config is None:
-        yield f"The program places the first entities. The seed of the random numbers is {model.world.seed}."
+        yield f"The program creates the first entities. The random seed is {model.world.seed}."
         yield from grid(("kind", "entities now"), [(n, f"{t.n:,}") for n, t in model.tables.items()])
         return
     yield (
-        "Founders are at random places and head in random directions, except where places are given. The values of "
-        "elements 2 and 7 hold for founders too."
+        "Founders have random positions and headings, unless positions are given. The values in "
+        "elements 2 and 7 also apply to founders."
     )
     yield from parameters(model, [(kind, key) for kind in model.sections for key in STARTS])
     rows = [(name, *_policy(model, name)) for name in model.organisms if _policy(model, name)[0]]
@@ -248,7 +247,7 @@ def initialization(model: Model) -> Iterator[Block]:
     yield from _first_energy(model)
     fields = [(n, f"{shown(f.initial)} mol/L") for n, f in config.fields.items() if f.initial is not None]
     yield from grid(("field", "initial concentration"), fields)
-    yield f"The default seed of the random numbers is {config.seed}; each seed gives another run of the same world."
+    yield f"The default random seed is {config.seed}; each seed yields a different run of the same world."
 
 
 def _policy(model: Model, name: str) -> tuple[str, str]:
@@ -262,7 +261,7 @@ def _policy(model: Model, name: str) -> tuple[str, str]:
 
 
 def _first_energy(model: Model) -> Iterator[Block]:
-    """Yield the initial energies of founders, which vary in species with a nervous system."""
+    """Yield the initial energies of founders, which vary for species with a nervous system."""
     rows = []
     for name, section in model.sections.items():
         if isinstance(section, Species) and "metabolism" in section.model_fields_set:
@@ -288,7 +287,7 @@ def inputs(model: Model) -> Iterator[Block]:
     if not rows:
         yield "The model uses no input data to represent processes that change over time."
         return
-    yield "The model takes from outside:"
+    yield "The model takes these external inputs:"
     yield Items(tuple(rows))
 
 

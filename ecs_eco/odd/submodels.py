@@ -21,15 +21,15 @@ from ecs_eco.odd.values import (
     values_of,
 )
 
-WIDEST = 6  # columns of kinds in a table of parameters
-FEW = 5  # words of a docstring that is only a heading
+WIDEST = 6  # most columns of kinds in a table of parameters
+FEW = 5  # most words in a docstring that is only a heading
 
 
 def submodels(model: Model) -> Iterator[Block]:
     """Yield the submodels that this world uses."""
     yield (
-        "Each submodel is described by what its code declares, with the values of this world. Values that are not "
-        "listed are 0 or absent. Units: the unit of energy is the world's own."
+        "Each submodel is described by its code's declarations, with the values of this world. Values that are not "
+        "listed are 0 or absent. Each world defines its own unit of energy."
     )
     described: set[tuple[str, str]] = set()
     for title, parts in model.parts.items():
@@ -46,7 +46,7 @@ def submodels(model: Model) -> Iterator[Block]:
 
 
 def _carried_out(system: System) -> str:
-    """Return the action of a system; for a custom system, its whole docstring."""
+    """Return a description of a system; for a custom system, its whole docstring."""
     kind = type(system)
     text = sentences(kind) if system.submodel is None else first_paragraph(kind)
     return f"`{kind.__name__}`: {text or 'its class has no docstring.'}"
@@ -61,7 +61,7 @@ def _rules(model: Model, part: Part) -> Iterator[str]:
 
 
 def parameters(model: Model, wanted: Sequence[tuple[str, str]]) -> Iterator[Block]:
-    """Yield tables of the values at pairs (kind, key), with the kind "" for the world: single values,
+    """Yield tables of the values at pairs (kind, key), where kind "" is the world: first single values with
     kinds side by side, then lists."""
     holders = {} if model.config is None else {"": model.config}
     held: dict[str, dict[str, Value]] = {}
@@ -82,7 +82,7 @@ def parameters(model: Model, wanted: Sequence[tuple[str, str]]) -> Iterator[Bloc
 
 
 def _functions(model: Model, values: list[Value]) -> Iterator[str]:
-    """Yield the functions that values name, with the first sentence of their docstrings."""
+    """Yield the functions that values name, each with the first sentence of its docstring."""
     for one in [value.value for value in values]:
         if model.config is not None and (isinstance(one, Use) or re.fullmatch(NAMED, str(one))):
             function = model.config.known(one)
@@ -118,7 +118,7 @@ def _cell(value: Value | None) -> str:
 
 
 def _listed(kind: type[Section], rows: list[tuple[str, str, Section]]) -> Iterator[Block]:
-    """Yield the table of the entries of lists that have one model, and the meanings of its columns."""
+    """Yield a table of all list entries of one model, and the meanings of its columns."""
     if len(sentences(kind).split()) > FEW:
         yield sentences(kind)
     values = [{v.key: v for v in values_of(entry) if v.key not in ("name", "label")} for _, _, entry in rows]
@@ -127,13 +127,13 @@ def _listed(kind: type[Section], rows: list[tuple[str, str, Section]]) -> Iterat
     lines = []
     for (name, label, _), row in zip(rows, values, strict=True):
         lines.append((name, f"`{label}`", *(_cell(row[key]) if key in row else "" for key in columns)))
-    yield from grid(("of", "entry", *head), lines)
+    yield from grid(("kind", "entry", *head), lines)
     if meanings := tuple(f"`{key}`: {one.text}" for key, one in columns.items() if one.text):
         yield Items(meanings)
 
 
 def _own_values(system: System) -> Iterator[Block]:
-    """Yield the numbers of a custom system: its attributes or its class's, with their comments."""
+    """Yield a custom system's numbers: attributes of the system or its class, with their comments."""
     known, rows = comments_of(type(system)), []
     for name, value in {**vars(type(system)), **vars(system)}.items():
         if not name.startswith("_") and _is_number(value) and name != "priority":

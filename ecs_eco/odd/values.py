@@ -1,5 +1,5 @@
-"""The values of a world file with meaning and unit, read from the declarations of fields, and the fields
-of components."""
+"""The values of a world file, with meanings and units from the declarations of fields, and the fields of
+components."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ class Value(NamedTuple):
 
 
 def values_of(section: Section, prefix: str = "") -> Iterator[Value]:
-    """Yield the values of a section and its subsections: all given values, and all defaults other than
-    absent, 0, false or empty. `lists_of` yields lists of sections."""
+    """Yield the values of a section and its subsections: all given values, and defaults that have an effect.
+    `lists_of` yields lists of sections."""
     for name, info, value in _fields(section):
         key, unit, text = f"{prefix}{name}", unit_of(info), text_of(info)
         if isinstance(value, Section) and not isinstance(value, Use):
@@ -50,19 +50,19 @@ def values_of(section: Section, prefix: str = "") -> Iterator[Value]:
 
 
 def _is_unused(section: Section, setting: str, value: object) -> bool:
-    """Return whether a hyperparameter of PPO has no effect on a species, because it is 0 or is for
-    recurrent networks."""
+    """Return whether a PPO hyperparameter has no effect on a species: it is 0, or applies only to recurrent
+    networks."""
     return not value or (setting == "unroll" and next(found_at(section, ["policy", "network"]), None) is None)
 
 
 def keys_given(section: Section) -> set[str]:
-    """Return the values that a file gives within a section, by key."""
+    """Return the keys of the values that a file gives within a section."""
     keys = {value.key for value in values_of(section)}
     return {key for key in keys if key.partition(".")[0] in section.model_fields_set}
 
 
 def lists_of(section: Section, prefix: str = "") -> Iterator[tuple[str, list[tuple[str, Section]]]]:
-    """Yield each list or table of sections within a section: its key, and its named entries."""
+    """Yield each list or table of sections within a section: its key and its named entries."""
     for name, _, value in _fields(section):
         if isinstance(value, Section):
             yield from lists_of(value, f"{prefix}{name}.")
@@ -73,7 +73,7 @@ def lists_of(section: Section, prefix: str = "") -> Iterator[tuple[str, list[tup
 
 
 def _fields(section: Section) -> Iterator[tuple[str, FieldInfo, Any]]:
-    """Yield the effective values of a section's own fields and of the parameters of its functions."""
+    """Yield the effective values of a section's own fields and of its functions' parameters."""
     for name, info in type(section).model_fields.items():
         value = getattr(section, name)
         given = name in section.model_fields_set
@@ -94,7 +94,7 @@ def _sections(value: object) -> bool:
 
 
 def unit_of(info: FieldInfo) -> str:
-    """Return the unit of a field, "" for a pure number."""
+    """Return the unit of a field, or "" for a pure number."""
     extra = info.json_schema_extra
     written = _UNIT_AT_END.search(info.description or "")
     unit = written[1] if written else ""
@@ -103,13 +103,13 @@ def unit_of(info: FieldInfo) -> str:
 
 
 def text_of(info: FieldInfo) -> str:
-    """Return the description of a field, without its unit and the effect of its absence."""
+    """Return the description of a field, without its unit or the effect of its absence."""
     text = _UNIT_AT_END.sub("", info.description or "")
     return re.sub(r"[;,:]? absent: [^;]*", "", text)
 
 
 def shown(value: object) -> str:
-    """Return a value as text: the shortest text with all digits of a number."""
+    """Return a value as text, numbers as briefly as their precision allows."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, int):
@@ -128,7 +128,7 @@ def shown(value: object) -> str:
 
 
 def applies(condition: str, places: Iterable[Section], table: Table | None = None) -> bool:
-    """Return whether a condition of `Submodel` is true of one of several sections, or of a table."""
+    """Return whether a condition of `Submodel` is true for any of several sections, or for a table."""
     held = list(places)
     return all(_one_applies(key.strip(), held, table) for key in condition.split("&"))
 
@@ -142,7 +142,7 @@ def _one_applies(key: str, places: list[Section], table: Table | None) -> bool:
 
 
 def found_at(value: Any, path: list[str]) -> Iterator[Any]:
-    """Yield all values at a dotted key, in all entries of lists and tables of sections."""
+    """Yield all values at a dotted key, including those in entries of lists and tables of sections."""
     if not path:
         yield value
     elif isinstance(value, Section):
@@ -158,7 +158,7 @@ def _is_set(value: object) -> bool:
 
 
 def sentences(thing: Any) -> str:
-    """Return the docstring of a class or function, in one line; "" if it has none itself."""
+    """Return the docstring of a class or function in one line; "" if it has none of its own."""
     own = vars(thing).get("__doc__") if isinstance(thing, type) else getattr(thing, "__doc__", "")
     return " ".join(inspect.cleandoc(own or "").split())
 
@@ -174,8 +174,8 @@ def first_paragraph(thing: type) -> str:
 
 
 def comments_of(thing: type) -> dict[str, tuple[str, str]]:
-    """Return the unit and the meaning of each field that a class declares, from the comment on its line or
-    above it."""
+    """Return the unit and meaning of each field that a class declares, from the comment on or above its
+    line."""
     try:
         lines = inspect.getsource(thing).splitlines()
     except (OSError, TypeError):  # the class was created in an interactive session

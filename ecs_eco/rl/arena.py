@@ -1,5 +1,4 @@
-"""The common base of all environments of a species: worlds, one per episode, with external control of the
-species."""
+"""The common base of all environments: one world per episode, with external control of a species."""
 
 from __future__ import annotations
 
@@ -17,17 +16,17 @@ from ecs_eco.nervous.external import External, Sensed
 from ecs_eco.rl import spaces
 
 RENDERED = ("rgb_array",)
-GRID = 16  # cells along a side of the world, in `state`
-WIDTH = 480  # px of the longer side of a picture
+GRID = 16  # cells along each side of the world in `state`
+WIDTH = 480  # [px] longer side of a picture
 PAPER = (247, 246, 242)
 
 
 class Arena:
     """Worlds in which a program controls a species.
 
-    `world` is the argument of World.from_config, and `build` its other arguments; or a living World, of which
-    each episode begins with a copy: the first unchanged, all others with another seed. Learning within the
-    world is off unless `learn` turns it on.
+    `world` and `build` are the arguments of `World.from_config`; or `world` is a live World, and each episode
+    begins with a copy of it: the first unchanged, all others with a different seed. Learning within the world
+    is off unless `learn` turns it on.
     """
 
     def __init__(
@@ -42,7 +41,7 @@ class Arena:
         self.species, self.partial, self.build = species, partial, {"learn": False, "record": False} | build
         self.origin = world if isinstance(world, World) else None
         if self.origin is not None and build:
-            raise TypeError(f"{', '.join(build)}: a living world is built already")
+            raise TypeError(f"{', '.join(build)}: a live world is already built")
         self.config: WorldConfig = (
             self.origin.config
             if self.origin is not None
@@ -54,7 +53,7 @@ class Arena:
         self.cycles = self.config.ticks if cycles is None else whole_number("max_cycles", cycles, 1)
         self.world: World | None = None
         self.door: External | None = None
-        self.ended = 0  # the tick after which the time is over
+        self.ended = 0  # the tick at which the episode's time is over
         self.seed, self.episode = self.config.seed, -1
         self._spaces()
 
@@ -66,7 +65,7 @@ class Arena:
         self.action_space = spaces.action_space(door.options, door.low, door.high)
 
     def begin(self, seed: int | None = None) -> Sensed:
-        """Begin an episode in a new world; with a seed, or the next one after the last."""
+        """Begin an episode in a new world, with `seed` or the next one in the current sequence."""
         if seed is not None:
             self.seed, self.episode = seed_number(seed), -1
         first, self.episode = self.episode < 0, self.episode + 1
@@ -81,15 +80,15 @@ class Arena:
         return self.door.observe()
 
     def begin_alive(self, seed: int | None = None) -> Sensed:
-        """Begin an episode in a world that has members of the species. Raises ConfigError if it has none."""
+        """Begin an episode. Raises ConfigError if its world has no members of the species."""
         sensed = self.begin(seed)
         if not len(sensed.uid):
             raise ConfigError(
                 [
                     Problem(
                         ("species", self.species),
-                        "has no member when an episode begins",
-                        allowed="a world in which one lives",
+                        "has no members at the start of an episode",
+                        allowed="a world with at least one member",
                         source="ecs_eco.rl",
                     )
                 ]
@@ -97,19 +96,19 @@ class Arena:
         return sensed
 
     def step(self, actions: np.ndarray, uid: np.ndarray | None = None) -> Sensed:
-        """Run a tick, up to where the next actions are needed."""
+        """Run a tick, up to the point where the next actions are needed."""
         door = self.opened()
         door.act(actions, uid)
         return door.observe()
 
     def actions_as(self, flat: bool) -> Any:
-        """Return the space of actions, as a Box if it is a Dict and `flat` is set."""
+        """Return the action space, as a Box if it is a Dict and `flat` is set."""
         return spaces.flattened(self.action_space) if flat else self.action_space
 
     def opened(self) -> External:
         """Return the external control. Raises RuntimeError before the first episode."""
         if self.door is None:
-            raise RuntimeError(f"the environment of {self.species!r} has not begun: reset() first")
+            raise RuntimeError(f"the environment of {self.species!r} has not begun; call reset() first")
         return self.door
 
     @property
@@ -122,7 +121,7 @@ class Arena:
         self.world = self.door = None
 
     def state(self) -> np.ndarray:
-        """Return how many organisms of each species are in each cell of a grid: f32[species, GRID, GRID]."""
+        """Return the number of organisms of each species in each grid cell: f32[species, GRID, GRID]."""
         world = self.opened().world
         out = np.zeros((len(self.config.species), GRID, GRID), np.float32)
         for i, name in enumerate(self.config.species):
@@ -140,7 +139,7 @@ class Arena:
 
 
 class Shown:
-    """The rendering and saving of all environments of an arena."""
+    """Rendering and saving, shared by all environments of an arena."""
 
     arena: Arena
     render_mode: str | None
@@ -150,7 +149,7 @@ class Shown:
         return None if self.render_mode is None else draw(self.arena.opened().world)
 
     def save(self, path: str | Path) -> Path:
-        """Write a checkpoint at the end of the tick under way: in the next step."""
+        """Write a checkpoint at the end of the current tick, which is during the next step."""
         return Path(self.arena.opened().save(path))
 
 
@@ -168,8 +167,8 @@ def _check(config: WorldConfig, species: str, render_mode: str | None) -> None:
         problems.append(
             Problem(
                 ("species", species, "happiness"),
-                "it has no reward",
-                allowed="a happiness network, whose changes are rewards",
+                "the species has no reward",
+                allowed="a happiness network; the reward is its change",
                 source="ecs_eco.rl",
             )
         )
@@ -177,7 +176,7 @@ def _check(config: WorldConfig, species: str, render_mode: str | None) -> None:
         problems.append(
             Problem(
                 ("render_mode",),
-                "no such way to draw",
+                "unknown render mode",
                 render_mode,
                 f"{listed(RENDERED)}, or None",
                 nearest(render_mode, RENDERED),
@@ -212,7 +211,7 @@ def draw(world: World) -> np.ndarray:
 def _discs(
     picture: np.ndarray, x: np.ndarray, y: np.ndarray, radius: np.ndarray, colour: tuple[int, ...]
 ) -> None:
-    """Draw discs at places f32[n] [px], each at least a pixel large."""
+    """Draw discs at positions f32[n] [px], each at least one pixel wide."""
     for size in np.unique(np.clip(np.round(radius), 0, 40)).astype(int):
         here = np.clip(np.round(radius), 0, 40) == size
         dy, dx = np.mgrid[-size : size + 1, -size : size + 1]

@@ -1,4 +1,4 @@
-"""A species as a ParallelEnv of PettingZoo: its members are agents, which are born and die."""
+"""A species as a PettingZoo ParallelEnv: its members are agents, which are born and die."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ try:
 except ModuleNotFoundError as error:
     raise needed(error.name or "pettingzoo") from None
 
-Agent = Any  # a uid, or with a pool a name
+Agent = Any  # a uid or, with a pool, a name
 Step = tuple[
     dict[Agent, np.ndarray],
     dict[Agent, float],
@@ -31,13 +31,13 @@ Step = tuple[
 
 
 class Parallel(Shown, ParallelEnv):
-    """All members of a species as a PettingZoo ParallelEnv, each an agent under its uid.
+    """All members of a species as a PettingZoo ParallelEnv, in which each is an agent named by its uid.
 
     Notes
     -----
-    A newborn appears in all five dicts of the step in which it first senses, with a reward of 0. An agent that
-    died has a last entry: its last reading and reward, `terminated`, and the cause of death in `info`. After
-    `max_cycles` ticks all agents are truncated; `agents` is empty once the species is extinct.
+    A newborn appears in all five dicts of the step in which it first senses, with a reward of 0. An agent
+    that dies has one last entry: its last reading and reward, `terminated`, and the cause of death in `info`.
+    After `max_cycles` ticks, all agents are truncated; `agents` is empty once the species is extinct.
     """
 
     def __init__(self, arena: Arena, pool: int | None, render_mode: str | None) -> None:
@@ -51,8 +51,8 @@ class Parallel(Shown, ParallelEnv):
         self.channels, self.options = arena.channels, arena.options
         self._actions: dict[Agent, Any] = {}
         self._named: dict[int, str] = {}  # uid → name, with a pool
-        self._uids = np.zeros(0, np.uint64)  # of the agents, in their order
-        self._order = np.zeros(0, np.int64)  # their positions among those that sense
+        self._uids = np.zeros(0, np.uint64)  # uids of the agents, in their order
+        self._order = np.zeros(0, np.int64)  # their positions among all sensing organisms
         n = len(arena.config.species)
         self.state_space = Box(0, np.inf, (n, GRID, GRID), np.float32)
         if pool is not None:
@@ -61,7 +61,7 @@ class Parallel(Shown, ParallelEnv):
 
     @property
     def max_cycles(self) -> int:
-        """Ticks of an episode."""
+        """Ticks per episode."""
         return self.arena.cycles
 
     @max_cycles.setter
@@ -69,7 +69,7 @@ class Parallel(Shown, ParallelEnv):
         self.arena.cycles = whole_number("max_cycles", cycles, 1)
 
     def observation_space(self, agent: Agent) -> Any:
-        """Return the Box of observations, a number for each of `channels`.
+        """Return the observation space: a Box with a number for each of `channels`.
 
         Parameters
         ----------
@@ -82,7 +82,7 @@ class Parallel(Shown, ParallelEnv):
         return self.arena.observation_space
 
     def action_space(self, agent: Agent) -> Any:
-        """Return the space of actions, a number for each of `options`.
+        """Return the action space, with a number for each group in `options`.
 
         Parameters
         ----------
@@ -91,7 +91,8 @@ class Parallel(Shown, ParallelEnv):
         Returns
         -------
         gymnasium.spaces.Space
-            Each agent has its own, which you can seed; by default its seed follows from the episode's.
+            Each agent has its own space, which you can seed; by default, its seed is derived from the
+            episode's.
         """
         if agent not in self._actions:
             space = self._actions[agent] = deepcopy(self.arena.action_space)
@@ -121,9 +122,9 @@ class Parallel(Shown, ParallelEnv):
                 [
                     Problem(
                         ("pool",),
-                        "smaller than the first population",
+                        "is smaller than the initial population",
                         self.pool,
-                        f"at least {len(sensed.uid)}, and names for those to be born",
+                        f"at least {len(sensed.uid)}, plus names for newborns",
                         source="parallel_env",
                     )
                 ]
@@ -136,7 +137,7 @@ class Parallel(Shown, ParallelEnv):
         Parameters
         ----------
         actions : dict of agent to action
-            One for each of `agents`.
+            One action for each of `agents`.
 
         Returns
         -------
@@ -145,7 +146,7 @@ class Parallel(Shown, ParallelEnv):
         Raises
         ------
         ConfigError
-            If an action is missing, invalid, or of an agent that is not alive.
+            If an action is missing or invalid, or belongs to an agent that is not alive.
         """
         if not self.agents:
             return {}, {}, {}, {}, {}
@@ -190,9 +191,9 @@ class Parallel(Shown, ParallelEnv):
         self.agents = []
 
     def _see(self, sensed: Sensed, before: dict[int, Agent]) -> tuple[np.ndarray, bool]:
-        """Make those that sense agents, by uid; return their observations f32[n, channels], and whether
-        the episode ends here, by its time or because the pool has too few names: then newborns are left
-        out."""
+        """Make all sensing organisms agents, in the order of uids; return their observations f32[n,
+        channels], and whether the episode ends here because its time is over or the pool is out of names;
+        newborns are then omitted."""
         order = np.argsort(sensed.uid)
         uids = sensed.uid[order].tolist()
         if self.pool is not None:
@@ -208,7 +209,8 @@ class Parallel(Shown, ParallelEnv):
         return sensed.x[order], late
 
     def _chosen(self, actions: dict[Agent, Any]) -> np.ndarray:
-        """Return the actions of all agents in the order of the control, [n, groups]. Raises ConfigError."""
+        """Return the actions of all agents in the order that the control expects, [n, groups]. Raises
+        ConfigError."""
         known = set(self.agents)
         if actions.keys() != known:
             missing, strange = sorted(known - actions.keys()), [a for a in actions if a not in known]
@@ -223,7 +225,7 @@ class Parallel(Shown, ParallelEnv):
                 )
                 for fault, agents in (
                     ("no action", missing),
-                    ("not a current agent: dead, or never born", strange),
+                    ("not a current agent: dead or never born", strange),
                 )
                 if agents
             ]
@@ -237,7 +239,7 @@ class Parallel(Shown, ParallelEnv):
                     Problem(
                         (self.arena.species, "actions"),
                         f"not {n} actions: {error}",
-                        allowed=f"of each agent one of {space}",
+                        allowed=f"for each agent, an action in {space}",
                         source="step",
                     )
                 ]
@@ -267,13 +269,13 @@ def parallel_env(
     Parameters
     ----------
     world : str, Path, Mapping, WorldConfig or World
-        As for `World.from_config`; or a living world, a copy of which each episode starts with.
+        Anything that `World.from_config` accepts, or a live world; each episode starts with a copy of it.
     species : str
     pool : int, optional
-        Number of names of agents, for libraries that need `possible_agents`: they are given in the order of
-        birth, and the episode is truncated when they are used up. Default: agents are uids.
+        Number of agent names, for libraries that need `possible_agents`: names are assigned in the order of
+        birth, and the episode is truncated when none is left. Default: agents are uids.
     max_cycles : int, optional
-        Ticks of an episode; default: `ticks` of the world file.
+        Ticks per episode; default: the world file's `ticks`.
     render_mode : {"rgb_array"}, optional
     **build
         Other arguments of `World.from_config`, such as `policies` and `threads`.
@@ -285,7 +287,7 @@ def parallel_env(
     Raises
     ------
     ConfigError
-        If the species has nothing to decide.
+        If the species makes no decisions.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""The environments of `gymnasium.make`: one species of a shipped world each."""
+"""The environments for `gymnasium.make`: each is one species of a shipped world."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ ENVIRONMENTS = {
     "IslandWolf-v0": ("island", "wolf"),
     "Raven-v0": ("island", "raven"),
 }
-"""By name: the world and the species."""
+"""The world and species of each environment, by name."""
 
 
 def register() -> None:
-    """Register them with Gymnasium, if it is installed; once is enough."""
+    """Register the environments with Gymnasium if it is installed and they are not yet registered."""
     if find_spec("gymnasium") is None:
         return
     from gymnasium.envs.registration import register as enter

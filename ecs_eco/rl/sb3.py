@@ -1,4 +1,4 @@
-"""Slots as the vector of environments that Stable-Baselines3 takes."""
+"""Slots as a Stable-Baselines3 VecEnv."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ except ModuleNotFoundError as error:
 
 
 class SlotsVecEnv(VecEnv):
-    """A VecEnv of Stable-Baselines3 over slots. It has no empty slots: take fewer than there are bodies.
+    """A Stable-Baselines3 VecEnv over slots. Slots cannot be empty, so use fewer than there are organisms.
 
-    Stable-Baselines3 does not support a Dict of actions: if there are options and numbers, actions are a Box,
-    see `ecs_eco.rl.spaces.flattened`.
+    Stable-Baselines3 does not support a Dict of actions: if there are both options and numbers, actions are a
+    Box (see `ecs_eco.rl.spaces.flattened`).
     """
 
     def __init__(self, envs: Slots) -> None:
@@ -36,7 +36,7 @@ class SlotsVecEnv(VecEnv):
         return observations
 
     def step_async(self, actions: np.ndarray) -> None:
-        """Store the actions of the next step."""
+        """Store the actions for the next step."""
         self._actions = actions
 
     def step_wait(self) -> Any:
@@ -71,17 +71,18 @@ class SlotsVecEnv(VecEnv):
         return [False] * len(list(self._get_indices(indices)))
 
     def get_images(self) -> list[Any]:
-        """Return one picture, of the world."""
+        """Return one picture of the world."""
         return [self.envs.render()]
 
 
 def vec_env(envs: Slots) -> SlotsVecEnv:
-    """Return slots as a VecEnv of Stable-Baselines3.
+    """Return slots as a Stable-Baselines3 VecEnv.
 
     Parameters
     ----------
     envs : Slots
-        As `slots` returns it; take fewer slots than there are organisms, because a VecEnv has no empty ones.
+        As returned by `slots`; use fewer slots than there are organisms, because a VecEnv cannot have empty
+        ones.
 
     Returns
     -------

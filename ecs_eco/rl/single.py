@@ -1,4 +1,4 @@
-"""One organism of a species as an Env of Gymnasium; the others live as they do without it."""
+"""One organism of a species as a Gymnasium Env; all other organisms behave as in any run."""
 
 from __future__ import annotations
 
@@ -18,10 +18,11 @@ except ModuleNotFoundError as error:
 
 
 class Body(Shown, Env):
-    """One organism as a Gymnasium Env, from now to its death, which is termination.
+    """One organism as a Gymnasium Env; its death terminates the episode.
 
-    `reset` with a seed starts a new world. Without one, the next episode is the life of another member of the
-    same world, drawn at random, until the world is `max_cycles` ticks old or the species is extinct.
+    `reset` with a seed starts a new world. Without a seed, the next episode follows another member of the
+    same world, drawn at random; once the world is `max_cycles` ticks old or the species is extinct, a new
+    world starts.
     """
 
     def __init__(self, arena: Arena, render_mode: str | None = None, flat: bool = False) -> None:
@@ -29,11 +30,11 @@ class Body(Shown, Env):
         self.metadata = {"render_modes": ["rgb_array"], "render_fps": 20}
         self.channels, self.options = arena.channels, arena.options
         self.observation_space, self.action_space = arena.observation_space, arena.actions_as(flat)
-        self.uid = 0  # of the organism; 0: none is alive
+        self.uid = 0  # uid of the organism; 0 if none is alive
         self._sensed: Sensed | None = None
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> Any:
-        """Start the life of an organism.
+        """Start an episode with one organism.
 
         Parameters
         ----------
@@ -46,7 +47,7 @@ class Body(Shown, Env):
         -------
         observation : array of float32, shape (channels,)
         info : dict
-            "uid" of the organism.
+            The organism's "uid".
         """
         super().reset(seed=seed)
         sensed = self._sensed
@@ -64,7 +65,7 @@ class Body(Shown, Env):
         Parameters
         ----------
         action : array or dict
-            As in `action_space`.
+            An element of `action_space`.
 
         Returns
         -------
@@ -72,18 +73,18 @@ class Body(Shown, Env):
         reward : float
             Change of happiness.
         terminated : bool
-            Whether the organism died; info then has the "cause".
+            Whether the organism died; `info` then contains the "cause".
         truncated : bool
-            Whether the episode reached its greatest length.
+            Whether the world has reached `max_cycles` ticks.
         info : dict
 
         Raises
         ------
         RuntimeError
-            If no organism is alive: call `reset` first.
+            If the organism is dead or none has been chosen; call `reset` first.
         """
         if not self.uid:
-            raise RuntimeError("the organism is dead, or none has been chosen: reset() first")
+            raise RuntimeError("the organism is dead, or none has been chosen; call reset() first")
         space = self.arena.action_space
         batch = {group: [value] for group, value in action.items()} if isinstance(action, dict) else [action]
         sensed = self._sensed = self.arena.step(spaces.matrix(space, batch, 1), np.array([self.uid], "u8"))
@@ -116,13 +117,13 @@ def body(
     Parameters
     ----------
     world : str, Path, Mapping, WorldConfig or World
-        As for `World.from_config`; or a living world, a copy of which each episode starts with.
+        Anything that `World.from_config` accepts, or a live world; each episode starts with a copy of it.
     species : str
     max_cycles : int, optional
-        Ticks of a world; default: `ticks` of the world file.
+        Ticks per world; default: the world file's `ticks`.
     render_mode : {"rgb_array"}, optional
     flat : bool, default False
-        Where a species has both options and continuous actions, whether an action is a Box instead of a Dict.
+        Whether to use a Box instead of a Dict if a species has both options and continuous actions.
     **build
         Other arguments of `World.from_config`.
 
@@ -133,7 +134,7 @@ def body(
     Raises
     ------
     ConfigError
-        If the species has nothing to decide.
+        If the species makes no decisions.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Observations and actions of an organism as spaces of Gymnasium."""
+"""Observations and actions of an organism as Gymnasium spaces."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from gymnasium import spaces
 from ecs_eco.config.models.sensors import AnySensor, Gradient, Nearest, Rays, Smell, Touch
 from ecs_eco.config.models.species import Species
 
-MOST = 1 + 1e-6  # of a cosine, with the rounding of float32
+MOST = 1 + 1e-6  # largest cosine, with float32 rounding
 
 
 def observation_space(species: Species, dims: int) -> spaces.Box:
-    """Return the box of a species' channels, f32[channels]; infinite if a sensor has no limits."""
+    """Return the Box of a species' channels, f32[channels], unbounded for sensors without limits."""
     ends = [end for sensor in species.sensors for end in _ends(sensor, dims)]
     low, high = np.array(ends, np.float32).reshape(-1, 2).T
     return spaces.Box(low, high, dtype=np.float32)
@@ -44,7 +44,7 @@ def action_space(options: dict[str, tuple[str, ...]], low: np.ndarray, high: np.
     if not sizes:
         return spaces.Box(*ends, dtype=np.float32)
     return spaces.Dict(
-        OrderedDict(  # it would sort the groups of a plain dict
+        OrderedDict(  # Dict would sort the groups of a plain dict
             (group, spaces.Discrete(len(names)) if names else spaces.Box(low[i], high[i], (), np.float32))
             for i, (group, names) in enumerate(options.items())
         )
@@ -52,16 +52,16 @@ def action_space(options: dict[str, tuple[str, ...]], low: np.ndarray, high: np.
 
 
 def flattened(space: spaces.Space[Any]) -> spaces.Space[Any]:
-    """Return a Dict of options and numbers as a Box with a number from −1 to 1 for each group; another space
-    unchanged.
+    """Convert a Dict of options and numbers to a Box with a number from −1 to 1 for each group; return any
+    other space unchanged.
 
-    The range is divided evenly among the options of a group, and is stretched to that of a number.
+    The range is divided evenly among the options of a group, or scaled to the range of a number.
     """
     return spaces.Box(-1, 1, (len(space.spaces),), np.float32) if isinstance(space, spaces.Dict) else space
 
 
 def _as_groups(space: spaces.Dict, flat: np.ndarray) -> np.ndarray:
-    """Return actions of the flattened space [n, groups] as those of the groups: options, or numbers."""
+    """Convert actions in the flattened space [n, groups] to the options and numbers of the groups."""
     share = np.clip((flat + 1) / 2, 0, 1)
     groups: list[Any] = [*space.spaces.values()]
     columns = [
@@ -74,8 +74,8 @@ def _as_groups(space: spaces.Dict, flat: np.ndarray) -> np.ndarray:
 
 
 def matrix(space: spaces.Space[Any], actions: Any, n: int) -> np.ndarray:
-    """Return n actions of such a space, stacked as Gymnasium stacks them, or of the flattened one, as an
-    array [n, groups]."""
+    """Return n actions as an array [n, groups]. They are in such a space, stacked as in Gymnasium, or in the
+    flattened space."""
     if isinstance(space, spaces.Dict) and not isinstance(actions, Mapping):
         return _as_groups(space, np.asarray(actions, np.float64).reshape(n, len(space.spaces)))
     if isinstance(space, spaces.Dict):
@@ -85,14 +85,14 @@ def matrix(space: spaces.Space[Any], actions: Any, n: int) -> np.ndarray:
 
 
 def stacked(space: spaces.Space[Any], actions: list[Any]) -> Any:
-    """Return single actions stacked as `matrix` takes them."""
+    """Stack single actions in the form that `matrix` accepts."""
     if isinstance(space, spaces.Dict):
         return {group: [action[group] for action in actions] for group in space.spaces}
     return actions
 
 
 def width(space: spaces.Space[Any]) -> int:
-    """Return the number of groups of a space."""
+    """Return the number of groups in a space."""
     if isinstance(space, spaces.Dict):
         return len(space.spaces)
     return int(np.prod(space.shape or (), dtype=int)) or 1

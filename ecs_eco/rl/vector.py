@@ -1,4 +1,4 @@
-"""A species as a VectorEnv of Gymnasium: n slots, each with the body of one of its members."""
+"""A species as a Gymnasium VectorEnv: n slots, each of which controls one member."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ try:
 except ModuleNotFoundError as error:
     raise needed(error.name or "gymnasium") from None
 
-FILL = random.LOT + (4 << 8)  # purpose of the draws that fill free slots
+FILL = random.LOT + (4 << 8)  # purpose of the random draws that fill free slots
 Step = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]
 
 
 class Slots(Shown, VectorEnv):
-    """Members of a species as a Gymnasium VectorEnv: each of n slots has a living organism until it dies.
+    """Members of a species as a Gymnasium VectorEnv: each of n slots controls one organism until it dies.
 
     Notes
     -----
-    Death is termination: `final_obs` in the infos has the last reading. In the same step a free slot takes a
-    living member without a slot, drawn at random. While there is none, the slot is empty, reads zeros, and
-    `mask` in the infos is False. Members without a slot decide by the species' own policy, at random if it has
-    none. After `max_cycles` ticks all slots are truncated; if the species is extinct, a new world starts in the
-    same step.
+    Death terminates a slot's episode; `final_obs` in the infos contains the last reading. In the same step,
+    the free slot receives a living member without a slot, drawn at random. If there is none, the slot stays
+    empty: it reads zeros, and `mask` in the infos is False. Members without a slot decide by the species' own
+    policy, or at random if it has none. After `max_cycles` ticks, all slots are truncated; then, or when the
+    species is extinct, a new world starts in the same step.
     """
 
     def __init__(self, arena: Arena, n: int, render_mode: str | None = None, flat: bool = False) -> None:
@@ -46,12 +46,12 @@ class Slots(Shown, VectorEnv):
         )
         self.observation_space = batch_space(self.single_observation_space, n)
         self.action_space = batch_space(self.single_action_space, n)
-        self.uid = np.zeros(n, np.uint64)  # of the bodies; 0: an empty slot
-        self._at = np.zeros(n, np.int64)  # their positions among those that sense
+        self.uid = np.zeros(n, np.uint64)  # uid of each slot's organism; 0 if the slot is empty
+        self._at = np.zeros(n, np.int64)  # their positions among all sensing organisms
 
     @property
     def mask(self) -> np.ndarray:
-        """Mask of the slots that have a body: bool[n]."""
+        """Which slots have an organism: bool[n]."""
         return self.uid > 0
 
     def reset(self, *, seed: Any = None, options: dict[str, Any] | None = None) -> Any:
@@ -60,7 +60,7 @@ class Slots(Shown, VectorEnv):
         Parameters
         ----------
         seed : int or sequence of int, optional
-            Of a sequence, the first counts.
+            Only the first seed of a sequence is used.
         options : dict, optional
             Ignored.
 
@@ -68,7 +68,7 @@ class Slots(Shown, VectorEnv):
         -------
         observations : array of float32, shape (n, channels)
         infos : dict
-            "mask" and "uid" of the slots.
+            The slots' "mask" and "uid".
         """
         seed = seed[0] if isinstance(seed, list | tuple | np.ndarray) else seed
         super().reset(seed=seed)
@@ -117,7 +117,7 @@ class Slots(Shown, VectorEnv):
         return self._filled(self.arena.begin_alive(seed))
 
     def _find(self, uids: np.ndarray) -> np.ndarray:
-        """Find the bodies among u64[k]; return which slots' bodies are there, bool[n]."""
+        """Find the slots' organisms among uids u64[k]; return which slots' organisms are there, bool[n]."""
         if not len(uids):
             return np.zeros(self.num_envs, np.bool_)
         self._at = _places(uids, self.uid)
@@ -125,7 +125,8 @@ class Slots(Shown, VectorEnv):
         return there
 
     def _filled(self, sensed: Sensed) -> np.ndarray:
-        """Give free slots bodies that have none; return the observations of all f32[n, channels]."""
+        """Assign organisms without a slot to free slots; return the observations of all slots, f32[n,
+        channels]."""
         free = np.flatnonzero(self.uid == 0)
         if len(free) and len(sensed.uid) > self.num_envs - len(free):
             others = np.setdiff1d(sensed.uid, self.uid)
@@ -141,8 +142,8 @@ class Slots(Shown, VectorEnv):
     def _infos(
         self, over: np.ndarray | None = None, final: Any = None, last: dict[str, np.ndarray] | None = None
     ) -> dict[str, Any]:
-        """Return the infos of a step, in Gymnasium's form: of the slots whose bodies' episodes are `over`
-        bool[n], the `final` observations f32[n, channels], and the `last` infos [n]."""
+        """Return the infos of a step in Gymnasium's form, including the `final` observations f32[n, channels]
+        and `last` infos [n] of slots whose episodes are `over`, bool[n]."""
         infos: dict[str, Any] = {"mask": self.mask, "uid": self.uid.astype(np.int64)}
         if over is not None and last is not None and over.any():
             observations = np.full(self.num_envs, None, object)
@@ -154,7 +155,7 @@ class Slots(Shown, VectorEnv):
 
 
 def _places(uids: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """Return the positions i64[k] of wanted u64[k] among uids u64[n]; any number for missing ones."""
+    """Return the positions i64[k] of wanted u64[k] among uids u64[n]; arbitrary if missing."""
     order = np.argsort(uids)
     at: np.ndarray = order[np.minimum(np.searchsorted(uids[order], wanted), max(0, len(uids) - 1))]
     return at
@@ -177,15 +178,15 @@ def slots(
     Parameters
     ----------
     world : str, Path, Mapping, WorldConfig or World
-        As for `World.from_config`; or a living world, a copy of which each episode starts with.
+        Anything that `World.from_config` accepts, or a live world; each episode starts with a copy of it.
     species : str
     n, num_envs : int
-        Number of slots; give one of them. `gymnasium.make_vec` calls it `num_envs`.
+        Number of slots; give only one of the two. `gymnasium.make_vec` passes `num_envs`.
     max_cycles, max_episode_steps : int, optional
-        Ticks of an episode; default: `ticks` of the world file.
+        Ticks per episode; default: the world file's `ticks`.
     render_mode : {"rgb_array"}, optional
     flat : bool, default False
-        Where a species has both options and continuous actions, whether an action is a Box instead of a Dict.
+        Whether to use a Box instead of a Dict if a species has both options and continuous actions.
     **build
         Other arguments of `World.from_config`, such as `policies` and `threads`.
 
@@ -196,7 +197,7 @@ def slots(
     Raises
     ------
     ConfigError
-        If the species has nothing to decide.
+        If the species makes no decisions.
 
     Examples
     --------
@@ -210,6 +211,6 @@ def slots(
     """
     n = num_envs if n is None else n
     if n is None:
-        raise TypeError("slots: n is missing; expected a whole number from 1 on")
+        raise TypeError("slots: n is missing; expected a whole number of at least 1")
     cycles = max_episode_steps if max_cycles is None else max_cycles
     return Slots(Arena(world, species, cycles, True, render_mode, build), n, render_mode, flat)

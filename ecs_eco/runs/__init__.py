@@ -1,4 +1,4 @@
-"""Runs that leave a folder: starting, stopping, resuming, forking, repeating.
+"""Recorded runs: how they are started, stopped, resumed, forked and repeated.
 
-Many runs belong to `ecs_eco.lab`, the files in a run's folder to `ecs_eco.record`.
+For many runs, use `ecs_eco.lab`; `ecs_eco.record` defines the files in a run's folder.
 """

@@ -1,5 +1,5 @@
-"""The start of a recorded run: its policies and first checkpoint are written, then its manifest; and how the
-run is restarted."""
+"""The start of a recorded run, which writes policies, a first checkpoint and the manifest, and its
+restart."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ POLICIES = "policies"  # the folder with the initial policies of a run
 
 @contextmanager
 def begun(out: str | Path | Claim) -> Iterator[Claim]:
-    """Claim a folder for a run; a run that ends before it has a manifest leaves nothing there."""
+    """Claim a folder for a run; a run that ends before it has a manifest leaves nothing behind."""
     with claimed(out) as claim:
         try:
             yield claim
@@ -49,9 +49,9 @@ def begin(
     weights: Mapping[str, Path],
     prepare: Callable[[Any], None] | None,
 ) -> Folder:
-    """Begin a recording in a claimed folder: write policies, a first checkpoint and, last, the manifest.
+    """Begin a recording in a claimed folder: write policies, a first checkpoint and finally the manifest.
 
-    Raises ConfigError if a species waits for choices from outside.
+    Raises ConfigError if a species waits for external decisions.
     """
 
     if world.awaited is not None:
@@ -83,7 +83,7 @@ def begin(
 
 
 def recording(claim: Claim, world: World, manifest: Mapping[str, Any]) -> Folder:
-    """Record a world into the folder of its run; parts carry the run's id."""
+    """Record a world in its run's folder; all parts contain the run's id."""
     run = {"run": manifest["id"], "world": manifest["world"], "seed": manifest["seed"]}
     folder = Folder(claim.path, world, run, claim)
     Recorder(world, folder.sink, snapshot_every=manifest["snapshot_every"], record=manifest.get("record"))
@@ -91,7 +91,7 @@ def recording(claim: Claim, world: World, manifest: Mapping[str, Any]) -> Folder
 
 
 def keep_checkpoint(world: World, folder: Folder, manifest: Mapping[str, Any]) -> None:
-    """Write a checkpoint of a run; then delete all but the last `keep`."""
+    """Write a checkpoint of a run, and delete all but the last `keep`."""
     meta, arrays = frozen.freeze(world)
     meta["run"] = {"id": manifest["id"], **folder.written}
     place = folder.path / "checkpoints"
@@ -112,11 +112,11 @@ def keep_manifest(folder: Folder, manifest: Mapping[str, Any]) -> None:
 def start_of(
     path: Path, manifest: Mapping[str, Any], config: Mapping[str, Any] | None = None, trust: bool = False
 ) -> dict[str, Any]:
-    """Return the arguments of `World.from_config` that restart a recorded run, with its own policies,
-    wherever its folder is now.
+    """Return the arguments of `World.from_config` that restart a recorded run with its own policies, even if
+    its folder has moved.
 
     `config` replaces the manifest's configuration. Raises RecordingError if a policy differs from the run's
-    initial one, ConfigError.
+    initial policy, and ConfigError.
     """
     policies, weights = manifest["policies"], manifest.get("weights", {})
     for name, wanted in weights.items():
@@ -154,7 +154,7 @@ def config_of(
 
 
 def policies_as_json(policies: Policies) -> Any:
-    """Return the initial policies as JSON: a word or a folder, or these by species."""
+    """Return the initial policies in JSON form: a word or a folder, or a dict of these by species."""
     return (
         {name: str(source) for name, source in policies.items()}
         if isinstance(policies, Mapping)
@@ -163,7 +163,7 @@ def policies_as_json(policies: Policies) -> Any:
 
 
 def _copy(file: Path, into: Path) -> str:
-    """Copy the file of a policy; return its SHA-256."""
+    """Copy a policy file, and return its SHA-256."""
     content = file.read_bytes()
     into.parent.mkdir(exist_ok=True)
     files.write(into, content)
@@ -185,9 +185,9 @@ def _check_policy(file: Path, wanted: str) -> None:
 
 
 def _keep_data(config: WorldConfig, folder: Path) -> None:
-    """Copy the data file named in [data], if it is available, into the folder of a run, for its report.
+    """Copy the data file named in [data], if available, to a run's folder for its report.
 
-    Raises ConfigError if the data file of a world file cannot be used.
+    Raises ConfigError if the data file cannot be used.
     """
     if config.data is not None and measured(config, config._source) is not None:
         files.write(folder / KEPT, config.file(config.data.file).read_bytes())

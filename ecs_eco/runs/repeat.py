@@ -21,19 +21,19 @@ from ecs_eco.runs.run import read_manifest, run_to_folder
 def repeatable(manifest: dict[str, Any]) -> dict[str, Any]:
     """Return the world file of a recorded run as a dict, with the interventions that were carried out.
 
-    Run with the manifest's seed, policies, learn and controls for as many ticks as were done, it ends with the
-    manifest's digest.
+    When run with the manifest's seed, policies, learn and controls for the recorded number of ticks, it ends
+    with the manifest's digest.
 
     Parameters
     ----------
     manifest : dict
-        As `read_manifest` returns it.
+        As returned by `read_manifest`.
 
     Returns
     -------
     dict
-        For `World.from_config`. Interventions of the world file that were still to come are included, because
-        the digest covers them.
+        An argument for `World.from_config`. It includes the world file's interventions that were still to
+        come, because the digest covers them.
 
     Examples
     --------
@@ -52,7 +52,7 @@ def repeatable(manifest: dict[str, Any]) -> dict[str, Any]:
 
 
 def _to_come(manifest: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return the interventions of the world file that are due after the recorded ticks."""
+    """Return the world file's interventions that are due after the recorded ticks."""
     planned = TypeAdapter(list[AnyIntervention]).validate_python(manifest["config"].get("interventions", []))
     return [
         intervention.model_dump(mode="json", exclude_none=True)
@@ -68,26 +68,26 @@ def repeat(
     threads: int = 1,
     trust: bool = False,
 ) -> dict[str, Any]:
-    """Run a recorded run again up to the end of its recording, and compare the digests.
+    """Repeat a recorded run up to the end of its recording, and compare the digests.
 
     Parameters
     ----------
     path : str or Path
         Folder of the run.
     out : str or Path, optional
-        Folder for the repetition; default: it is not recorded.
+        Results folder; default: the repetition is not recorded.
     progress : callable, optional
-        `progress(done, ticks)`, called about ten times a second.
+        Called as `progress(done, ticks)` about ten times a second.
     threads : int, default 1
-        May differ from before.
+        Number of threads; affects speed, never results.
     trust : bool, default False
-        Whether the code in the folder may run in this process.
+        Whether the code in the folder is allowed to run in this process.
 
     Returns
     -------
     dict
-        world, ticks, interventions, digest, recorded (the digest of the record), same (bool), and why they may
-        differ.
+        world, ticks, interventions, digest, recorded (the recorded digest), same (bool), and why (reasons for
+        a difference).
 
     Raises
     ------
@@ -128,7 +128,7 @@ def repeat(
         )["digest"]
     other = {k: v for k, v in versions().items() if manifest["versions"].get(k) != v}
     listed = ", ".join(f"{k} {v}" for k, v in other.items())
-    why = f"; it was recorded with other versions: {listed}" if other else ""
+    why = f"; it was recorded with versions other than {listed}" if other else ""
     if mode := portable.other_mode(manifest):
         why += f"; it {mode}"
     elif (cpu := manifest.get("target", {}).get("cpu")) != (here := portable.target()["cpu"]):

@@ -1,4 +1,4 @@
-"""Interventions requested by hand during a run: noted in its manifest before they are carried out, and
+"""Interventions requested by hand during a run: recorded in its manifest before they are carried out, and
 repeated when ticks are rerun."""
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ def forget(world: World) -> None:
 
 
 def repeat_requests(world: World, manifest: dict[str, Any]) -> None:
-    """Request the interventions that the manifest notes for the next tick, unless they are pending."""
+    """Request the interventions that the manifest lists for the next tick, unless they are pending."""
     for request in without(
         [request for tick, request in manifest.get("asked", []) if tick == world.tick], waiting(world)
     ):
@@ -31,7 +31,8 @@ def repeat_requests(world: World, manifest: dict[str, Any]) -> None:
 
 
 def note_requests(world: World, manifest: dict[str, Any]) -> bool:
-    """Repeat requests of the manifest that are not pending, note the new ones, and return whether there are any."""
+    """Repeat the manifest's requests that are not pending, add new ones to it, and return whether there were
+    any."""
     repeat_requests(world, manifest)
     known = manifest.get("asked", [])
     new = without(waiting(world), [request for tick, request in known if tick == world.tick])
@@ -41,7 +42,7 @@ def note_requests(world: World, manifest: dict[str, Any]) -> bool:
 
 
 def without(some: list[Any], others: list[Any]) -> list[Any]:
-    """Return the list `some` without the items of `others`; each of those removes one item."""
+    """Return the list `some` without the items of `others`; each of these removes one equal item."""
     remaining, out = list(others), []
     for x in some:
         if x in remaining:

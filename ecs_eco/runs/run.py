@@ -1,5 +1,4 @@
-"""A run that writes a folder, can be stopped at any moment, and continues from its last checkpoint bit for
-bit."""
+"""A recorded run, which can be stopped at any moment and continues from its last checkpoint bit for bit."""
 
 from __future__ import annotations
 
@@ -43,7 +42,7 @@ KEEP = 3  # checkpoints
 
 
 class Stopped(KeyboardInterrupt):
-    """Raised when a run was asked to stop, after the end of its tick and with a checkpoint."""
+    """Raised when a run stops on request, at the end of a tick and with a checkpoint."""
 
     def __init__(self, tick: int, folder: Path) -> None:
         super().__init__(f"stopped at tick {tick}; resume with: ecs-eco resume {folder}")
@@ -70,60 +69,60 @@ def run_to_folder(
     prepare: Callable[[Any], None] | None = None,
     trust: bool = False,
 ) -> dict[str, Any]:
-    """Run a world into a new folder, and return the manifest of the run.
+    """Run a world, record it in a new folder, and return the run's manifest.
 
     Parameters
     ----------
     config : str, Path, Mapping or WorldConfig
-        The world, as for `World.from_config`.
+        The world, as in `World.from_config`.
     seed : int, optional
-        Fixes every random draw; default: `seed` of the world file.
+        Fixes every random draw; default: the world file's `seed`.
     ticks : int, optional
-        Length of the run; default: `ticks` of the world file.
+        Length of the run [ticks]; default: the world file's `ticks`.
     out : str or Path, default "run"
-        The folder, which must be new or empty.
+        Results folder, which must be new or empty.
     policies : str, Path or Mapping, default "trained"
-        As for `World.from_config`.
+        As in `World.from_config`.
     learn : bool, optional
         Whether species learn; default: as in the world file.
     progress : callable, optional
-        `progress(done, ticks)`, called about ten times a second.
+        Called as `progress(done, ticks)` about ten times a second.
     threads : int, default 1
-        Threads of kernels. They affect speed, never results.
+        Number of threads; affects speed, never results.
     snapshot_every : int, optional
-        Ticks from one snapshot of all organisms to the next; default: chosen by the number of organisms.
+        Ticks between snapshots of all organisms; default: a hundredth of the run.
     report : bool, default True
         Whether to write report.html at the end.
     command : str, optional
-        Command line to note in the manifest.
+        Command line to store in the manifest.
     controls : sequence of str
-        Treatments that remove something, as for `World.from_config`.
+        Treatments that remove something, as in `World.from_config`.
     checkpoint_every : int, optional
-        Ticks from one checkpoint to the next; default: only at tick 0 and at the end.
+        Ticks between checkpoints; default: checkpoints only at tick 0 and at the end.
     keep : int, default 3
-        How many of the last checkpoints to keep.
+        Number of checkpoints to keep.
     record : str, optional
-        Details of single organisms: "focal=N" for N of each species, or "full".
+        Organisms to record in every tick: "focal=N" for N of each species, or "full" for all.
     prepare : callable, optional
         Called with the world before the first tick.
     trust : bool, default False
-        Whether the code that the file lists in `code` may run in this process. The folder keeps a copy of it.
+        Whether the code listed in the file's `code` is allowed to run in this process. The folder keeps a copy.
 
     Returns
     -------
     dict
-        The manifest, which manifest.json also contains.
+        The manifest, which is also written to manifest.json.
 
     Raises
     ------
     Stopped
-        A KeyboardInterrupt: after Ctrl-C or SIGTERM, at the end of the tick and with a checkpoint.
+        A KeyboardInterrupt, raised after Ctrl-C or SIGTERM, at the end of the tick and with a checkpoint.
     FileExistsError
         If `out` is not empty.
     FolderInUse
         If another process writes there.
     RecordingError
-        If nothing can be written any more.
+        If writing fails.
 
     Examples
     --------
@@ -174,9 +173,9 @@ def resume(
     until : int, optional
         Last tick; default: the planned end of the run.
     progress : callable, optional
-        `progress(done, ticks)`, called about ten times a second.
+        Called as `progress(done, ticks)` about ten times a second.
     threads : int, default 1
-        May differ from before.
+        Number of threads; affects speed, never results.
     report : bool, default True
         Whether to write report.html at the end.
     complain : callable, default print
@@ -184,7 +183,7 @@ def resume(
     prepare : callable, optional
         Called with the world before its next tick.
     trust : bool, default False
-        Whether the code in the folder may run in this process.
+        Whether the code in the folder is allowed to run in this process.
 
     Returns
     -------
@@ -194,8 +193,7 @@ def resume(
     Raises
     ------
     RecordingError
-        For a folder without a run, or with a run that is past `until` or was recorded in the other numerical
-        mode.
+        If the folder contains no run, or its run is past `until` or was recorded in the other numerical mode.
     FolderInUse
         If another process writes there.
     ForeignFile
@@ -265,25 +263,25 @@ def fork(
 ) -> dict[str, Any]:
     """Continue a recorded run from one of its ticks in a new folder, with changed values.
 
-    The world runs exactly as it did up to that tick; then the changes take effect. Interventions that were
-    requested by hand in that tick or later are not carried out.
+    The world runs exactly as it did up to that tick; then the changes take effect. Interventions requested by
+    hand in that tick or later are not carried out.
 
     Parameters
     ----------
     path : str or Path
-        Folder of the run, which stays as it is.
+        Folder of the run, which is not changed.
     out : str or Path
         New folder.
     from_tick : int, optional
-        Default: the last checkpoint.
+        Tick at which to fork; default: the last checkpoint.
     changes : Mapping or sequence of str
-        Dotted keys with values, or texts such as "species.deer.metabolism.basal=0.005".
+        Dotted keys with values, or strings such as "species.deer.metabolism.basal=0.005".
     until : int, optional
         Last tick; default: the planned end of the run.
     progress, threads, report, complain, prepare, trust
-        As for `resume`.
+        As in `resume`.
     command : str, optional
-        Command line to note in the manifest.
+        Command line to store in the manifest.
 
     Returns
     -------
@@ -350,7 +348,7 @@ def world_at(
     )
     if file is None:
         raise CheckpointError(
-            f"{path}: has no checkpoint at or before tick {tick}; run it with --checkpoint-every N"
+            f"{path}: has no checkpoint at or before tick {tick}; run the world with --checkpoint-every N"
         )
     world = World.restore(file, threads=threads, record=False, trust=trust)
     if tick is not None and tick > world.tick:
@@ -369,7 +367,7 @@ def read_manifest(path: Path) -> dict[str, Any]:
     Returns
     -------
     dict
-        World, seed, ticks done, versions, digest and more.
+        World, seed, completed ticks, versions, digest and more.
 
     Raises
     ------
@@ -425,7 +423,7 @@ def built(
 def manifest_of(
     world: World, ticks: int, policies: Policies, learn: Learn, controls: Sequence[str]
 ) -> dict[str, Any]:
-    """Return the manifest's data on a run of a world with this configuration."""
+    """Return the manifest's entries about a run of a world with this configuration."""
     config = world.config
     return {
         "format": belonging.FORMAT,
@@ -448,7 +446,8 @@ def manifest_of(
 
 
 def snapshots(config: WorldConfig, ticks: int) -> int:
-    """Return the ticks between snapshots, about 100 per run; with a sun, they cover all hours of the day."""
+    """Return the ticks between snapshots, about 100 of which are taken per run; with a sun, at all hours of
+    the day."""
     every, sun = max(1, ticks // 100), config.sun
     day = round(sun.day / config.dt) if sun is not None else 0
     while day > 1 and math.gcd(every, day) > 1:
@@ -494,7 +493,7 @@ def go_on(
     report: bool,
     begin: float,
 ) -> dict[str, Any]:
-    """Run a recorded world up to a tick, with checkpoints; leave a consistent folder whatever happens."""
+    """Run a recorded world up to a tick, with checkpoints; always leave a consistent folder."""
     every, path = manifest.get("checkpoint_every") or 0, folder.path
     first, spent, whole = world.tick, float(manifest.get("wall_seconds", 0.0)), False
 
@@ -567,5 +566,5 @@ def _cannot_write(error: OSError, world: World, path: Path) -> str:
     last, why = "", error.strerror or error
     if kept:
         tick = checkpoint.tick_of(kept[-1])
-        last = f"; the last checkpoint is of tick {tick}: free some space, then run: ecs-eco resume {path}"
+        last = f"; the last checkpoint is from tick {tick}: free some space, then run: ecs-eco resume {path}"
     return f"{path}: writing failed at tick {world.tick}: {why}; everything recorded before is intact{last}"

@@ -1,4 +1,4 @@
-"""Write a starter world on the land of an elevation raster."""
+"""Write a starter world based on an elevation raster."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ def world_from_raster(
 ) -> Path:
     """Write a world file based on the elevations of a raster, and return its path.
 
-    By default the file is in the current folder and has the raster's name. `cell` [m] is required if the
-    raster does not state its cell size. Raises ConfigError, also if the file exists.
+    By default, the file is named after the raster and is in the current folder. `cell` [m] is required if the
+    raster does not specify its cell size. Raises ConfigError for invalid input, or if the file exists.
     """
     try:
         own = re.match(r"[A-Za-z_]\w+:", raster)
@@ -75,7 +75,7 @@ def world_from_raster(
 
 
 def _side(raster: Raster, per: tuple[float, float], cell: float | None) -> float:
-    """Return the side of the cells of the height map [m]."""
+    """Return the cell size of the height map [m]."""
     if cell is not None:
         return cell
     if raster.dx is None or raster.dy is None:
@@ -83,8 +83,8 @@ def _side(raster: Raster, per: tuple[float, float], cell: float | None) -> float
             [
                 Problem(
                     (),
-                    "is missing: the raster does not state its cell size",
-                    allowed="the side of its cells [m], such as --cell 30",
+                    "is missing: the raster does not specify its cell size",
+                    allowed="the cell size [m], such as --cell 30",
                     source="--cell",
                 )
             ]
@@ -95,7 +95,7 @@ def _side(raster: Raster, per: tuple[float, float], cell: float | None) -> float
 def _values(
     raster: Raster, per: tuple[float, float], side: float, name: str, band: int | str | None, crs: str | None
 ) -> dict[str, Any]:
-    """Return the values of the template."""
+    """Return the values that complete the template."""
     dx, dy = (
         (side, side) if raster.dx is None or raster.dy is None else (raster.dx * per[0], raster.dy * per[1])
     )
@@ -108,7 +108,7 @@ def _values(
     ]
     if min(n) < 4:
         raise ConfigError(
-            [Problem((), f"leaves {n[0]} × {n[1]} cells", side, "a smaller side", source="--cell")]
+            [Problem((), f"leaves {n[0]} × {n[1]} cells", side, "a smaller cell size", source="--cell")]
         )
     first = [round(c / d) for c, d in zip(corner, (dx, dy), strict=True)]
     last = [f + math.ceil(s / d) for f, s, d in zip(first, size, (dx, dy), strict=True)]
@@ -137,8 +137,8 @@ def _values(
 
 
 def _drainage(part: np.ndarray, size: list[float]) -> str:
-    """Return the drainage: a sea if part of the land is below 0, lakes in deep hollows, and streams that drain
-    a hundredth of the land."""
+    """Return the drainage: a sea if part of the land is below 0, lakes in deep hollows, and streams where at
+    least a hundredth of the land drains."""
     sea = "sea = 0.0, " if 0.01 < float((part <= 0).mean()) < 0.9 else ""
     deep = _round(max(1.0, 0.01 * float(np.ptp(part))))
     return f"{{ {sea}depth = {deep}, stream = {_round(0.01 * size[0] * size[1])} }}"
@@ -162,7 +162,7 @@ def _classes(part: np.ndarray, sides: tuple[float, float]) -> str:
 
 
 def _living(spacing: float, size: list[float]) -> dict[str, Any]:
-    """Return the numbers of the starter meadow, where a site is 2 m and a tick 1 s, at this scale.
+    """Return the numbers of the starter meadow (a site is 2 m, a tick 1 s), converted to this scale.
 
     Lengths and times are scaled by the same factor, so speeds stay the same.
     """

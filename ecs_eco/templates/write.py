@@ -16,17 +16,17 @@ from ecs_eco.worlds.policies import name_weights
 HERE = Path(__file__).parent
 ORIGINS = ("meadow", "blank", "predator-prey")
 OWN_CODE = """
-code = ["lightning.py"]           # files next to this one with code for this world; --trust allows them
-systems = ["lightning:Lightning"] # your own systems, which run in every tick
+code = ["lightning.py"]           # code files next to this file; --trust allows them to run
+systems = ["lightning:Lightning"] # custom systems, which run in every tick
 """
 OF_PACKAGE = """
-code = ["my_ecology.components", "my_ecology.systems"]  # installed modules; their code runs after you allow it
-systems = ["my_ecology.systems:GrowFur"]                # your own systems, which run in every tick
+code = ["my_ecology.components", "my_ecology.systems"]  # installed modules; --trust allows them to run
+systems = ["my_ecology.systems:GrowFur"]                # custom systems, which run in every tick
 """
 
 
 def new_world(folder: str | Path, origin: str = "meadow") -> list[Path]:
-    """Write a world, a custom system with a test, and a README into a new folder; return the files.
+    """Write a world, a custom system with a test, and a README to a new folder; return the files.
 
     `origin` is "meadow" (grass and rabbits), "blank" (moss) or "predator-prey" (the shipped world, with its
     trained policies). Raises ConfigError if the name is invalid or the folder is not empty.
@@ -55,17 +55,17 @@ def new_world(folder: str | Path, origin: str = "meadow") -> list[Path]:
 
 
 def new_package(folder: str | Path) -> list[Path]:
-    """Write a Python package with a component, a system, a world and their tests into a new folder; return
-    the files.
+    """Write a Python package with a component, a system, a world and their tests to a new folder; return the
+    files.
 
-    The package has the folder's name, with _ for -. Raises ConfigError if the name is invalid or belongs to
-    another module, and if the folder is not empty.
+    The package is named after the folder, with _ in place of -. Raises ConfigError if the name is invalid or
+    taken by another module, or if the folder is not empty.
     """
     folder = Path(folder)
     name = _name(folder)
     module = name.replace("-", "_").lower()
     if keyword.iskeyword(module) or importlib.util.find_spec(module) is not None:
-        raise _refused("NAME", "a module or a keyword has this name", name, "an unused name")
+        raise _refused("NAME", "is the name of an existing module or a keyword", name, "an unused name")
     files = _texts(HERE / "package", {"my_ecology": module, "my-ecology": name})
     meadow = (HERE / "world" / "meadow.toml").read_text(encoding="utf-8")
     head, _, rest = meadow.partition("\ncode = ")
@@ -77,7 +77,7 @@ def new_package(folder: str | Path) -> list[Path]:
 
 
 def _name(folder: Path) -> str:
-    """Return the name of a new folder, which is also the name of its world or package."""
+    """Return the name of a new folder, which its world or package shares."""
     name = folder.absolute().name
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]{0,39}", name) or not name[-1].isalnum():
         raise _refused(
@@ -87,12 +87,12 @@ def _name(folder: Path) -> str:
             "a letter, then letters, digits, - or _ (at most 40), ending in a letter or a digit",
         )
     if folder.is_symlink() or (folder.exists() and (not folder.is_dir() or any(folder.iterdir()))):
-        raise _refused("NAME", "the folder is not empty", str(folder), "a new folder, or an empty one")
+        raise _refused("NAME", "the folder is not empty", str(folder), "a new or empty folder")
     return name
 
 
 def _texts(folder: Path, names: dict[str, str]) -> dict[str, str]:
-    """Return the texts of a folder of templates by their new paths, with names replaced in both."""
+    """Return the texts in a folder of templates by their new paths; names are replaced in both."""
     texts = {}
     for path in sorted(p for p in folder.rglob("*") if p.is_file() and p.suffix != ".pyc"):
         place = path.relative_to(folder).as_posix().removesuffix(".template")

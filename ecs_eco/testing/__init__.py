@@ -1,7 +1,7 @@
 """Conformance checks for components, systems, genomes and worlds, both shipped and custom.
 
 Each check raises an AssertionError with the reason. Helpers for tests: `arrange` sets the state of organisms,
-`act` runs one system, `shuffle` permutes rows. The tests of the package itself belong to tests/.
+`act` runs one system, `shuffle` permutes rows. The package's own tests are in tests/.
 """
 
 from ecs_eco.testing.component import check_component

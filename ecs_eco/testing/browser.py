@@ -53,7 +53,7 @@ def launched() -> Iterator[Any]:
 
 
 class Served:
-    """A command that shows a world, and the addresses that it prints; each admits one page."""
+    """A command that shows a world, and the addresses that it prints, each of which admits one page."""
 
     def __init__(self, words: tuple[str, ...]) -> None:
         command, environment = [*COMMAND, *words, "--no-browser"], os.environ | {"OMP_NUM_THREADS": "1"}
@@ -62,7 +62,7 @@ class Served:
         )
 
     def address(self) -> str:
-        """Return the next printed address: the first at the start, a new one when the last has been used."""
+        """Return the next printed address; a new one is printed when the last has been used."""
         assert self.process.stdout is not None
         lines = []
         for line in self.process.stdout:
@@ -84,7 +84,7 @@ def served(*words: str) -> Iterator[Served]:
 
 
 def entered(address: str) -> tuple[str, str]:
-    """Use up an address like a page: return the host with its port, and the credential."""
+    """Use up an address as a page does; return the host with its port, and the credential."""
     place = urlsplit(address)
     connection = http.client.HTTPConnection(place.netloc, timeout=180)
     try:
@@ -102,9 +102,9 @@ def entered(address: str) -> tuple[str, str]:
 
 def until(page: Any, condition: str, seconds: float = 180.0) -> None:
     """Wait until an expression of `ecs` (docs/reference/watching_page.md) is true on the page; raise
-    TimeoutError after this time.
+    TimeoutError after `seconds`.
 
-    (`wait_for_function` of playwright would need eval, which the page forbids.)
+    (playwright's `wait_for_function` needs eval, which the page forbids.)
     """
     end = time.monotonic() + seconds
     while not page.evaluate(f"() => Boolean(window.ecs && ({condition}))"):

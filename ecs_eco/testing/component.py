@@ -7,7 +7,7 @@ from ecs_eco.engine.table import Table
 
 
 def check_component(kind: object) -> None:
-    """Check a component: its declaration, its docstring, and that columns keep what is written.
+    """Check a component's declaration and docstring, and that its columns keep written values.
 
     Parameters
     ----------
@@ -16,7 +16,7 @@ def check_component(kind: object) -> None:
     Raises
     ------
     AssertionError
-        With the first fault.
+        If a check fails.
 
     Examples
     --------
@@ -52,7 +52,7 @@ def _check_writing(kind: type[Handle], name: str, table: Table) -> None:
     setattr(kind.attach(table[kind], 1), name, value)
     after = table.field(kind, name)
     if not np.array_equal(after[1], value) or not np.array_equal(after[[0, 2]], before[[0, 2]]):
-        raise AssertionError(f"{kind.__name__}.{name}: a handle must write its own row and no other")
+        raise AssertionError(f"{kind.__name__}.{name}: a handle must write only its own row")
     table.reserve(2 * table.capacity)
     if not np.array_equal(getattr(kind.attach(table[kind], 1), name), after[1]):
         raise AssertionError(f"{kind.__name__}.{name}: the value is lost when the table grows")

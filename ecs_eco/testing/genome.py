@@ -9,10 +9,10 @@ SAMPLES = 2000
 
 
 def check_genome(layout: Layout, n: int = SAMPLES) -> None:
-    """Check a layout on random genomes.
+    """Check a layout with random genomes.
 
-    All genomes must decode to finite values within bounds; a row must decode alone as it does among others;
-    values must survive encoding and decoding; and the text of a genome must be the sum of its parts.
+    All genomes must decode to finite values within bounds; a row must decode to the same values alone and in
+    a batch; values must survive encoding and decoding; and a genome's text must consist of its parts.
 
     Parameters
     ----------
@@ -23,7 +23,7 @@ def check_genome(layout: Layout, n: int = SAMPLES) -> None:
     Raises
     ------
     AssertionError
-        With the first fault.
+        If a check fails.
 
     Examples
     --------
@@ -41,8 +41,7 @@ def check_genome(layout: Layout, n: int = SAMPLES) -> None:
         where, decoded = f"gene {code.name!r}", values[code.name]
         if decoded.shape != (n, *code.width) or not np.isfinite(decoded).all():
             raise AssertionError(
-                f"{where}: random genomes code for values of the shape {decoded.shape} that are not "
-                "all finite"
+                f"{where}: random genomes code for values of shape {decoded.shape}, which are not all finite"
             )
         pairs = (turned[code.name], decoded[order]), (alone[code.name], decoded[:1])
         if not all(np.array_equal(*pair) for pair in pairs):
@@ -51,13 +50,13 @@ def check_genome(layout: Layout, n: int = SAMPLES) -> None:
         if layout.longest is None or (code.gene.copy_rule or layout.doubled) in ("first", "greatest"):
             _check_again(
                 where, code, first[code.name], decoded_again[code.name]
-            )  # not combined values of copies
+            )  # except combined values of copies
     text = layout.text(loci[0])
     letters = text.replace(getattr(layout, "separator", "\n"), "")
     if "".join(piece.letters for piece in layout.mark(text)) != letters or not np.array_equal(
         layout.rows([text])[0], loci[0]
     ):
-        raise AssertionError(f"the text {text[:40]!r} is not the sum of its pieces")
+        raise AssertionError(f"the text {text[:40]!r} does not consist of its pieces")
 
 
 def _check_bounds(where: str, code: Code, decoded: np.ndarray) -> None:
@@ -79,4 +78,4 @@ def _check_again(where: str, code: Code, decoded: np.ndarray, decoded_again: np.
     off = np.abs(decoded.astype(np.float64) - decoded_again)
     if (off > slack).any():
         row = off.reshape(len(off), -1).max(axis=1).argmax()
-        raise AssertionError(f"{where}: {decoded[row]} after encoding and decoding is {decoded_again[row]}")
+        raise AssertionError(f"{where}: encoding and decoding changes {decoded[row]} to {decoded_again[row]}")

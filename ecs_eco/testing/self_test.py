@@ -1,4 +1,4 @@
-"""Short runs of the shipped worlds, which check that results are the same for any number of threads, from a
+"""Short runs of the shipped worlds, which check that results are the same with two threads, from a
 checkpoint, and in the release."""
 
 from __future__ import annotations
@@ -19,19 +19,19 @@ TICKS, SAVED, HORIZON, SEED = 40, 23, 16, 1  # two updates of learners; the chec
 
 
 class Case(NamedTuple):
-    """A shipped world, with its learners learning or not."""
+    """A shipped world, with or without learning."""
 
     world: str
     learn: bool
 
     @property
     def name(self) -> str:
-        """Its name among the digests of a release."""
+        """The case's name in the digests of a release."""
         return f"{self.world}, {'learning' if self.learn else 'not learning'}"
 
 
 class Outcome(NamedTuple):
-    """Final digests of a case: with one thread, with two, and continued from a checkpoint."""
+    """Final digests of a case: with one thread, with two threads, and from a checkpoint."""
 
     case: Case
     digest: str
@@ -50,7 +50,7 @@ def cases() -> list[Case]:
 
 
 def examine(case: Case) -> Outcome:
-    """Run one case; takes seconds."""
+    """Run one case, which takes a few seconds."""
     config = _config(case, HORIZON)
     options: dict[str, Any] = {"seed": SEED, "learn": case.learn, "record": False}
     digest = World.from_config(config, threads=1, **options).run(TICKS).digest()
@@ -65,7 +65,7 @@ def examine(case: Case) -> Outcome:
 def examine_all(
     chosen: Iterable[Case], done: Callable[[int, int], None] = lambda done, total: None
 ) -> list[Outcome]:
-    """Run some cases; `done` is called with the numbers of finished and of all cases."""
+    """Run the chosen cases; `done` is called with the number of finished cases and their total."""
     waiting = list(chosen)
     results: list[Outcome] = []
     for case in waiting:
@@ -76,12 +76,12 @@ def examine_all(
 
 
 def short_world(case: Case, seed: int, horizon: int) -> World:
-    """Return the world of a case, which learns every `horizon` ticks."""
+    """Return a case's world, in which learners learn every `horizon` ticks."""
     return World.from_config(_config(case, horizon), threads=1, seed=seed, learn=case.learn, record=False)
 
 
 def _config(case: Case, horizon: int) -> Any:
-    """Return the configuration with rollouts short enough for updates within the test."""
+    """Return the configuration, with rollouts short enough for updates within the test."""
     learners = [name for name, species in load(case.world).species.items() if species.policy.thinks]
     return load(case.world, [f"species.{name}.ppo.horizon={horizon}" for name in learners])
 

@@ -46,12 +46,12 @@ def state(world: World) -> State:
 
 
 def difference(one: State, other: State) -> str:
-    """Return where two states first differ, as text.
+    """Return a description of the first difference between two states.
 
     Parameters
     ----------
     one, other : dict
-        As `state` returns them.
+        As returned by `state`.
 
     Returns
     -------
@@ -119,7 +119,7 @@ def arrange(world: World, name: str, **fields: Any) -> Any:
     name : str
         Name of the table.
     **fields
-        By name of the field: a value, or one for each organism in the order of uids.
+        Fields by name: one value, or a value for each organism in the order of uids.
 
     Returns
     -------
@@ -128,9 +128,9 @@ def arrange(world: World, name: str, **fields: Any) -> Any:
     Raises
     ------
     UnknownName
-        For a field that no component of the table has.
+        If no component of the table has the field.
     ValueError
-        For another number of values.
+        If the number of values does not match.
 
     Examples
     --------

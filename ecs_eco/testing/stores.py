@@ -11,7 +11,7 @@ from ecs_eco.space.world import SpatialWorld
 
 
 class Stores:
-    """Keeps a ledger for each type of objects with energy, summed over ticks from now on."""
+    """Keeps a ledger, summed over ticks, for each object type with energy."""
 
     def __init__(self, world: SpatialWorld) -> None:
         self.world = world

@@ -1,4 +1,4 @@
-"""Conformance check of a system: the rules that make results independent of rows, threads and process."""
+"""Conformance check of a system: the rules that make results independent of row order, threads and process."""
 
 from __future__ import annotations
 
@@ -20,25 +20,25 @@ from ecs_eco.testing.states import State, all_threads, difference, shuffle, stat
 
 
 def check_system(kind: type[System], make_world: Callable[[int], Any], ticks: int = 5) -> None:
-    """Check a system in equal new worlds.
+    """Check a system in identical new worlds.
 
-    It must declare itself; leave births and deaths to `request` and `kill`; keep columns, their types, and all
-    living organisms finite and within bounds; write only to the living; add 1 to `table.version` where it moves
-    something; record the energy that it gives and takes in the columns of flows; use no global random numbers;
-    and give the same results for any order of rows and any number of threads.
+    It must be declared completely; leave births and deaths to `request` and `kill`; keep columns and their
+    types, and keep living organisms finite and within bounds; write only to living organisms; add 1 to
+    `table.version` if it moves any; record the energy that it gives and takes in the flow columns; use no
+    global random numbers; and give the same results for any row order and any number of threads.
 
     Parameters
     ----------
     kind : type
         Class of the system.
     make_world : callable
-        `make_world(threads)` returns a new world that has a system of this class.
+        Called as `make_world(threads)`; returns a new world that has a system of this class.
     ticks : int, default 5
 
     Raises
     ------
     AssertionError
-        With the first fault.
+        If a check fails.
 
     Examples
     --------
@@ -51,7 +51,7 @@ def check_system(kind: type[System], make_world: Callable[[int], Any], ticks: in
     alone = _followed(kind, make_world(1), ticks)
     with all_threads():
         _same(kind, alone, _followed(kind, make_world(2), ticks), "with two threads")
-    _same(kind, alone, _followed(kind, shuffle(make_world(1)), ticks), "with rows in another order")
+    _same(kind, alone, _followed(kind, shuffle(make_world(1)), ticks), "with a different row order")
     _watch(make_world(1), ticks)
 
 
@@ -71,7 +71,7 @@ def _check_declaration(kind: type[System]) -> None:
 
 
 def _watch(world: World, ticks: int) -> None:
-    """Run a world with the checks of the debug mode, regardless of the environment."""
+    """Run a world with the checks of debug mode, regardless of the environment."""
     if world.debug is None:
         world.debug = Debug(world)
     try:
@@ -81,7 +81,7 @@ def _watch(world: World, ticks: int) -> None:
 
 
 def _followed(kind: type[System], world: World, ticks: int) -> list[tuple[State, State]]:
-    """Run a world; return its states before and after each run of the system, which is checked."""
+    """Run a world and check the system; return the states before and after each run of the system."""
     system = next((s for s in world.systems if type(s) is kind), None)
     if system is None:
         raise AssertionError(f"{kind.__name__}: make_world builds a world without this system; add it")
@@ -92,7 +92,7 @@ def _followed(kind: type[System], world: World, ticks: int) -> list[tuple[State,
 
 
 class Probe(Processor):
-    """Replaces a system in the schedule: runs it, and keeps the states before and after."""
+    """Replaces a system in the schedule; runs it, and stores the states before and after."""
 
     def __init__(self, kind: type[System], world: World, system: System) -> None:
         self.kind, self.world, self.system, self.priority = kind, world, system, system.priority
@@ -114,7 +114,7 @@ class Probe(Processor):
             if value != shape[part]:
                 raise AssertionError(
                     f"{kind.__name__}: it changes {part}; "
-                    "use table.request and world.kill, and write into columns"
+                    "use table.request and world.kill, and write to columns"
                 )
         _check_values(kind, world, before, after, versions)
         self.seen.append((before, after))
@@ -161,7 +161,7 @@ def _check_values(
                     )
                 if table.version == versions[name] and not np.array_equal(place, was):
                     raise AssertionError(
-                        f"{kind.__name__}: it moves {name!r} without notice; add `table.version += 1`"
+                        f"{kind.__name__}: it moves {name!r} without marking the table; add `table.version += 1`"
                     )
 
 
@@ -171,7 +171,7 @@ def _same(
     for tick, ((before, after), (before_too, after_too)) in enumerate(zip(one, other, strict=True)):
         if changed := difference(before, before_too):
             raise AssertionError(
-                f"tick {tick}: already before {kind.__name__}, {how}, {changed}; another system is the cause"
+                f"tick {tick}: before {kind.__name__} runs, {how}, {changed}; another system is the cause"
             )
         if changed := difference(after, after_too):
             raise AssertionError(f"{kind.__name__}: its results change {how}: tick {tick}, {changed}")

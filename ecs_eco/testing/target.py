@@ -1,4 +1,4 @@
-"""The target on which results depend besides world and seed: the processor, and versions of packages."""
+"""The target, on which results depend in addition to world and seed: the processor and package versions."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ OTHERS = (
 
 
 class Target(NamedTuple):
-    """A kind of machine: results are promised to be identical on two machines of the same target."""
+    """A kind of machine: results are guaranteed to be identical on all machines with the same target."""
 
     system: str  # operating system and architecture
     cpu: str  # the processor's LLVM name
@@ -44,7 +44,7 @@ class Target(NamedTuple):
 
 
 def versions(names: tuple[str, ...]) -> dict[str, str]:
-    """Return the versions of some packages, "-" for a package that is not installed."""
+    """Return the versions of packages; "-" for a package that is not installed."""
     versions_of = {}
     for name in names:
         try:
@@ -55,7 +55,7 @@ def versions(names: tuple[str, ...]) -> dict[str, str]:
 
 
 def instructions() -> tuple[str, str, list[str]]:
-    """Return the triple, processor and features for which numba compiles, in the form of NUMBA_CPU_NAME."""
+    """Return the target triple, processor (as in NUMBA_CPU_NAME) and features for which numba compiles."""
     triple, name, features = processor()
     return triple, name, sorted(word[1:] for word in features.split(",") if word.startswith("+"))
 

@@ -17,22 +17,23 @@ from ecs_eco.testing.stores import Stores
 
 
 def check_world(world: Any, ticks: int = 30) -> None:
-    """Check a world over some ticks.
+    """Check a world over a number of ticks.
 
-    In every tick, uids must be unique, the dead stay dead, all values be finite and within bounds, and the
-    ledgers of energy, matter and numbers close. The same seed must give the same results, with two threads and
-    with rows in another order, too.
+    In every tick, uids must be unique, dead organisms must stay dead, all values must be finite and within
+    bounds, and the ledgers of energy, matter and numbers must close. The same seed must give the same
+    results, even with two threads or a different row order.
 
     Parameters
     ----------
     world : str, Path, Mapping, WorldConfig or callable
-        As for `World.from_config`, or a function of the number of threads that returns a new world.
+        Anything that `World.from_config` accepts, or a function of the number of threads that returns a new
+        world.
     ticks : int, default 30
 
     Raises
     ------
     AssertionError
-        With the first fault.
+        If a check fails.
 
     Examples
     --------
@@ -59,11 +60,11 @@ def check_world(world: Any, ticks: int = 30) -> None:
     note(shuffled, lives_too)
     shuffled.run(ticks)
     if changed := difference(state(first), state(shuffled)):
-        raise AssertionError(f"{first.name}: a different order of rows gives different results: {changed}")
+        raise AssertionError(f"{first.name}: a different row order gives different results: {changed}")
     if lives != lives_too:
         a, b = next((a, b) for a, b in zip([*lives, None], [*lives_too, None], strict=False) if a != b)
         raise AssertionError(
-            f"{first.name}: a different order of rows gives different births and deaths: {a} and {b}"
+            f"{first.name}: a different row order gives different births and deaths: {a} and {b}"
         )
 
 
@@ -86,7 +87,7 @@ def note(world: World, lives: list[tuple]) -> None:
 
 
 def watch(world: World, ticks: int) -> None:
-    """Run a world tick by tick, and check after each tick what must always be true.
+    """Run a world tick by tick, and check its invariants after each tick.
 
     Parameters
     ----------
@@ -96,7 +97,7 @@ def watch(world: World, ticks: int) -> None:
     Raises
     ------
     AssertionError
-        With the first fault.
+        If a check fails.
 
     Examples
     --------
@@ -120,7 +121,7 @@ def watch(world: World, ticks: int) -> None:
 
 
 def _check_dead(world: World, dead: set[int]) -> None:
-    """Check that the dead stay dead, and that no death is pending between two ticks."""
+    """Check that dead organisms stay dead, and that no death is pending between ticks."""
     where = f"{world.name}, tick {world.tick}"
     for table in world.tables.values():
         if risen := dead.intersection(table.uid[table.rows()].tolist()):
@@ -138,12 +139,12 @@ def _check_matter(world: World) -> None:
         raise AssertionError(
             f"{world.name}, tick {pages['tick'][i]}: the ledger of {pages['substance'][i]} "
             f"in {pages['holder'][i]} is off by {off[i]:g} mol; a system that changes "
-            "concentrations must record this with ecs_eco.life.matter.booked"
+            "concentrations must record the change with ecs_eco.life.matter.booked"
         )
 
 
 def _check_books(world: World) -> None:
-    """Check the recorded series: energy within float tolerance of its flows and stocks, numbers exactly."""
+    """Check that the recorded series balances: energy within float tolerance, numbers exactly."""
     series = world.series().to_pydict()
     ledger = {name: np.array(series[name]) for name in LEDGER}
     off = np.abs(imbalance(ledger))

@@ -151,7 +151,7 @@ def test_the_command_says_every_species_and_prunes_to_the_living(run, tmp_path):
             'no such species in this run; expected: lynx, moss, ram; did you mean "ram"?',
         ),
         (["RUN", "--csv", "missing/x.csv"], '--csv: "missing/x.csv"\n  its folder does not exist'),
-        (["RUN", "--newick", "."], "is a folder; expected: a file in a folder that exists"),
+        (["RUN", "--newick", "."], "is a folder; expected: a file in an existing folder"),
     ],
 )
 def test_the_command_refuses_what_cannot_be(run, tmp_path, monkeypatch, arguments, message):

@@ -113,7 +113,7 @@ def test_a_fork_begins_in_one_process(mpirun, tmp_path):
     run_to_folder("innate", 1, 3, tmp_path / "run", report=False)
     ended = mpirun(2, MAIN, "resume", "run", "--bands", "--from-tick", "2", "--out", "new", timeout=120)
     assert ended.returncode == 2
-    assert "a fork begins in one process" in ended.stderr
+    assert "a fork must start in one process" in ended.stderr
 
 
 @pytest.mark.slow

@@ -271,7 +271,7 @@ def test_ctrl_c_ends_a_run_and_keeps_what_was_recorded(here: Path) -> None:
     output = interrupt(here / "out", "run", "predator-prey")
     manifest = json.loads((here / "out" / "manifest.json").read_text())
     assert manifest["finished"] is False
-    assert f"Stopped at tick {manifest['done']} of 100000000; the recording until then" in output
+    assert f"Stopped at tick {manifest['done']} of 100000000; the recording up to that point" in output
     last = load_series(here / "out").ticks[-1]
     assert last > 0
     assert manifest["done"] - last in (0, 1)  # the tick that was interrupted may have been recorded already

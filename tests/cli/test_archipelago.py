@@ -53,7 +53,7 @@ def test_a_run_in_two_parts_ends_as_one_in_one(here: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("run", "islands.toml", "--watch"), "no --watch"),
+        (("run", "islands.toml", "--watch"), "neither --watch"),
         (("run", "islands.toml", "--checkpoint-every", "2"), "checkpoints at barriers"),
         (("run", "islands.toml", "--on", "moon"), "no such engine"),
         (("run", "predator-prey", "--workers", "2"), "has no [archipelago]"),

@@ -127,7 +127,7 @@ def test_a_folder_is_gone_on_with_by_the_same_comparison_alone(here: Path) -> No
         (["--training-seeds", "2", "--treatment", "training.average=0.5"], "changes only the training"),
         (["--training-seeds", "2", "--control", "training.average=0.5"], "changes only the training"),
         (["--training-seeds", "0"], "an integer from 1"),
-        (["--training-seeds", "2", "--policies", "random"], "--policies, or --training-seeds"),
+        (["--training-seeds", "2", "--policies", "random"], "only one of these options"),
         (["--policies", "nowhere"], "no such folder"),
     ],
 )

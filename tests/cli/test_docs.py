@@ -70,7 +70,7 @@ def test_a_package_without_pages_says_where_they_are(site, monkeypatch):
     assert done.exit_code != 0
     for words in (
         "built without its documentation",
-        "the folder docs of the source code",
+        "a package with its documentation",
         "tools/build_site.py",
     ):
         assert words in " ".join(done.output.split())

@@ -64,7 +64,7 @@ def test_an_unknown_target_is_said_and_exit_code_0(doctor):
 def test_other_results_than_those_of_the_release_are_exit_code_1(doctor):
     code, output = doctor(release={target().key: {NAME: "b" * 64}})
     assert code == 1
-    assert f"Results differ from the results of the release on this kind of machine: {NAME}" in output
+    assert f"Results differ from those of the release on this kind of machine: {NAME}" in output
 
 
 @pytest.mark.parametrize("other", ["two_threads", "resumed"])

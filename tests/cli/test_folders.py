@@ -117,7 +117,9 @@ def read_only(run: Path) -> Iterator[Path]:
 def test_pages_of_a_run_that_is_read_only_are_refused_with_the_way_out(command: str, read_only: Path) -> None:
     output = refused(command, str(read_only))
     assert f'DIR: "{read_only}"'[:60] in output
-    assert "cannot be written: Permission denied; expected: a writable folder: name one with --out" in output
+    assert (
+        "cannot be written: Permission denied; expected: a writable folder; choose one with --out" in output
+    )
 
 
 @pytest.mark.parametrize(

@@ -50,7 +50,7 @@ def test_failed_jobs_are_told_with_how_to_try_them_again(here: Path, monkeypatch
         patched.setattr(running, "run_job", lambda folder, number, allowed: 1 / 0)
         out = invoke("plan.toml", "--workers", "1", "--out", "out", code=1)
     assert "job 0 (count 10; seed 1) and 3 more: ZeroDivisionError" in out
-    assert "Retry the failed jobs: ecs-eco sweep resume" in out
+    assert "To retry the failed jobs: ecs-eco sweep resume" in out
     assert "4 jobs are done" in invoke("resume", "out", "--workers", "1")
 
 
@@ -67,7 +67,7 @@ def test_jobs_are_done_by_number(here: Path, monkeypatch: pytest.MonkeyPatch) ->
     ("arguments", "words"),
     [
         (["plan.toml", "--on", "rya"], ["--on", "no such engine"]),
-        (["plan.toml", "--sbatch=--time=1"], ["--sbatch", "an option of SLURM", "--on slurm with it"]),
+        (["plan.toml", "--sbatch=--time=1"], ["--sbatch", "applies only to SLURM", "--on slurm"]),
         (["no.toml"], ["PLAN", "no.toml"]),
         (["status", "."], ["is not a folder of a sweep"]),
         (["plan.toml", "--out", "."], ["is not empty"]),

@@ -103,7 +103,7 @@ def test_parameters_are_part_of_the_hash_and_loading_what_was_resolved_gives_it_
         ("systems.Fest.gain=1", ["no entry Fest", "0 to 1, or Feast, Nothing", 'did you mean "Feast"?']),
         ("systems.Feast.gain=much", ["systems.Feast.gain", "a valid number"]),
         ("systems.Feast.gain=-1", ["greater than or equal to 0"]),
-        ("systems.Feast.gain=nan", ["finite numbers"]),
+        ("systems.Feast.gain=nan", ["a finite number"]),
         ("systems.Feast.rounds=1.5", ["a valid integer (rounds: int = 1)"]),
         ("systems.Feast.who=3", ["a valid string"]),
         ("systems.Nothing.gain=1", ["not a parameter of Nothing", "it takes no parameters"]),

@@ -135,7 +135,7 @@ def checks_delete_entity(world):
     world.kill(2)
     world.run(1)
     assert [world.tables["hare"].n, world.causes] == [2, ["culled", "deleted"]]
-    with pytest.raises(KeyError, match="world 'world' has no entity 1: it has died, or never existed"):
+    with pytest.raises(KeyError, match="world 'world' has no entity 1: it has died or never existed"):
         esper.delete_entity(entity)
     other = world.entity(3)
     esper.delete_entity(other, immediate=True)
@@ -189,17 +189,17 @@ def checks_add_component(world):
     with pytest.raises(
         TypeError,
         match=r"belongs to the table 'hare', and its Position already exists: "
-        r"write into its fields, as in "
+        r"set its fields, as in "
         r"esper\.component_for_entity\(1, Position\)\.x = …",
     ):
         esper.add_component(entity, Position(x=3))
     with pytest.raises(
         TypeError,
-        match=r"all entities of a table share their components: "
+        match=r"all entities of a table have the same components: "
         r"world\.table\('hare'\)\.add_component\(Coat\)",
     ):
         esper.add_component(entity, Coat())
-    with pytest.raises(TypeError, match="share their components"):
+    with pytest.raises(TypeError, match="have the same components"):
         esper.add_component(entity, Coat(), type_alias=str)
     with pytest.raises(KeyError, match="no entity 99"):
         esper.add_component(99, Tag())
@@ -215,7 +215,7 @@ def checks_remove_component(world, remove=None):
     esper.add_component(entity, Tag("x"))
     assert remove(entity, Tag).text == "x"
     with pytest.raises(
-        TypeError, match="belongs to the table 'fox', all of which have Coat; change its values"
+        TypeError, match="belongs to the table 'fox', whose entities all have Coat; change its values"
     ):
         remove(entity, Coat)
     assert [e for e, _ in esper.get_component(Coat)] == [entity]

@@ -20,7 +20,7 @@ def test_an_entity_goes_to_the_one_table_that_has_its_components_and_else_the_ta
         with pytest.raises(
             TypeError,
             match=r"create_entity\(Position\): hare, "
-            r"fox of .* have these components; world\.spawn\('hare', …\)",
+            r"fox of .* have these components; name one of them, as in world\.spawn\('hare', …\)",
         ):
             esper.create_entity(Position())
         for things in ((), (Tag(),), (Velocity(), Tag())):

@@ -119,7 +119,9 @@ def test_each_number_of_a_list_stands_in_a_row_of_its_kind(name: str) -> None:
     for kind, section in data["species"].items():
         for key, entry in entries_in(section):
             mine = [
-                row for row in rows if row.get("of") == kind and row["entry"].strip("`").startswith(f"{key}.")
+                row
+                for row in rows
+                if row.get("kind") == kind and row["entry"].strip("`").startswith(f"{key}.")
             ]
             for field, value in numbers_in(entry):
                 cells = [c for row in mine for h, c in row.items() if h.partition(" [")[0] == field and c]
@@ -185,9 +187,9 @@ def test_a_value_set_for_a_run_is_the_value_in_the_description() -> None:
 
 def test_who_learns_by_what_rate_and_for_what_is_said_of_each_species() -> None:
     text = text_of("lamb")
-    assert "| lamb | during the run | each individual its own policy | 0.007 | 64 |" in text
+    assert "| lamb | during the run | one for each individual | 0.007 | 64 |" in text
     assert "| lamb | `-4 * (1 - oxygen)**2 - 3 * (1 - glucose)**2 + 1.5 * sheep_smell` | -7 |" in text
-    assert "| deer | before the run | all members one policy | 0.001 | 64 |" in text_of("predator-prey")
+    assert "| deer | before the run | one for all members | 0.001 | 64 |" in text_of("predator-prey")
 
 
 def test_interventions_are_input_with_their_ticks() -> None:
@@ -221,7 +223,7 @@ def test_a_world_built_in_python_is_described_from_its_tables_and_systems() -> N
     assert "| `Health.left` | s | of illness | people | dynamic |" in text
     assert "| extent | 60 × 60 m |" in text
     assert "| time step | 0.5 s |" in text
-    assert "seed of the random numbers is 4" in text
+    assert "random seed is 4" in text
     assert "`Infect`: Infect people within 2 m of an ill person; ill people become immune after 60 s." in text
 
 

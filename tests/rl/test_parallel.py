@@ -133,7 +133,7 @@ def test_an_episode_is_truncated_when_the_pool_is_used_up():
     while env.agents:
         *_, late, _ = env.step({agent: [0, 0] for agent in env.agents})
     assert all(late.values())
-    with pytest.raises(ConfigError, match="smaller than the first population"):
+    with pytest.raises(ConfigError, match="smaller than the initial population"):
         parallel_env(PASTURE, "deer", pool=3).reset()
 
 
@@ -152,10 +152,10 @@ def test_observations_are_in_their_space_and_have_names():
     ("change", "says"),
     [
         (lambda a: a.pop(next(iter(a))), r"no action \(1 such\)"),
-        (lambda a: a.update({10_000: [0, 0]}), "10000.*\n.*dead, or never born"),
+        (lambda a: a.update({10_000: [0, 0]}), "10000.*\n.*dead or never born"),
         (lambda a: a.update({next(iter(a)): [0, 3]}), "no such option.*0 .left., 1 .none., 2 .right."),
         (lambda a: a.update({next(iter(a)): [0, np.nan]}), "not a number"),
-        (lambda a: a.update({next(iter(a)): [0]}), "of each agent one of MultiDiscrete"),
+        (lambda a: a.update({next(iter(a)): [0]}), "for each agent, an action in MultiDiscrete"),
     ],
 )
 def test_wrong_actions_are_refused_and_the_episode_goes_on(change, says):
@@ -200,7 +200,7 @@ def test_it_shows_itself_and_its_state():
     ("species", "more", "says"),
     [
         ("dear", {}, 'did you mean "deer"'),
-        ("grass", {}, "it has no reward"),
+        ("grass", {}, "the species has no reward"),
         ("deer", {"render_mode": "human"}, "rgb_array"),
     ],
 )

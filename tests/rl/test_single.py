@@ -49,9 +49,9 @@ def test_a_species_without_members_is_refused_when_an_episode_begins(make):
         record=False,
     )
     for world in (empty.config, empty):
-        with pytest.raises(ConfigError, match="has no member when an episode begins"):
+        with pytest.raises(ConfigError, match="has no members at the start of an episode"):
             make(world, "deer").reset(seed=1)
-        with pytest.raises(ConfigError, match="has no member when an episode begins"):
+        with pytest.raises(ConfigError, match="has no members at the start of an episode"):
             make(world, "deer").reset()
 
 

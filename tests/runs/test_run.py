@@ -181,7 +181,7 @@ def test_a_full_disk_ends_a_run_with_one_message_and_what_was_recorded_is_whole(
     with monkeypatch.context() as m:
         m.setattr(checkpoint, "write", full)
         with pytest.raises(
-            RecordingError, match=r"No space left on device.*last checkpoint is of tick 6.*ecs-eco resume"
+            RecordingError, match=r"No space left on device.*last checkpoint is from tick 6.*ecs-eco resume"
         ):
             _run(menagerie(), tmp_path / "run", checkpoint_every=6)
     resume(tmp_path / "run", report=False)

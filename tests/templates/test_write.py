@@ -145,8 +145,8 @@ def test_what_is_written_has_no_slips_and_lines_of_at_most_110_columns(how, tmp_
         ("9lives", [], "not a valid name"),
         ("isle", ["--from", "medow"], "unknown starter world"),
         ("isle", ["--from", "blank", "--package"], "cannot be used with --package"),
-        ("json", ["--package"], "a module or a keyword has this name"),
-        ("class", ["--package"], "a module or a keyword has this name"),
+        ("json", ["--package"], "is the name of an existing module or a keyword"),
+        ("class", ["--package"], "is the name of an existing module or a keyword"),
         ("full", [], "the folder is not empty"),
     ],
 )

@@ -217,7 +217,7 @@ class Empty(System):
 @pytest.mark.parametrize(
     ("kind", "message"),
     [
-        (Silent, "Silent: it moves 'hare' without notice; add `table.version \\+= 1`"),
+        (Silent, "Silent: it moves 'hare' without marking the table; add `table.version \\+= 1`"),
         (Escape, r"Escape: Position.x in table 'hare' leaves \[0, 10.0\)"),
         (
             Undefined,
@@ -232,7 +232,7 @@ class Empty(System):
         ),
         (
             First,
-            "First: its results change with rows in another order: tick 0, hare: Metabolism.energy of uid 1 is",
+            "First: its results change with a different row order: tick 0, hare: Metabolism.energy of uid 1 is",
         ),
         (Threads, "Threads: its results change with two threads: tick 0, hare: Metabolism.energy"),
         (Haunt, "Haunt.*'hare'.*, which is free, was .* and is .*; write only to living rows"),
@@ -263,7 +263,7 @@ def test_blame_for_what_another_system_does_is_not_laid_on_this_one():
 
     with pytest.raises(
         AssertionError,
-        match=r"already before Good, with rows in another order, hare: .*; "
+        match=r"before Good runs, with a different row order, hare: .*; "
         r"another system is the cause",
     ):
         check_system(Good, make)
@@ -330,7 +330,7 @@ def test_a_world_that_breaks_a_promise_is_told_so(menagerie):
         check_world(make(Whim), ticks=2)
     with pytest.raises(
         AssertionError,
-        match=r"menagerie: a different order of rows gives different results: lynx: "
+        match=r"menagerie: a different row order gives different results: lynx: "
         r"(Metabolism.\w+ of uid|uids )",
     ):
         check_world(make(_balanced(First)), ticks=2)

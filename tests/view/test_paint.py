@@ -200,7 +200,7 @@ def test_without_ffmpeg_a_gif_is_offered(folder, tmp_path, monkeypatch):
     monkeypatch.setenv("PATH", str(tmp_path))
     done = _film(folder, tmp_path / "run.mp4")
     assert done.exit_code == 2
-    assert "ffmpeg is not installed; expected: a name ending in .gif" in done.output
+    assert "ffmpeg is not installed; expected: a .gif file" in done.output
     assert 'did you mean "run.gif"' in done.output
 
 

@@ -137,7 +137,7 @@ def test_the_map_of_an_archipelago_has_nothing_beside_it(tmp_path):
     (tmp_path / "archipelago.json").write_text("{}")
     result = CliRunner().invoke(app, ["watch", "predator-prey", str(tmp_path), "--no-browser"])
     assert result.exit_code == 2
-    assert "is an archipelago, whose map cannot be shown next to another world" in result.output
+    assert "is an archipelago, which cannot be shown next to another world" in result.output
 
 
 def test_a_taken_port_is_refused_before_anything_is_recorded(tmp_path):
