@@ -78,7 +78,7 @@ def index(records: dict[str, dict[str, Any]], template: str) -> str:
             return origin([records[name.strip()] for name in names.split(",")])
         return listed(records) if place == "studies" else None
 
-    toctree = "\n".join(["```{toctree}", ":hidden:", "", *records, "```"])
+    toctree = "```{toctree}\n:hidden:\n:glob:\n\n*\n```"
     return f"{written(template, own).rstrip()}\n\n{toctree}\n"
 
 
@@ -91,8 +91,11 @@ def origin(records: list[dict[str, Any]]) -> str:
         if len(noted) == len(records)
         else EXPLORED
     )
-    goals = " and ".join(f"[{r['name']}]({r['name']}.md) ({counted(r)} goals passed)" for r in records)
-    return f"{seen}\nAll numbers: {goals}.\nRun again: " + ", ".join(f"`{command(r)}`" for r in records) + "."
+    return (
+        f"{seen}\nGoals passed: {listed({r['name']: r for r in records})}.\nRun again: "
+        + ", ".join(f"`{command(r)}`" for r in records)
+        + "."
+    )
 
 
 def listed(records: dict[str, dict[str, Any]]) -> str:

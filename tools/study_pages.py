@@ -16,16 +16,16 @@ NOTICE = "<!-- Written by tools/make_results.py: change studies/ or tools/, not 
 FIGURES = {  # other figures are named after their study; each entry is its caption
     "arms_race": (
         "arms_race.svg",
-        "Above: genes for pace and sight over time. Below: kills of hunters among prey of earlier and later times",
+        "Genes for pace and sight over time; kills by hunters among prey from other times",
     ),
     "cycle_causes": (
         "cycle_causes.svg",
-        "Shares of runs that persist and cycle for six kinds of deer, and worlds around the best of each",
+        "Shares of runs that persist and cycle, for six kinds of deer and nearby worlds",
     ),
     "cycles": ("predator_prey.png", "Numbers of grass, deer and wolves over 10,000 ticks: seven cycles"),
     "deer_that_flee": (
         "deer_that_flee.svg",
-        "Gain of running by its cost; shares of deer and wolves that run, by distance; numbers of deer over time",
+        "Gain from running by its cost; deer and wolves that run, by distance; deer over time",
     ),
     "diel_migration": (
         "diel_migration.png",
@@ -33,24 +33,21 @@ FIGURES = {  # other figures are named after their study; each entry is its capt
     ),
     "full_rate": (
         "full_rate.svg",
-        "Numbers of wolves while deer, wolves or both learn; catches in the arena; how far policies move",
+        "Wolf numbers while deer, wolves or both learn; catches in the arena; policy change",
     ),
     "goats": ("goats_carriers.png", "Carriers of genes against red, yellow and green grass over generations"),
     "goats_factorial": (
         "goats_factorial.svg",
-        "Selection coefficients of four genes, and how often newborns eat yellow grass, by inheritance",
+        "Selection coefficients of four genes, and yellow meals of newborns, by inheritance",
     ),
     "happiness": ("happiness_genes.png", "Weights of happiness in the genomes of voles over generations"),
     "isolation": ("isolation.svg", "Diversity of genes and policies with and without migration"),
     "outside": ("outside.png", "Intake of deer while three learners train"),
     "real_series": (
         "real_series.svg",
-        "Measured series of predators and prey, and their statistics against windows of the shipped world",
+        "Measured predator and prey series, and their statistics against the shipped world's",
     ),
-    "recovery": (
-        "recovery.svg",
-        "True and estimated parameters of ten worlds, and the posterior of the pelts",
-    ),
+    "recovery": ("recovery.svg", "True and estimated parameters of ten worlds, and the pelts' posterior"),
     "three_networks": ("three_networks.png", "Intake of deer while three networks train"),
     "why": ("why.png", "Verdicts of `ecs-eco why` against what was done to the world"),
 }
