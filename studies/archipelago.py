@@ -1,6 +1,7 @@
-"""Does an archipelago end the same way, whichever workers compute it and however often they are killed?
+"""Does an archipelago end in the same state regardless of which workers compute it and how often they are
+killed?
 
-The archipelago is a grid of eight islands whose goats act by reflex and eat three kinds of grass; one island
+The archipelago is a grid of eight islands where goats act by reflex and eat three kinds of grass; one island
 overrides a value. The goats learn by PPO, have individual policies, and migrate. Each case runs the same
 archipelago in a different way and keeps its digest, a hash of the digests of all islands:
 
@@ -43,8 +44,8 @@ CODE = (
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Run the archipelago in the way that the case names; return its digest, seconds, barriers and number
-    of kills."""
+    """Run the archipelago as specified by the case; return its digest, seconds, barriers and number of
+    kills."""
     from ecs_eco.config import load
     from ecs_eco.lab import Archipelago
 
@@ -172,8 +173,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
 STUDY = Study(
     name="archipelago",
-    claim="An archipelago ends with the same bytes for any number of workers, on any engine, and after any"
-    " kill.",
+    claim="An archipelago ends with the same bytes for any number of workers, on any engine and after any kill.",
     config={
         "world": "reflexes",
         "ticks": 5000,

@@ -1,9 +1,9 @@
 """Does learning affect how long the living world persists?
 
 The study compares random with trained deer and wolves, for two costs of running. Mass action alone can make
-populations cycle; only this contrast shows the effect of learned policies. An arm is named deer/wolf; a
+populations cycle, so only this contrast shows the effect of learned policies. An arm is named deer/wolf; a
 world's lifetime is the tick of its first extinction of deer or wolves, censored at the end of the run.
-Policies are trained separately for each cost, from one training seed (that of the bundled policies).
+Policies are trained separately for each cost, from the training seed of the bundled policies.
 """
 
 from typing import Any

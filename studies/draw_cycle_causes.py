@@ -1,5 +1,5 @@
 """Draw docs/img/cycle_causes.svg from studies/results/cycle_causes.json: for each arm, the share of runs that
-persist and cycle in the best world of its search, and the outcomes of worlds around that one.
+persist and cycle in the best world of its search, and the outcomes of nearby worlds.
 
     python -m studies.draw_cycle_causes
 """

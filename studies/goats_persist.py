@@ -1,10 +1,10 @@
-"""A search on goats: from a meadow in which they go extinct to one in which all species persist for 50,000
+"""A search for goats: from a meadow in which they go extinct to one in which all species persist for 50,000
 ticks.
 
-The start is the world `reflexes` with grass that grows so slowly that goats go extinct within 2,000 ticks.
+It starts from the world `reflexes` with grass that grows so slowly that goats go extinct within 2,000 ticks.
 The search may change six parameters of the green grass and of the goats; the best world and the start are
-confirmed on fresh world seeds. The study takes about 15 minutes of one core, and an interrupted search
-resumes.
+confirmed on fresh world seeds. The study takes about 15 minutes on one core, and an interrupted search can be
+resumed.
 """
 
 import hashlib

@@ -70,7 +70,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Count the equal results."""
+    """Count equal results."""
     results, n = [c["result"] for c in cases], len(cases)
     same = sum(r["by the file"] == r["in a fork"] and r["the same numbers from then on"] for r in results)
     other, marked = (

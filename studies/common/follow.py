@@ -23,7 +23,8 @@ def follow(
     within: float = 10.0,
     each: Callable[[World], None] | None = None,
 ) -> Tracks:
-    """Run a world for some ticks; record what each prey animal does and its nearest predator within 10 m.
+    """Run a world for some ticks; record the actions of each prey animal and its nearest predator within 10
+    m.
 
     `each(world)` is called before each tick, for example to move objects as an experimenter would.
     """

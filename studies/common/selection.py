@@ -15,7 +15,7 @@ Numbers = Sequence[float] | np.ndarray
 
 
 class Pooled(NamedTuple):
-    """A mean over runs with Student's t intervals, whose ends are NaN for fewer than 2 runs."""
+    """A mean over runs with Student's t intervals, whose bounds are NaN for fewer than 2 runs."""
 
     n: int
     mean: float
@@ -24,7 +24,7 @@ class Pooled(NamedTuple):
 
 
 class Equivalence(NamedTuple):
-    """Two one-sided tests: `equivalent` if both reject at `alpha`; `p` is the larger of the two."""
+    """Two one-sided tests: `equivalent` if both reject at `alpha`; `p` is the larger p-value."""
 
     n: int
     mean: float
@@ -84,11 +84,11 @@ def path_coefficient(
     """Return the selection coefficient per generation of a gene by the likelihood of its path.
 
     It is sum (dp − m (q − p) dt) / sum p (1 − p) dt over samples, where m is the mutation rate per letter and
-    q the share of mutated letters that are the gene. In the diffusion limit of the Wright–Fisher model, dp =
-    (s p (1 − p) + m (q − p)) dt + noise of variance p (1 − p) dt / N (Crow and Kimura 1970, chapter 8), this
-    s maximizes the likelihood for any constant N. A sample has the weight p (1 − p), so a lost or fixed gene
-    adds no information and the estimate does not depend on how long the run continues afterwards. The result
-    is NaN if the gene has no variance. Samples without living organisms are left out.
+    q the share of mutated letters that are the gene. In the diffusion limit of the Wright–Fisher model, where
+    dp = (s p (1 − p) + m (q − p)) dt + noise of variance p (1 − p) dt / N (Crow and Kimura 1970, chapter 8),
+    this s maximizes the likelihood for any constant N. Each sample has weight p (1 − p), so a lost or fixed
+    gene adds no information and the estimate does not depend on how long the run continues afterwards. The
+    result is NaN if the gene has no variance. Samples without living organisms are left out.
     """
     k, n, x = (np.asarray(v, float) for v in (carriers, n, generation))
     _same(carriers=k, n=n, generation=x)
@@ -118,7 +118,7 @@ def mean_interval(values: list[float]) -> list[float]:
 def equivalence(values: Numbers, margin: float, alpha: float = 0.05) -> Equivalence:
     """Test that the mean over runs lies within ± margin: two one-sided t tests (Schuirmann 1987).
 
-    The interval has level 1 − 2 alpha: it lies within the margin exactly if the tests find equivalence.
+    The interval has level 1 − 2 alpha: it lies within the margin if and only if the tests find equivalence.
     """
     if not margin > 0:
         raise ValueError(f"equivalence: the margin is {margin}; expected above 0")
@@ -135,7 +135,7 @@ def equivalence(values: Numbers, margin: float, alpha: float = 0.05) -> Equivale
 def increments(share: Numbers, generation: Numbers) -> np.ndarray:
     """Return the rescaled frequency increments of Feder, Kryazhimskiy and Plotkin (2014): f64[increments].
 
-    They are (v_i − v_{i−1}) / √(2 v_{i−1} (1 − v_{i−1}) (t_i − t_{i−1})), without increments that begin or
+    They are (v_i − v_{i−1}) / √(2 v_{i−1} (1 − v_{i−1}) (t_i − t_{i−1})), excluding increments that begin or
     end at a share of 0 or 1.
     """
     v, x = np.asarray(share, float), np.asarray(generation, float)
@@ -154,9 +154,9 @@ def increments(share: Numbers, generation: Numbers) -> np.ndarray:
 def frequency_increment_test(share: Numbers, generation: Numbers) -> IncrementTest:
     """Test whether the mean frequency increment differs from 0 (Feder, Kryazhimskiy and Plotkin 2014).
 
-    t = mean / √(S² / n) of the n rescaled increments, with n − 1 degrees of freedom. The test assumes a
-    population of constant size, precisely known shares, and small increments. The result is NaN for fewer
-    than 2 increments.
+    t = mean / √(S² / n) of the n rescaled increments, with n − 1 degrees of freedom. The test assumes
+    constant population size, precisely known shares, and small increments. The result is NaN for fewer than 2
+    increments.
     """
     y = increments(share, generation)
     if len(y) < 2 or not y.std():
@@ -175,11 +175,11 @@ def reappearances(carriers: Numbers) -> int:
 def deaths_by_age(
     lineage: Lineage, cause: str | None, edges: Numbers, species: str | None = None, level: float = 0.95
 ) -> AgeRates:
-    """Return deaths from a cause (None: from any) per organism and second of life, by age class [s].
+    """Return deaths from a cause (None: any cause) per organism and second of life, by age class [s].
 
-    Each organism contributes its life to every age class that it passed through; organisms alive at the end
-    are censored. An organism that dies at the edge of two classes counts in the younger one. Intervals are
-    exact for a Poisson number (Garwood 1936); rates are NaN for classes that no organism reached.
+    Each organism contributes time to every age class that it lived through; organisms alive at the end are
+    censored. An organism that dies at the edge between two classes counts in the younger one. Intervals are
+    exact for a Poisson count (Garwood 1936); rates are NaN for classes that no organism reached.
     """
     edges = np.asarray(edges, float)
     if len(edges) < 2 or (np.diff(edges) <= 0).any():
@@ -198,7 +198,7 @@ def deaths_by_age(
 
 
 def poisson_interval(count: np.ndarray, level: float = 0.95) -> tuple[np.ndarray, np.ndarray]:
-    """Return the exact interval of the mean of a Poisson number (Garwood 1936)."""
+    """Return the exact interval of the mean of a Poisson count (Garwood 1936)."""
     k = np.asarray(count, float)
     low = np.where(k > 0, chi2.ppf((1 - level) / 2, np.maximum(2 * k, 1)) / 2, 0.0)
     return low, chi2.ppf((1 + level) / 2, 2 * k + 2) / 2

@@ -101,7 +101,7 @@ def _copied(whole: Path, folder: Path) -> None:
 
 
 class _Judge:
-    """Puts a damaged file into a copy of a whole folder and runs every reader of that file."""
+    """Puts a damaged file into a copy of an intact folder and runs every reader of that file."""
 
     def __init__(self, whole: Path, folder: Path) -> None:
         self.whole, self.folder = whole, folder
@@ -151,12 +151,12 @@ class _Checkpoints(_Judge):
         return (
             {"kind": "the same content"}
             if same
-            else {"kind": "wrong load", "said": "read() gives something else"}
+            else {"kind": "wrong load", "said": "read() returns something else"}
         )
 
     def _without(self, damaged: Path, message: str, seed: int) -> dict[str, Any]:
-        """Return whether readers use the checkpoint before the damaged one and, in some trials, whether
-        the resumed run ends the same."""
+        """Check that readers use the checkpoint before the damaged one and, in some trials, that the resumed
+        run ends the same."""
         from ecs_eco.engine.errors import CheckpointError
         from ecs_eco.record import checkpoint
 
@@ -164,18 +164,18 @@ class _Checkpoints(_Judge):
             if checkpoint.describe(damaged) != checkpoint.describe(
                 self.whole / damaged.relative_to(self.folder)
             ):
-                return {"kind": "wrong load", "said": "describe() gives something else"}
+                return {"kind": "wrong load", "said": "describe() returns something else"}
         except CheckpointError:
             pass
         before = sorted(damaged.parent.glob("tick-*"))[-2]
         if checkpoint.latest(damaged.parent, complain=lambda text: None) != before:
-            return {"kind": "wrong load", "said": "latest() does not take the one before"}
+            return {"kind": "wrong load", "said": "latest() does not return the previous checkpoint"}
         if seed % 250 == 0:
             wrong = _command("resume", str(self.folder), "--quiet", "--no-report")
             end = json.loads((self.folder / "manifest.json").read_text())["digest"]
             _copied(self.whole, self.folder)
             if wrong or end != json.loads((self.whole / "manifest.json").read_text())["digest"]:
-                return {"kind": "wrong load", "said": wrong or "resumed, it comes to another end"}
+                return {"kind": "wrong load", "said": wrong or "the resumed run ends differently"}
         words = {
             "its header is damaged": "head",
             "the part": "part",
@@ -257,7 +257,7 @@ def _readers(path: Path) -> dict[str, Any]:
 
 
 def _equal(a: Any, b: Any) -> bool:
-    """Return whether two readings are the same to the bit; NaN equals itself."""
+    """Return whether two readings are identical bit for bit; NaN equals itself."""
     if isinstance(a, np.ndarray) and a.dtype != object:
         return (
             isinstance(b, np.ndarray)
@@ -273,7 +273,7 @@ def _equal(a: Any, b: Any) -> bool:
 
 
 def _command(*words: str) -> str:
-    """Return what is wrong with a command's exit; "" if it succeeds or ends with a clear error."""
+    """Return the fault in a command's exit; "" if it succeeds or ends with a clear error."""
     from typer.testing import CliRunner
 
     from ecs_eco.cli.app import app

@@ -239,7 +239,7 @@ def _scaled(data: dict[str, Any], paths: list[Path_], chance: random.Random) -> 
 
 
 def _other_value(data: dict[str, Any], paths: list[Path_], chance: random.Random) -> None:
-    """Return a value from elsewhere in the file, of the same type if there is such a value."""
+    """Return a value from elsewhere in the file, of the same type if possible."""
     path = chance.choice(paths)
     alike = [p for p in paths if type(_at(data, p)) is type(_at(data, path))]
     _at(data, path[:-1])[path[-1]] = copy.deepcopy(_at(data, chance.choice(alike)))
