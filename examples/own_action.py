@@ -1,6 +1,5 @@
-"""A custom action: a system reads the decision and carries out the group `shelter`.
-
-A hidden snail is safe from hail but does not graze. Its policy learns when to hide.
+"""A custom action group, `shelter`: a system reads the decision and carries it out. A hidden snail is safe
+from hail but does not graze. Its policy learns when to hide.
 """
 
 import numpy as np

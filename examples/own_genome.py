@@ -1,5 +1,5 @@
-"""A custom genome: letters, genes, one operator of DEAP and one custom operator.
-A thousand births show their effect."""
+"""A custom genome: letters, genes, one DEAP operator and one custom operator. A thousand births show their
+effect."""
 
 import random
 
@@ -27,9 +27,8 @@ layout = Layout(
 
 
 def repeat_letter(genome: list[int], indpb: float) -> tuple[list[int]]:
-    """Replace letters by copies of their left neighbors, with probability `indpb` each.
-
-    Python's random generator is seeded for each birth.
+    """Replace each letter with a copy of its left neighbor with probability `indpb`. Python's random
+    generator is seeded for each birth.
     """
     for i in range(1, len(genome)):
         if random.random() < indpb:

@@ -19,7 +19,7 @@ GRAZING = Path(__file__).parent / "grazing.toml"
 
 
 def sequential(model: Any) -> nn.Sequential:
-    """Return the policy of a model as a plain Sequential of Linear and Tanh."""
+    """Return a model's policy as a plain Sequential of Linear and Tanh layers."""
     policy = model.policy
     return nn.Sequential(*policy.mlp_extractor.policy_net, policy.action_net)
 
