@@ -26,7 +26,7 @@ def pin_threads() -> None:
 
 
 def machine() -> dict[str, Any]:
-    """Describe the processor, its cores, its load before the benchmark, and the versions in use."""
+    """Describe the processor, its cores and load before the benchmark, and the versions in use."""
     from ecs_eco.engine.versions import versions
     from ecs_eco.record.folder import git_commit
 

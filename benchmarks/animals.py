@@ -1,4 +1,4 @@
-"""Measure organism-steps per second of animals that sense, decide and act, with ledger, recorder and causes
+"""Measure organism-steps per second for animals that sense, decide and act, with ledger, recorder and causes
 of death on.
 
     python benchmarks/animals.py [--sizes 1000 10000 100000] [--learn] [--threads 1 2]

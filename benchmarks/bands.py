@@ -3,7 +3,7 @@
     python benchmarks/bands.py [--animals 20000] [--processes 1 2] [--short]
 
 The script calls mpiexec. Strong scaling: the same savanna in 1, 2, … processes. Weak scaling: as many animals
-in each process as in the single process. Both run with whole worlds in every process (`--bands`) and with
+in each process as in the single process. Both run with the whole world in every process (`--bands`) and with
 divided state (`--divided`). All variants take turns, and the best turn counts, because other work may share
 the machine. Waiting processes keep a core busy, so with other work on the machine, wall-clock and exchange
 times are meaningless. Work is therefore measured in processor time without exchanges and waiting, separately
@@ -13,10 +13,10 @@ digest.
 The cost of a band's halo is measured in the divided savanna, for several numbers of organisms per band: the
 number of ghosts, their bytes, and the processor time to pack, unpack and remove them.
 
-The model of whole worlds: t(N, P) = N (shared / P + alike) + calls · latency · log2 P + N · bytes · (1 − 1/P)
-/ bandwidth. The model of divided state: t(N, P) = N shared / P + told(N) + halo(ghosts) + calls · latency ·
-log2 P + bytes of the halo / bandwidth, where ghosts and their bytes grow only with the map's width; told is
-the work that every process does for births and plant sites anywhere. Both models are linear fits to
+The model for whole worlds: t(N, P) = N (shared / P + alike) + calls · latency · log2 P + N · bytes · (1 −
+1/P) / bandwidth. The model for divided state: t(N, P) = N shared / P + told(N) + halo(ghosts) + calls ·
+latency · log2 P + bytes of the halo / bandwidth, where ghosts and their bytes grow only with the map's width;
+told is the work that every process does for births and plant sites anywhere. Both models are linear fits to
 measurements at several sizes. Costs per animal of shared work are from single-process runs, latency and
 bandwidth from messages between two processes.
 """
@@ -155,7 +155,7 @@ def messages() -> dict[str, float]:
             start = time.perf_counter()
             comm.Allgatherv(MPI.IN_PLACE, [buffer, counts, starts, MPI.BYTE])
             seconds.append(time.perf_counter() - start)
-        times[size] = min(seconds)  # other work disturbed the rest
+        times[size] = min(seconds)  # other work disturbed the others
     return {"latency": times[64], "bandwidth": 8_000_000 * (comm.size - 1) / times[8_000_000]}
 
 
@@ -225,7 +225,7 @@ def halo_row(results: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def line(halos: list[dict[str, Any]], x: str, y: str) -> tuple[float, float]:
-    """Return the intercept (at least 0) and slope of a straight line through some columns."""
+    """Return the intercept (at least 0) and slope of a line fitted to the given columns."""
     if len(halos) == 1:
         return 0.0, halos[0][y] / halos[0][x]
     slope, start = statistics.linear_regression([h[x] for h in halos], [h[y] for h in halos])
@@ -300,7 +300,9 @@ def main() -> None:
         halo_row([launch(2, "work", str(2 * n), "20", "0", "1") for _ in range(turns)])
         for n in (SIZES[:1] if options.short else SIZES)
     ]
-    wires = [launch(2, "messages") for _ in range(1 if options.short else 8)]  # other work disturbed the rest
+    wires = [
+        launch(2, "messages") for _ in range(1 if options.short else 8)
+    ]  # other work disturbed the others
     wire = {"latency": min(w["latency"] for w in wires), "bandwidth": max(w["bandwidth"] for w in wires)}
     conclude({case: best_row(results) for case, results in cases.items()}, wire, halos, options.short)
 

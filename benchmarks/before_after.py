@@ -357,7 +357,7 @@ def paired(before: Path, pairs: int, measure: Callable[[Path], float]) -> tuple[
 
 
 def interval(ratios: list[float]) -> dict[str, float]:
-    """Return the median of ratios and its bootstrapped 95% interval."""
+    """Return the median ratio and its bootstrapped 95% interval."""
     draws = random.Random(1)
     medians = sorted(statistics.median(draws.choices(ratios, k=len(ratios))) for _ in range(2000))
     return {

@@ -107,7 +107,7 @@ def overheads(pairs: int, place: Path) -> list[dict[str, Any]]:
 
 
 def main() -> None:
-    """Measure sizes and times, then overheads."""
+    """Measure sizes and times, then overhead."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--animals", type=int, default=100_000)
     parser.add_argument("--pairs", type=int, default=5)

@@ -123,7 +123,7 @@ def speed(door: Steps, steps: int) -> float:
 
 
 def doors(agents: int) -> dict[str, Steps]:
-    """Return all interfaces, warmed up."""
+    """Return all interfaces after a warm-up."""
     config = world_of(agents)
     makers: dict[str, Callable[[], Steps]] = {
         "within, by chance": lambda: within(config),

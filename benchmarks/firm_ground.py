@@ -31,7 +31,7 @@ from ecs_eco.config import load
 
 
 def bare(world: World, ticks: int) -> None:
-    """Run ticks without checks of outside writes and without protection against interruption."""
+    """Run ticks without checking outside writes and without protection against interruption."""
     world._touch()
     world.context.show()
     for _ in range(ticks):
@@ -58,7 +58,7 @@ KINDS: dict[str, Callable[[World, int], Any]] = {
 
 
 def compare(world: World, ticks: int, turns: int) -> dict[str, list[float]]:
-    """Return the seconds of each turn by kind."""
+    """Return the duration [s] of each turn, by kind."""
     draws = random.Random(1)
     took: dict[str, list[float]] = {kind: [] for kind in KINDS}
     for _ in range(turns):

@@ -80,7 +80,7 @@ def build(animals: int, genes: str | None) -> World:
 
 
 def numbers(world: World) -> tuple[int, int]:
-    """Return the numbers of living animals and of births."""
+    """Return the numbers of living animals and births."""
     series = world.series().to_pydict()
     mine = [i for i, s in enumerate(series["species"]) if s != "plant"]
     return (

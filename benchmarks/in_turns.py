@@ -4,7 +4,7 @@
         [--cases learners wolves memory]
 
 `learners`: individual_ppo.py, 1,000 animals with a network each, on two threads. `wolves`: wolf_sheep.py
-without Mesa, at all its sizes. `memory`: memory.py, after esper has been asked for all ids. One process waits
+without Mesa, at all its sizes. `memory`: memory.py, after a request for all of esper's ids. One process waits
 while the other works; each does the work of its own commit's script. `before` and `now` are medians over
 turns, and `best` the minimum or maximum; the ratio is this commit's figure divided by the other's, turn by
 turn: median and quartiles.
@@ -102,7 +102,7 @@ def start(place: Path, code: str) -> subprocess.Popen[str]:
 
 
 def turn(process: subprocess.Popen[str]) -> float:
-    """Run one process once; return its figure."""
+    """Have one process work once; return its figure."""
     assert process.stdin is not None
     assert process.stdout is not None
     process.stdin.write("\n")

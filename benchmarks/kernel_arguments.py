@@ -77,7 +77,7 @@ def forms(views: int, each: int) -> dict[str, tuple[Callable[[], Any], Callable[
 
 
 def least(work: Callable[[], Any]) -> float:
-    """Return the shortest duration of many calls [µs]."""
+    """Return the shortest duration [µs] of many calls."""
     return timeit.timeit(work, number=CALLS) / CALLS * 1e6
 
 

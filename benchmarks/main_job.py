@@ -8,9 +8,9 @@ tick.
 Processes with this commit and, if given, with another run in turns, each with its own world recorded on disk.
 The table shows the wall-clock and processor seconds of `World.run`, excluding the process's start. `Python
 calls a tick` counts the Python functions and kernels called in ticks 1,001 to 1,070, excluding the calls of
-`run`. `end` is the number of living organisms at the end, which differs if digests differ. `--train` measures
-in the same way how long predator-prey policies take to learn from random weights. `--calls` measures the cost
-of a kernel call, by the number of its arrays.
+`run`. `end` describes the final state, which differs if digests differ. `--train` measures in the same way
+how long predator-prey policies take to learn from random weights. `--calls` measures the cost of a kernel
+call, by the number of its arrays.
 """
 
 import argparse

@@ -44,10 +44,10 @@ def main() -> None:
     world.run(3)
     without = resident() - before
     with world:
-        world.sync()  # a number for each animal
+        world.sync()  # one number per animal
         gc.collect()
         known = resident() - before
-        esper.get_component(Metabolism)  # an entity and a handle for each
+        esper.get_component(Metabolism)  # one entity and one handle per animal
         esper.clear_cache()
         gc.collect()
         looked_at = resident() - before

@@ -61,7 +61,7 @@ class Wander(System):
 
 
 def made(organisms: int) -> World:
-    """Return a world of plants that stand still and animals that move."""
+    """Return a world of stationary plants and moving animals."""
     side, rng = float(np.sqrt(organisms)), np.random.default_rng(1)
     world = World([side, side], seed=1)
     animals = round(organisms * ANIMALS)
@@ -144,8 +144,8 @@ def frames(organisms: int, n: int) -> tuple[list[dict[str, Any]], dict[str, Any]
 
 
 def memory(minutes: float, looks: int = 10) -> tuple[list[dict[str, Any]], dict[str, Any]]:
-    """Watch predator-prey with an animal selected at 20 ticks per second; return the memory of page and
-    server [MB] at regular intervals."""
+    """Watch predator-prey with an animal selected at 20 ticks per second; return page and server memory [MB]
+    at regular intervals."""
     rows: list[dict[str, Any]] = []
     with served("watch", "predator-prey", "--seed", "1") as run, launched() as browser:
         page = browser.new_page(viewport={"width": 1000, "height": 640})

@@ -49,7 +49,7 @@ def one(peer: str, n: int, seed: int) -> dict[str, Any]:
 
     module, function, _ = PEERS[peer]
     make: Callable[..., Any] = getattr(importlib.import_module(module), function)
-    if module == "peers_grazing":  # compilation happens on a small world
+    if module == "peers_grazing":  # compile in a small world
         tick, _ = make(100, seed)
         for _ in range(WARM):
             tick()

@@ -1,4 +1,5 @@
-"""The common task of `peers.py` in mesa-frames: agents are rows of a polars DataFrame, steps are expressions.
+"""The common task of `peers.py` in mesa-frames: agents are rows in a polars DataFrame, and steps are
+expressions.
 
 Its spaces are grids of cells; a join on cells finds neighbors within REACH on the plane.
 """

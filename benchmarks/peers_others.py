@@ -76,7 +76,7 @@ def mesa(n: int, seed: int) -> Model:
             self.heading = model.rng.uniform(0, 2 * math.pi)
 
         def step(self) -> None:
-            """Look, turn, walk, eat, divide or die."""
+            """Look, turn, walk, eat, and divide or die."""
             others, distances = self.get_nearest_neighbors(k=1)
             if others and distances[0] < REACH:
                 offset = self.space.calculate_difference_vector(self.position, [others[0]])[0]
@@ -132,7 +132,7 @@ def agentpy(n: int, seed: int) -> Model:
             self.energy, self.heading = energy, rng.uniform(0, 2 * math.pi)
 
         def step(self) -> None:
-            """Look, turn, walk, eat, divide or die."""
+            """Look, turn, walk, eat, and divide or die."""
             space = self.model.space
             if (offset := nearest(space, self, size)) is not None:
                 self.heading += away(self.heading, offset)
@@ -152,7 +152,7 @@ def agentpy(n: int, seed: int) -> Model:
             self.space.add_agents(self.grazers, positions=[rng.uniform(0, size, 2) for _ in range(n)])
 
         def step(self) -> None:
-            """Step all grazers, then births, deaths and grass."""
+            """Step all grazers, then handle births, deaths and grass."""
             self.grazers.step()
             for one in self.dead:
                 self.space.remove_agents(one)

@@ -40,7 +40,7 @@ def sea(plankton: int) -> WorldConfig:
 
 
 def lifetime() -> None:
-    """Time a training from random weights and the run that follows, once each, with compiled kernels."""
+    """Time training from random weights and the subsequent run, once each, with compiled kernels."""
     from ecs_eco.lab.pretraining import pretrain
     from ecs_eco.record import run_to_folder
 

@@ -3,8 +3,8 @@ inserted, deleted and changed letters; all at once, or one by one through functi
 
     python benchmarks/variable_births.py [--births 50000]
 
-Parents come from 30 generations of random mating, so that their strings differ in length and copies. They
-alternate with births with the same genes on strings of fixed length.
+Parents come from 30 generations of random mating, so that their strings differ in length and gene copies.
+They alternate with births with the same genes on strings of fixed length.
 """
 
 import argparse

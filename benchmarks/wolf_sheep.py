@@ -31,9 +31,9 @@ COEXISTING = {
     "wolf_gain": 5.0,
     "regrowth": 10,
 }
-# by tick 60 nearly all animals are dead in Mesa's default model
+# by tick 60, nearly all animals are dead in Mesa's default model
 REGIMES = {"default": model.DEFAULT, "coexisting": COEXISTING}
-SIZES = {20: (60, 10), 100: (60, 1), 300: (10, 1)}  # width: ticks, and the factor on the number of seeds
+SIZES = {20: (60, 10), 100: (60, 1), 300: (10, 1)}  # width: ticks, and factor for the number of seeds
 WRONG = {
     "regrowth one tick early": ("regrowth", lambda v: v - 1),
     "sheep bear 10% more often": ("sheep_reproduce", lambda v: 1.1 * v),
@@ -86,8 +86,8 @@ def compare(a, b, ticks):
     """Return the smallest Holm-corrected KS p for counts [seeds, ticks + 1, 3], and bounds on differences
     between means.
 
-    The bounds are the farthest ends of the 90% intervals (equivalence by two one-sided tests at 0.05), in
-    standard deviations between seeds, and in shares of Mesa's mean if that is 100 or more.
+    The bounds are the extreme ends of the 90% intervals (equivalence by two one-sided tests at 0.05), in
+    standard deviations between seeds and, if Mesa's mean is at least 100, as shares of that mean.
     """
     p, in_sd, in_share = [], [0.0], [0.0]
     for t in [t for t in (1, 2, 5, 10, 20, 40, 60) if t <= ticks]:

@@ -28,7 +28,7 @@ class Animal:  # a sheep or a wolf
 
 @component
 class Grass:  # of one cell
-    ripe: i32 = 0  # the tick from which it can be eaten
+    ripe: i32 = 0  # first tick in which it can be eaten
 
 
 @njit

@@ -21,7 +21,7 @@ class Curiosity(System):
     """Reward an animal for entering a cell that it has forgotten or never visited."""
 
     needs = (Nervous, Visits)
-    phase = "feel"  # runs after the shipped system that sets the reward to the change in happiness
+    phase = "feel"  # runs after the shipped system, which sets the reward to the change in happiness
 
     def __init__(self, bonus: float) -> None:
         self.bonus = np.float32(bonus)

@@ -10,7 +10,7 @@ from deap import algorithms, base, creator, tools
 from ecs_eco import World
 from ecs_eco.components import Genome, Position
 
-GENES = [  # thresholds of the reflexes below, from the lowest to the highest reading
+GENES = [  # thresholds for the reflexes below, from the lowest to the highest reading
     {"name": name, "trait": f"reflex.{name}.threshold", "letters": 4, "low": low, "high": 1.0, "code": "gray"}
     for name, low in (("hungry", 0.0), ("left", -1.0), ("right", -1.0), ("full", 0.0))
 ]

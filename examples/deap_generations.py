@@ -68,7 +68,7 @@ def rabbits(genes: dict[str, float]) -> dict:
 
 
 def lifetime(letters: list[int]) -> tuple[float]:
-    """Return the mean lifetime [s] of the rabbits, at most 300."""
+    """Return the rabbits' mean lifetime [s], at most 300."""
     genes = {name: float(value[0]) for name, value in layout.decode(np.array([letters], np.uint8)).items()}
     series = World.from_config(rabbits(genes), seed=1).run(300).series()
     return (

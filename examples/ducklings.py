@@ -45,7 +45,7 @@ EGG = {
     "count": 0,
     "body": {"radius": 0.03, "mass": 0.05, "opaque": False},
     "metabolism": {"energy": 0.05},
-    # 30 s at 310 K, 37.5 s at the 302.2 K of this pond
+    # 30 s at 310 K, 37.5 s at this pond's 302.2 K
     "hatch": {"into": "duck", "incubation": 30.0, "temperature": 310.0, "threshold": 271.0},
 }
 CROW = {

@@ -1,5 +1,5 @@
 """Weakly electric fish in the dark: each fish senses the currents of other fish on both flanks and turns
-toward the stronger side. Schools form, but not among fish without a discharge."""
+toward the stronger side. Schools form, but not among fish without electric discharge."""
 
 import copy
 

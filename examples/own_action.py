@@ -13,7 +13,7 @@ class Shelter(System):
 
     needs = (Nervous, Metabolism)
     phase = "interact"
-    acts = ("shelter",)  # the groups of actions that this system carries out
+    acts = ("shelter",)  # action groups that this system carries out
 
     def update(self, table, world) -> None:
         out = table.species.nerves.doing(table, "stay")

@@ -11,7 +11,7 @@ from ecs_eco.testing import check_genome
 
 layout = Layout(
     [
-        # three of the four letters give the same value, so most mutations are silent
+        # three of the four letters encode the same value, so most mutations are silent
         Gene(name="red", letters=1, values=[0, 0, 0, -1]),
         # adjacent sizes differ in one letter
         Gene(name="size", letters=4, low=0.2, high=0.6, code="gray"),
@@ -50,7 +50,7 @@ if __name__ == "__main__":
     children = births.offspring(mothers, fathers, keys)
     print("size of the children:", np.unique(layout.decode(children)["size"].round(2)).tolist()[:6], "…")
     print("alleles of red:", frequencies(layout, children)["red"])
-    # registered operators take effect at once, as in DEAP
+    # registered operators take effect immediately, as in DEAP
     toolbox.register("mate", tools.cxUniform, indpb=0.5)
     toolbox.register("mutate", repeat_letter, indpb=0.01)
     children = births.offspring(mothers, fathers, keys)

@@ -25,7 +25,8 @@ def sequential(model: Any) -> nn.Sequential:
 
 
 def train(steps: int, seed: int, look: Callable[[int, nn.Module], Any] = lambda *_: None) -> nn.Sequential:
-    """Train for `steps` steps, summed over slots; `look(steps so far, policy)` is called at each rollout."""
+    """Train for `steps` steps, summed over slots; `look(steps so far, policy)` is called after each
+    rollout."""
     from stable_baselines3 import PPO
     from stable_baselines3.common.callbacks import BaseCallback
 

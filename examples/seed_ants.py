@@ -1,4 +1,4 @@
-"""Ants carry seeds home to a queen that cannot move and lives on them."""
+"""Ants carry seeds home to a queen, which cannot move and lives on the seeds."""
 
 import copy
 from typing import Any

@@ -2,8 +2,8 @@
 killed?
 
 The archipelago is a grid of eight islands where goats act by reflex and eat three kinds of grass; one island
-overrides a value. The goats learn by PPO, have individual policies, and migrate. Each case runs the same
-archipelago in a different way and keeps its digest, a hash of the digests of all islands:
+overrides a value. The goats have individual policies, learn by PPO, and migrate. Each case runs the same
+archipelago in a different way and stores its digest, a hash of all islands' digests:
 
   plain           one worker, in this process
   workers         two workers
@@ -97,7 +97,7 @@ def on_ray(made: Any, config: dict[str, Any], case: dict[str, Any]) -> int:
 
 
 def worker_killed(made: Any, config: dict[str, Any], case: dict[str, Any]) -> int:
-    """Run the islands with two workers, and kill one of them at random moments."""
+    """Run the islands with two workers, killing one of them at random moments."""
     from ecs_eco.lab.pool import Pool
 
     pool, done, over = Pool(2), [0], threading.Event()
@@ -122,8 +122,8 @@ def worker_killed(made: Any, config: dict[str, Any], case: dict[str, Any]) -> in
 
 
 def all_killed(made: Any, config: dict[str, Any], case: dict[str, Any]) -> int:
-    """Run the archipelago in a separate process group, and kill the whole group until the number of kills
-    is reached."""
+    """Run the archipelago in a separate process group, killing the whole group until the number of kills is
+    reached."""
     chance, kills = random.Random(case["seed"]), 0
     while True:
         process = subprocess.Popen([sys.executable, "-c", CODE, str(made.folder)], start_new_session=True)

@@ -1,10 +1,10 @@
-"""Do wolves and deer enter an arms race if their pace, their range of sight and their policies can change?
+"""Do wolves and deer enter an arms race if their pace, range of sight and policies can change?
 
 Genes encode the pace of all gaits (whose cost grows with the square of the pace) and how far deer see wolves
 and wolves see deer; founders' genes are drawn at random. Policies are pre-trained and continue to learn
-during life. At four times during a run, the study stores the mean genes and the policies of deer and wolves.
+during life. At four times during a run, the study stores the mean genes and policies of deer and wolves.
 Hunters from each time then meet prey from each time (Gandon et al. 2008) in the training world, where
-population sizes are held constant: K[i, j] is the logarithm of kills per wolf and second of hunters from time
+population sizes are held constant: K[i, j] is the logarithm of kills per wolf per second by hunters from time
 i among prey from time j. In an arms race, K rises with the hunters' time and falls with the prey's; the
 double-centered diagonal shows whether hunters do best against contemporary prey. The hypotheses are in
 registered/arms_race.toml.
@@ -39,7 +39,7 @@ SIGHT = {"deer": ("wolf", 3), "wolf": ("deer", 1)}
 
 
 def genome(ranges: Mapping[str, Any], species: str) -> dict[str, Any]:
-    """Return the section of a genome with both genes."""
+    """Return a genome section with both genes."""
     traits = {"pace": "locomotion.pace", "sight": f"sensors.{SIGHT[species][0]}.range"}
     genes = [
         {
@@ -174,7 +174,7 @@ def meetings(
 
 
 def slope(tests: list[list[float]], of: str, ticks: float) -> float:
-    """Return the change of K per 1,000 ticks of the hunters' time, or of the prey's (least squares)."""
+    """Return the least-squares change in K per 1,000 ticks of the hunters' or the prey's time."""
     k = np.array(tests)
     y = k.mean(1 if of == "hunters" else 0)
     return float(1000 * np.polyfit(np.linspace(0, ticks, len(y)), y, 1)[0])
@@ -215,7 +215,7 @@ def changed(entries: Entries, arm: str, species: str, gene: str) -> dict[int, fl
 
 
 def difference(one: Mapping[int, float], other: Mapping[int, float]) -> list[float]:
-    """Return the mean difference over the training seeds that both arms have, and its 95% interval (t)."""
+    """Return the mean difference over training seeds common to both arms, and its 95% interval (t)."""
     return mean_interval([one[k] - other[k] for k in one if k in other])
 
 
@@ -281,7 +281,7 @@ def summarise(entries: Entries) -> dict[str, Any]:
 
 
 def moved(entries: Entries) -> list[dict[str, Any]]:
-    """Return lines that report how far learning moved the policies."""
+    """Return lines on how far learning moved the policies."""
     out = []
     for arm in ("both", "learning"):
         nats = [r["moved"] for of in by_training(entries, arm).values() for r in of if r["moved"]]

@@ -94,7 +94,7 @@ def words_of(kind: str, folder: Path, more: int = 0) -> list[Any]:
 
 @cache
 def harmless(place: Any, kind: str, which: int) -> Path:
-    """Return the folder of an unchanged container; `which` selects one of two plans."""
+    """Return an unchanged container's folder; `which` selects one of two plans."""
     from studies.common.malicious.ground import cli
 
     home = place.new()
@@ -108,7 +108,7 @@ def harmless(place: Any, kind: str, which: int) -> Path:
 
 
 def attacks(place: Any, kind: str, seed: int, folders: int) -> Iterator[tuple[str, Path, list[Any]]]:
-    """Yield the change, the folder of the container, and the commands to run on it."""
+    """Yield the change, the container's folder, and the commands to run on it."""
     for i in range(folders):
         chance, home = random.Random(seed * 1_000_000 + i), place.new()
         shutil.copytree(harmless(place, kind, 0), home)
@@ -261,7 +261,7 @@ def _commands(place: Any, kind: str, folder: Path, chance: random.Random) -> lis
         "archipelago": ["resume", folder, "--until", "10", "-q", "--no-report", "--workers", "1"],
     }
     chosen = [first.get(kind, words_of(kind, folder, 1))]
-    if kind != "search":  # it stores no runs
+    if kind != "search":  # it does not store runs
         chosen.append(chance.choice(chance.choice([whole, single]) or single))
     return [(" ".join(map(str, words[:2])), cli(*words)) for words in chosen]
 
@@ -318,7 +318,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def _finished(folder: Path) -> set[Path]:
-    """Return the files of finished work: results, records and manifests."""
+    """Return the files that store finished work: results, records and manifests."""
     return {p for p in folder.rglob("*") if p.name.endswith(KEPT) and not p.is_symlink() and p.is_file()}
 
 

@@ -9,7 +9,7 @@ environments and seeds (rewards are divided by 10, which changes no policy; retu
 2. Its median number of steps over seeds is at most that of Stable-Baselines3's PPO.
 
 The settings were tuned for Stable-Baselines3 (rl-baselines3-zoo) and omit its state-dependent exploration;
-seed 100 had been seen before. The cases of Stable-Baselines3 require stable-baselines3.
+seed 100 had been seen before. Cases with Stable-Baselines3 require stable-baselines3.
 """
 
 import os

@@ -123,7 +123,7 @@ def cell(
     seed: int,
     ticks: int,
 ) -> dict[str, Any]:
-    """Run a world with these values and the policies of a training seed; return the outcome."""
+    """Run a world with these values and a training seed's policies; return the outcome."""
     from ecs_eco.config import load
 
     policies = (

@@ -44,7 +44,7 @@ def periods(result: dict[str, Any]) -> float:
 
 
 def count(results: list[dict[str, Any]], species: str, null: str) -> int:
-    """Return the number of runs with a peak beyond a null at p < 0.05."""
+    """Return the number of runs with a peak that exceeds a null model at p < 0.05."""
 
     def p(r: dict[str, Any]) -> float | None:
         c = r["cycles"]

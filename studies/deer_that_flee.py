@@ -158,7 +158,7 @@ def lives(entries: Entries, arm: str) -> list[dict[str, Any]]:
 
 
 def difference(one: Mapping[int, float], other: Mapping[int, float]) -> list[float]:
-    """Return the mean difference over the training seeds that both arms have, and its 95% interval (t)."""
+    """Return the mean difference over training seeds common to both arms, and its 95% interval (t)."""
     both = [one[k] - other[k] for k in one if k in other and np.isfinite(one[k] - other[k])]
     return mean_interval(both)
 

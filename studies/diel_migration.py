@@ -1,10 +1,10 @@
 """Do copepods migrate, flee and avoid the smell of krill, and how much of this remains when one factor is
 removed?
 
-A case is an arm, a training seed and a world seed; the training seed is the replicate. All arms share the
-policies trained in the shipped world (where happiness is energy alone), except `untrained` and `retrained:`,
-whose policies were trained with light as part of happiness, without krill, or both. An arm measures one of
-these:
+Each case combines an arm, a training seed and a world seed; the training seed is the replicate. All arms
+share the policies trained in the shipped world (where happiness is energy alone), except `untrained` and
+`retrained:`, whose policies were trained with light as part of happiness, without krill, or both. Each arm
+measures one of these:
 
     life      20 days after the first: cosinor of mean depth
     held      the same for 8 days with population sizes held constant by respawn, as in training but with the

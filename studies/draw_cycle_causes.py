@@ -22,7 +22,7 @@ SAYS = {
     "runner": "scripted,\nflees",
     "random": "random",
 }
-# persists and cycles, persists, or first species to go extinct: Okabe and Ito (2008)
+# persists and cycles, persists, or first extinct species: Okabe and Ito (2008)
 OUTCOMES = {
     "c": ("persist and cycle", "#009e73"),
     "p": ("persist", "#56b4e9"),

@@ -69,7 +69,7 @@ def one(ax: Any, series: dict[str, str]) -> None:
 
 
 def share(ax: Any, series: dict[str, str]) -> None:
-    """Draw shares of carriers over generations as thin lines."""
+    """Draw carrier shares over generations as thin lines."""
     n = numbers(series["n"])
     for gene in GENES:
         ax.plot(

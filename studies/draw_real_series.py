@@ -84,7 +84,7 @@ def against(ax: Any, compared: dict[tuple[str, str, str], dict[str, Any]], measu
             continue
         low, high, inside = of[measure]
         value = of["real"][measure]
-        if measure == "lag":  # within half a period of the bar's center
+        if measure == "lag":  # shift it to within half a period of the bar's center
             middle = (low + high) / 2
             value = middle + (value - middle + 0.5) % 1 - 0.5
         ax.plot([low, high], [row + SHIFT] * 2, color="#999999", lw=5, solid_capstyle="butt")

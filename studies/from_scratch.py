@@ -2,8 +2,8 @@
 
 For each training seed, the study records intake, deaths and happiness during training. Then it compares
 trained with random animals at constant population sizes (respawn, no births): deer against trained wolves,
-and wolves against trained deer at high, medium and low prey density. Where prey is plentiful, a wolf can feed
-by standing still, so skill shows only where prey is scarce.
+and wolves against trained deer at high, medium and low prey density. If prey is plentiful, a wolf can feed by
+standing still, so skill shows only if prey is scarce.
 """
 
 import json
@@ -30,8 +30,8 @@ MEASURES = {
 
 
 def evaluate(config: Any, policies: dict[str, str], deer: int, ticks: int, seed: int) -> dict[str, float]:
-    """Run animals at constant population sizes; return rates per animal and tick after the first 100
-    ticks, and the lifetime of deer."""
+    """Run animals at constant population sizes; return rates per animal per tick after the first 100 ticks,
+    and deer lifetime."""
     from ecs_eco import World
     from ecs_eco.config import load
 

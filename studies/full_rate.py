@@ -33,8 +33,8 @@ QUARTER = {
     "species.wolf.count": 62,
 }
 LEARNERS = ("deer", "wolf")
-WINDOW = 1000  # [ticks] over which the change of a policy is measured
-ENDS = ("first", "last")  # initial and final policies of a run
+WINDOW = 1000  # [ticks] over which a policy's change is measured
+ENDS = ("first", "last")  # a run's initial and final policies
 Result = dict[str, Any]
 
 
@@ -356,7 +356,7 @@ PAIRS = [f"{deer} deer, {wolf} wolves" for deer, wolf in itertools.product(ENDS,
 
 
 def all_cases() -> list[dict[str, Any]]:
-    """Return every arm with its training and world seeds; each candidate of the search has its own seed."""
+    """Return every arm with its training and world seeds; each search candidate has its own seed."""
     seeds, out = REGISTERED.content["seeds"], []
     for arm, says in REGISTERED.arms.items():
         if arm == "search":

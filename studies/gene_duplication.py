@@ -18,8 +18,8 @@ Arms, with the same seeds:
 
 These hypotheses were written before the deciding runs (a pilot with seed 91 set the rates). "Doubled" is
 the share of goats with two or more copies of red and yellow together, "diverged" the share with a red and a
-yellow gene that both prevent eating; both are measured for blue and white as well. Values are means over
-the last quarter of a run, differences are paired by seed with a 95% t interval:
+yellow gene that both prevent eating; both are measured for blue and white as well. Values are means over the
+last quarter of a run; differences are paired by seed with a 95% t interval:
   1. Diverged duplicates are more frequent in `use` than in `no use`, and
   2. than in `neutral drift`.
   3. Doubled genes are more frequent in `use` than in `no use`.
@@ -44,7 +44,7 @@ KEEPS_OFF = [0, -1, -1, -1]
 
 
 def gene(name: str, promoter: str, copies: int, trait: bool) -> dict[str, Any]:
-    """Return a gene of one letter behind a promoter of three."""
+    """Return a one-letter gene behind a three-letter promoter."""
     return {
         "name": name,
         "promoter": promoter,
@@ -56,7 +56,7 @@ def gene(name: str, promoter: str, copies: int, trait: bool) -> dict[str, Any]:
 
 
 def grass(count: int, seed_rain: float, spacing: float) -> dict[str, Any]:
-    """Return a species of grass on separate sites, which regrows soon."""
+    """Return a grass species on separate sites that regrows quickly."""
     return {
         "count": count,
         "body": {"radius": 0.2, "mass": 0.2, "opaque": False},

@@ -1,12 +1,12 @@
 """Which of the genes that stop goats from eating red, yellow and green grass spread among goats that also
 learn, and why?
 
-A gene is one locus; it blocks the action eat while the goat touches grass of its color, and blue has no
-effect. In random initial genomes, each gene has a quarter of carriers, which is also a neutral gene's
-equilibrium under mutation alone. The selection coefficient of a gene maximizes the likelihood of its path,
-over the same number of ticks in all arms. Each run gives one coefficient; seeds are the replicates. World and
-settings were found with seeds 1 to 10. The whole study is exploratory: the estimate is the third one, chosen
-after we had seen runs.
+A gene is one locus; it blocks the action eat while the goat touches grass of the gene's color; blue has no
+effect. In random initial genomes, a quarter of the goats carry each gene, which is also a neutral gene's
+equilibrium share under mutation alone. A gene's selection coefficient maximizes the likelihood of its path,
+over the same number of ticks in all arms. Each run gives one coefficient; seeds are the replicates. The world
+and settings were tuned on seeds 1 to 10. The whole study is exploratory: the estimate is the third one,
+chosen after we had seen runs.
 """
 
 from typing import Any
@@ -17,7 +17,8 @@ from studies.common.goats import ARMS, GENES, carriers, identity, live, numbers,
 from studies.common.study import Study, verdict
 
 SEEDS = tuple(range(1001, 1011))
-# 16 more than other controls: in 7 of the first 8 runs without any selection yellow beat blue, by chance?
+# 16 more than other controls, because yellow beat blue, perhaps by chance, in 7 of the first 8 runs without
+# selection
 DRIFTING = tuple(range(1001, 1025))
 EDGES = (0, 50, 100, 150, 200, 300, 400, 501)
 HALF = 4  # age classes below 200 ticks
@@ -194,7 +195,7 @@ def say_goats(results: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def say_frozen(results: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Return verdicts for goats that do not learn, where the yellow gene is useful."""
+    """Return verdicts for goats that do not learn, for which the yellow gene is useful."""
     s, n = interval(s_of(results, "yellow")), len(results)
     above = sum(r["genes"]["yellow"]["end"] > r["genes"]["blue"]["end"] for r in results)
     return [

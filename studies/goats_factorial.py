@@ -135,7 +135,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def decided(arms: dict[str, dict[int, dict[str, Any]]]) -> list[dict[str, Any]]:
-    """Return the lines of all hypotheses."""
+    """Return the lines for all hypotheses."""
 
     def of(name: str, gene: str) -> dict[int, float]:
         return {seed: r["s"][gene] for seed, r in arms[name].items() if r["s"][gene] is not None}

@@ -1,11 +1,11 @@
 """Does happiness evolve?
 
 During their lives, voles learn to seek what makes them happy, and their genes determine what that is. The
-world does not prescribe any preference. Founders draw the four weights of their happiness at random; births
-and deaths select. Each arm removes one factor: the effect of genes (neutral drift), learning, the voles (so
-that berries evolve without grazers), or the descent of a newborn's genes (shuffled genome). The last is not a
-null model: genes drawn from living voles are survivors' genes, so the arm removes selection by breeding but
-keeps selection by death. Runs with the same seed start with the same genomes and are compared in pairs.
+world does not prescribe any preference. Founders' four happiness weights are random; births and deaths select
+among them. Each arm removes one factor: the effect of genes (neutral drift), learning, the voles (so that
+berries evolve without grazers), or the descent of a newborn's genes (shuffled genome). The last is not a null
+model: genes drawn from living voles are survivors' genes, so the arm removes selection by breeding but keeps
+selection by death. Runs with the same seed start with the same genomes and are compared in pairs.
 """
 
 import sys
@@ -77,7 +77,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def genes(world: Any) -> dict[str, float]:
-    """Return the mean value of each gene over the living organisms of its species; NaN if none are alive."""
+    """Return each gene's mean value over living organisms of its species; NaN if none are alive."""
     from ecs_eco.components import Genome
 
     out: dict[str, float] = {}
@@ -92,8 +92,8 @@ def genes(world: Any) -> dict[str, float]:
 
 
 def lives(world: Any) -> dict[str, Any]:
-    """Return mean numbers, causes of death, and poisonings per vole, nightshade and 10⁶ ticks, all over
-    the last quarter of a run."""
+    """Return mean numbers, causes of death, and poisonings per vole, per nightshade and per 10⁶ ticks, all
+    over the last quarter of a run."""
     series = world.series().to_pydict()
     rows = {
         n: [
@@ -203,7 +203,7 @@ def weights_against_controls(moved: Changes, arms: list[str]) -> list[dict[str, 
 
 
 def genes_at_rest(moved: Changes, arms: list[str]) -> list[dict[str, Any]]:
-    """Test that at most one gene of voles changes without selection."""
+    """Test that at most one vole gene changes without selection."""
     out = []
     for control in [a for a in ("neutral drift", "no learning") if a in arms]:
         each = {g: interval(list(moved[control, f"vole.{g}"].values())) for g in (*WEIGHTS, "vole", "marker")}

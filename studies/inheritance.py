@@ -1,11 +1,11 @@
 """What should a newborn goat start with: random weights, its parents' initial weights, or a parent's learned
 weights?
 
-The study runs the world of the goats in three ways and counts the goats that live to breed. "none": every
-newborn draws a random network. "birth": the network's initial weights are a gene (three letters each), which
-crosses over and mutates; weights learned in life are lost at death. "learned": a newborn starts with the
-current weights of one of its parents, drawn at random. The study counts goats born after all founders have
-died, and early enough to complete their lifespan before the run ends.
+The study runs the goats' world in three ways and counts the goats that live to breed. "none": every newborn
+draws a random network. "birth": the network's initial weights are a gene (three letters each), which crosses
+over and mutates; weights learned during life are lost at death. "learned": a newborn starts with the current
+weights of one of its parents, drawn at random. The study counts goats born after all founders have died, and
+early enough to complete their lifespan before the run ends.
 """
 
 from typing import Any
@@ -163,7 +163,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def causes(results: list[dict[str, Any]]) -> str:
-    """Return the shares of the causes of death over all runs, the most frequent first."""
+    """Return the share of each cause of death over all runs, most frequent first."""
     total: dict[str, int] = {}
     for r in results:
         for cause, n in r["died"].items():

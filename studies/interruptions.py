@@ -39,7 +39,7 @@ def press() -> None:
 
 
 def trip(world: Any, rng: np.random.Generator, ticks: int) -> None:
-    """Add a system that fails, in a random phase and a random tick."""
+    """Add a system that fails in a random phase of a random tick."""
     from ecs_eco.engine.phases import PHASES
 
     system, at = world.trips[PHASES[rng.integers(len(PHASES))]], int(rng.integers(world.tick, ticks))

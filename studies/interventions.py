@@ -1,6 +1,6 @@
-"""An intervention in a world file and the same intervention in a fork give the same bytes.
+"""Do an intervention in a world file and the same intervention in a fork give the same bytes?
 
-The interventions: half the wolves, twice the births, a fence.
+Interventions: half the wolves, twice the births, a fence.
 """
 
 import tempfile

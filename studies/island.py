@@ -1,8 +1,8 @@
 """Do grass, deer, wolves and ravens persist on an island where animals can die of thirst, cold and
 exhaustion, and what are the effects of hills, scavengers and thirst?
 
-Policies are trained from random weights, one set for each training seed, without selection. Each arm except
-the first removes one factor after training; its policies are those of the first arm:
+Policies are trained from random weights, one set per training seed, without selection. Each arm except the
+first removes one factor after training; its policies are those of the first arm:
   island         as shipped
   no hills       hills are flat and hide no animal
   no scavengers  there are no ravens
@@ -41,7 +41,7 @@ CHUNK = 100  # [ticks] between checks
 
 
 def world_of(changes: Mapping[str, Any]) -> Any:
-    """Return the island with changes, by dotted keys."""
+    """Return the island with changes, given by dotted keys."""
     from ecs_eco.config import load
 
     return load("island", dict(changes) or None)

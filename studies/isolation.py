@@ -24,9 +24,9 @@ end of a run; differences are paired by seed with a 95% t interval:
   2. H_S is less in `isolated` than in `panmictic`.
   3. F_ST is greater in `isolated` than in `few`, and greater in `few` than in `many`.
   4. F_ST of `few` and of `many` is within a factor of 2 of Wright's 1/(1 + 4 N m) (1931, Genetics 16: 97),
-     with the factor (d/(d − 1))² on m for d islands (Takahata 1983, Genetics 104: 497-512). m is emigrants per
-     goat and generation. N is the effective population size, from the decline of H_S in `isolated`: ln H_S
-     falls by 1/(2 N) per generation. A generation is the mean age of parents.
+     with the factor (d/(d − 1))² on m for d islands (Takahata 1983, Genetics 104: 497-512). m is the number
+     of emigrants per goat per generation. N is the effective population size, from the decline of H_S in
+     `isolated`: ln H_S falls by 1/(2 N) per generation. A generation is the mean age of parents.
   5. The share of policy divergence between islands is greater in `isolated` than in `panmictic`.
   6. Policy divergence of all pairs of goats is greater in `isolated` than in `panmictic`.
 Reported without a goal: the alleles per marker remaining among all goats, and values of the intermediate
@@ -156,7 +156,7 @@ def lines(samples: list[dict[str, float]]) -> dict[str, str]:
 
 
 def measured(worlds: list[Any]) -> dict[str, float]:
-    """Return the diversity of genes and policies within and between islands, or groups of the single
+    """Return the diversity of genes and policies within and between islands, or groups in the single
     world."""
     genes, policies = [], []
     for living in worlds:
@@ -195,8 +195,8 @@ def heterozygosity(groups: list[np.ndarray]) -> dict[str, float]:
 
 
 def decisions(living: Any, goat: Any, rows: np.ndarray) -> np.ndarray:
-    """Return the probability that each goat's policy assigns to each action, for shared observations:
-    f64[goats, 64, k]."""
+    """Return the probability of each action under each goat's policy, for shared observations: f64[goats, 64,
+    k]."""
     from ecs_eco.components import Policy
 
     minds, channels = goat.species.nerves.individuals, len(goat.species.nerves.channels)

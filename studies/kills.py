@@ -93,7 +93,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Count the kills, the kills during a write, and the runs that ended differently."""
+    """Count kills, kills during a write, and runs that ended differently."""
     results = [c["result"] for c in cases]
     kills, writing = sum(r["kills"] for r in results), sum(r["inside a write"] for r in results)
     wrong, left = sum(not r["same"] for r in results), sum(r["left behind"] for r in results)

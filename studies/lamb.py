@@ -1,9 +1,9 @@
 """How much do two reflexes help a newborn, and what does it learn?
 
-The arms differ in whether lambs have each reflex and learn. Every lamb has its own brain, untrained at birth.
-An arm turns off the sucking reflex, the diving reflex, learning, or the smell of sheep in happiness. Survival
-and causes of death measure the value of each; how lambs breathe and turn, by thirds of their childhood,
-measures what survivors have learned. The replicates are worlds, not lambs.
+The arms vary whether lambs have each reflex and whether they learn. Every lamb has its own brain, which is
+untrained at birth. An arm turns off the sucking reflex, the diving reflex, learning, or the smell of sheep in
+happiness. Survival and causes of death measure the value of each; how lambs breathe and turn, by thirds of
+their childhood, measures what survivors have learned. The replicates are worlds, not lambs.
 """
 
 import ast
@@ -155,8 +155,8 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return shares of survivors and causes of death by arm, and the differences between arms; intervals
-    are over worlds."""
+    """Return shares of survivors and causes of death by arm, and differences between arms, with intervals
+    over worlds."""
     from ecs_eco.analysis.survival import bootstrap_difference
 
     def values(arm: tuple[str, str], of: Any) -> list[float]:

@@ -1,8 +1,8 @@
 """Do krill learn to hunt, and do copepods still migrate among krill that have learned, both with frozen
 policies and while both species continue to learn?
 
-In the world learning-krill, both species are trained at the same time from random weights, each in response
-to the other; a training seed is a replicate.
+In the world learning-krill, both species are trained at the same time from random weights, each responding to
+the other; training seeds are the replicates.
 
     hunt      krill among untrained copepods, with population sizes held constant: their catch,
               the energy they use, and when they chase

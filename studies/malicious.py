@@ -1,5 +1,5 @@
 """Loading a file or message never runs code: malicious worlds, checkpoints, manifests, recordings, policies,
-journals, messages to the viewer, land data, and modules in the working folder of a command.
+journals, messages to the viewer, land data, and modules in a command's working folder.
 
 Each carries payloads that leave a mark (a file) if they ever run: names of code at every key that accepts
 code, pickles in place of every file, texts that a shell, a template or TeX would run, and addresses that a

@@ -45,7 +45,7 @@ def run_words(config: dict[str, Any], seed: int) -> list[str]:
 
 
 def resume_words(out: str, config: dict[str, Any]) -> list[str]:
-    """Return a command that resumes a run to its end."""
+    """Return a command that resumes a run and completes it."""
     return ["resume", out, "--until", str(config["ticks"]), "--no-report", "--quiet"]
 
 

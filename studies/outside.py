@@ -4,13 +4,13 @@
 
 The world is examples/grazing.toml, with population sizes held constant. Three learners get 131,072
 transitions each: the built-in PPO; Stable-Baselines3's PPO on slots (examples/rl_slots.py); and single-file
-PPO on PettingZoo's dicts (examples/rl_parallel.py). All have two hidden layers of 64 and the same settings
-where they share them. A hand-written function (examples/rl_function.py) and random actions serve as
+PPO on PettingZoo's dicts (examples/rl_parallel.py). All have two hidden layers of 64 units and, where
+applicable, the same settings. A hand-written function (examples/rl_function.py) and random actions serve as
 baselines. `from_torch` loads externally learned policies into the world, where all policies are measured in
 the same way: a deer's energy intake per 100 ticks, over 300 ticks of a world with a different seed. The
 settings were tested with seed 1 of the built-in PPO; the other learners were not tuned.
 
-1. At the end, each learner's mean over seeds is at least 0.9 of the built-in learner's.
+1. At the end, each learner's mean over seeds is at least 0.9 times the built-in learner's.
 2. For all of 1,000 observations, a loaded policy makes the same choice as its original module.
 """
 
@@ -102,7 +102,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
         built_in(config, seed, look)
         same = 0
     else:
-        train = import_module(f"examples.{LEARNERS[arm]}").train  # its dependencies are optional
+        train = import_module(f"examples.{LEARNERS[arm]}").train  # it has optional dependencies
         same = same_choices(from_torch(train(config["steps"], seed, look)), seed)
     seconds = time.process_time() - start - watching
     return {

@@ -15,7 +15,7 @@ last 100 episodes is at least 475, within 100,000 steps.
 The first task uses the settings of ppo_cartpole.py. The second uses settings tuned for sb3-contrib's
 recurrent PPO (rl-baselines3-zoo). Those settings scale rewards by a running estimate; here all arms divide
 rewards by 20, so that a network's bounded memory can represent values (undivided, seed 100 reached at most
-260). Seed 100 had been seen before. The cases of sb3-contrib require that package.
+260). Seed 100 had been seen before. Cases with sb3-contrib require that package.
 """
 
 from __future__ import annotations
@@ -59,8 +59,8 @@ ARMS: dict[str, Callable[..., Any] | None] = {
 
 
 def without_velocities(env: Any) -> Any:
-    """Return CartPole with only the positions of cart and pole observed, in units of the limits that end
-    an episode, with rewards of 1 / DIVISOR."""
+    """Return CartPole with rewards of 1 / DIVISOR and only the positions of cart and pole observed, in units
+    of the limits that end an episode."""
     import gymnasium
     import numpy as np
 

@@ -4,8 +4,8 @@
 
 The task counts as solved if the mean return of the last 100 episodes is at least 475. Each program learns
 with its own settings and with the other program's, with the same kind of environments and the same seeds, in
-turn, in one thread. Speed is environment steps per second of processor time, training and environments
-together. The cases of Stable-Baselines3 require stable-baselines3.
+turn, in one thread. Speed is environment steps per second of processor time, for training and environments
+together. Cases with Stable-Baselines3 require stable-baselines3.
 """
 
 import os

@@ -1,4 +1,5 @@
-"""Why does the outcome of a world depend on the training seed, and which training protocol reduces this?
+"""Why does a world's outcome depend on the training seed, and which training protocol reduces this
+dependence?
 
 Each protocol trains policies from separate seeds; frozen, they live in a world with half the area, which is
 less forgiving than the shipped one: if a policy evades slightly too well, deer strip the grass and wolves
@@ -54,7 +55,7 @@ def both(key: str, value: Any) -> dict[str, Any]:
 
 
 VARIED = plan(worlds=4, vary=RANGES, set=SMALL)
-# the baseline of the other arms; the shipped recipe uses only the average
+# the other arms' baseline; the shipped recipe uses only the average
 OLD = both("entropy", 0.01) | plan(average=0.2)
 PROTOCOLS: dict[str, dict[str, Any]] = {
     "as shipped before": {},

@@ -1,4 +1,4 @@
-"""Are the cycles of shipped worlds like measured ones: lynx and hares, wolves and moose, mites, protozoa?
+"""Are shipped worlds' cycles like measured cycles (lynx and hares, wolves and moose, mites, protozoa)?
 
 The hypotheses, and the criterion for a pair to resemble a world, are in registered/real_series.toml. Each
 world runs with seeds that no other study uses; its series are cut into windows with the length (in periods)
@@ -22,11 +22,11 @@ DATA = Path(__file__).parent / "data"
 SERIES: dict[str, dict[str, str]] = REGISTERED.content["series"]
 MEASURES: list[str] = REGISTERED.content["statistic"]["measures"]
 PAIRS = {"predator-prey": [("deer", "wolf"), ("grass", "deer")], "island": [("deer", "wolf")]}
-BLOCK = 5  # ticks per stored mean
+BLOCK = 5  # ticks averaged per stored mean
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Run a world; return its numbers as means over blocks of ticks, one line for each."""
+    """Run a world; return its numbers as means over blocks of ticks, one line per species."""
     from ecs_eco import World
     from ecs_eco.analysis.runs import load_series
     from studies.common.goats import text

@@ -1,8 +1,8 @@
 """Does a sampling search recover a world's parameters from 21 counts each of hares and lynx?
 
 The hypotheses are in registered/recovery.toml. Candidates are drawn once from the ranges of data/hares.toml
-and run; ten worlds with known parameters, and then the pelt counts of the Hudson's Bay Company, are compared
-with the same candidates. `python -m studies.draw_recovery` draws the figure from the result.
+and run; ten worlds with known parameters and the Hudson's Bay Company's pelt counts are compared with the
+same candidates. `python -m studies.draw_recovery` draws the figure from the result.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from studies.common.study import Study, verdict
 REGISTERED = registration("recovery")
 WORLD = Path(__file__).parent / "data" / "hares.toml"
 CHANCE, RATE = "species.lynx.diet.0.chance", "species.lynx.reproduction.rate"
-MOST = 50  # draws until a true world survives
+MOST = 50  # maximum number of draws until a true world survives
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:

@@ -60,7 +60,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Count the split points after which any result differed."""
+    """Count the split points after which any result differs."""
     tried = sum(len(c["result"]["splits"]) for c in cases)
     wrong = sum(len(c["result"]["different"]) for c in cases)
     fewest = min(len(c["result"]["splits"]) for c in cases)

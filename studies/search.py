@@ -1,7 +1,7 @@
 """Does `ecs-eco search` turn a world that goes extinct on nearly every seed into one that persists, and is it
 better than random candidates?
 
-Both have the same processor time (ten minutes for candidates: five on two otherwise idle cores), ranges,
+Both have the same processor time (ten minutes for candidates, or five on two otherwise idle cores), ranges,
 stages and seeds; each candidate trains its own policies. The measure is the share of runs in which all
 species persist on fresh training seeds and world seeds. The searches were extended once, with 12 finalists
 instead of 3, after the best of 3 had persisted in 12 and 7 (Gaussian process) and 11 and 12 (random) of 12
@@ -67,7 +67,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return the shares that persist, by optimizer, over all repeats."""
+    """Return the shares of runs that persist, by optimizer, over all repeats."""
     from ecs_eco.analysis.survival import wilson
 
     kinds = list(dict.fromkeys(c["case"]["optimiser"] for c in cases))

@@ -58,7 +58,7 @@ class Script:
         )
 
     def __call__(self, x: np.ndarray) -> np.ndarray:
-        """Decide: f32[n, channels] to f32[n, actions], of which the sign counts."""
+        """Decide: map f32[n, channels] to f32[n, actions], of which only the sign counts."""
         get = {name: x[:, i] for name, i in self.at.items()}
         depth = (get["pressure"] - 101_325.0) / (1025.0 * 9.81)
         up = np.where(get["food_near"] > 0, np.sign(get["food_up"]) * (np.abs(get["food_up"]) > 0.2), 0.0)
@@ -97,7 +97,7 @@ class Script:
 
 
 def live(numbers: dict[str, float], script: str, seed: int, days: int) -> dict[str, float]:
-    """Run scripted copepods in one sea; return deaths per copepod and day, and mean depths by night and by
+    """Run scripted copepods in one sea; return deaths per copepod per day, and mean depths by night and by
     day."""
     from ecs_eco import World
     from ecs_eco.components import Position

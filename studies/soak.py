@@ -97,7 +97,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Report which measures stayed constant."""
+    """Report which measures remained constant."""
     r = cases[0]["result"]
     first, last = r["ticks/s first tenth, last tenth"]
     growth = r["memory slope [B/tick]"] * r["ticks"] / 1e6 / r["memory first, last [MB]"][0]

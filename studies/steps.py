@@ -1,6 +1,6 @@
 """Which processes depend on the tick length? Each runs at five lengths, in current and earlier code.
 
-The page docs/explanation/steps.md shows the table; `python tools/make_steps.py` writes it there.
+`python tools/make_steps.py` writes the table to docs/explanation/steps.md.
 """
 
 import json
@@ -143,7 +143,7 @@ def smell(dt: float, seed: int) -> float:
 
 
 def air(dt: float, seed: int) -> float:
-    """Return the equilibrium concentration of a substance that decays and is renewed."""
+    """Return the equilibrium concentration of a substance that decays and is replenished."""
     field = {"cell": 5.0, "decay": 0.5, "substance": "oxygen", "initial": 3.0, "renewal": 0.25}
     made = lived(40, world(dt, seed, {}, 10.0, substances={"oxygen": "dissolved"}, fields={"air": field}))
     return float(made.fields["air"].value.mean())
@@ -223,7 +223,7 @@ def value(made: Any, component: str, field: str) -> float:
 
 
 def dragged(dt: float, seed: int) -> float:
-    """Return the distance that an animal covers in 2 s against drag [m]."""
+    """Return the distance [m] that an animal covers in 2 s against drag."""
     made = world(dt, seed, GO | {"locomotion": {"speed": {"go": 1.0}, "drag": 1.0}})
     x, y = value(made, "Position", "x"), value(made, "Position", "y")
     lived(2, made)

@@ -8,7 +8,7 @@ Curves of deer's food intake and deaths are drawn in docs/img/three_networks.png
 written before the deciding run (seeds 1-5; seed 100 had been seen before). "At the end" is the last third.
 1. With the Sequential, deer eat as much at the end as with the built-in network: the 95% interval of the
    ratio, paired by seed, contains 1 and lies between 0.9 and 1.1.
-2. With the GRU they eat at least 0.8 times as much: it has more to learn, from fewer steps.
+2. With the GRU, which has more to learn from fewer steps, they eat at least 0.8 times as much.
 3. With each network, deer of all seeds eat at the end at least 1.75 times as much as at the start (the first
    of 30 parts).
 """

@@ -83,7 +83,7 @@ def lines(texts: dict[str, str]) -> dict[str, int]:
 
 
 def kernels(trees: dict[str, ast.Module]) -> dict[str, int]:
-    """Return the number of kernels and of their arguments."""
+    """Return the numbers of kernels and of kernel arguments."""
     sizes = [
         len(node.args.args) for tree in trees.values() for _, node in functions_of(tree) if compiled(node)
     ]
@@ -170,7 +170,7 @@ def rows() -> Iterator[tuple[str, str, int, int | None]]:
 
 
 def main() -> int:
-    """Print all numbers; write them if requested."""
+    """Print all numbers, and write them if requested."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--write", action="store_true")
     write = parser.parse_args().write

@@ -1,4 +1,4 @@
-"""Values and tables as Markdown, in the typography of the pages: 0.5 (0.4 to 0.6), −0.5, 95%."""
+"""Values and tables as Markdown, in the pages' typography: 0.5 (0.4 to 0.6), −0.5, 95%."""
 
 import re
 from typing import Any

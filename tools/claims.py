@@ -1,4 +1,4 @@
-"""The claims on the pages of docs/evidence/: each claim, and the line of a study that supports it.
+"""The claims on the pages in docs/evidence/, each with the study line that supports it.
 
 A claim is registered if its line belongs to a hypothesis in studies/registered/, a test if it is a promise of
 the program, and otherwise exploratory: stated after it was found, or with a goal set after a look at the

@@ -46,7 +46,7 @@ def of_ticks(name: str) -> Cost:
 
 
 def of_memory() -> Cost:
-    """Return the memory of a process on one thread without learning [B]."""
+    """Return a process's memory [B] on one thread without learning."""
     rows = rows_of("animals_pairs") + rows_of("animals_pairs_million")
     alike = [row for row in rows if row["threads"] == 1 and not row["learning"]]
     return fit([row["animals"] for row in alike], [row["GiB now"] * 2**30 for row in alike])
@@ -65,7 +65,7 @@ def number(name: str, part: str) -> str:
 
 
 def costs() -> str:
-    """Return the table of all fits."""
+    """Return a table of all fits."""
     head = ["a tick of", "fixed [ms]", "each [µs]", "error", "10,000 [ticks/s]", "1,000,000 [ticks/s]"]
     return table(
         head,

@@ -82,7 +82,7 @@ def _is_there(path: str) -> bool:
     first, _, rest = path.partition("/")
     if first in FOLDERS and rest:
         return any(ROOT.glob(path.rstrip("/")))
-    if first in ROOMS and rest and not rest.startswith("part-"):  # these belong to a run
+    if first in ROOMS and rest and not rest.startswith("part-"):  # files in a run folder
         return any((ROOT / "ecs_eco").glob(path.rstrip("/")))
     if path.endswith(".py") and not rest and path not in YOURS:
         tops = ("ecs_eco", "tools", "tests", "examples")
@@ -107,7 +107,7 @@ def _resolves(dotted: str) -> bool:
 
 
 def _has(owner: Any, names: list[str]) -> bool:
-    """Return whether a chain of attributes exists; None and attributes set later may have any attribute."""
+    """Return whether an attribute chain exists; None and attributes set later may have any attribute."""
     for name in names:
         if owner is None:
             return True

@@ -3,7 +3,7 @@
     python -m tools.draw_sentences [--seed 1] [--count 150]
 
 Pages, docstrings, comments and program texts (errors, help, labels) are drawn in proportion to their number
-of sentences. Generated pages and stored results are left out, because their sentences come from the sources.
+of sentences. Generated pages and stored results are omitted, because their sentences come from the sources.
 `sentences_read.json` contains the latest independent reading (seed 39): an editor would rewrite 42 of 150.
 """
 

@@ -36,7 +36,7 @@ def written(template: str, more: Callable[[str], str | None] = lambda place: Non
 
 
 def number(place: str) -> str:
-    """Return the text for a field."""
+    """Return a field's text."""
     words = [word.strip() for word in place.split("|")]
     if place in ("goals", "not met"):
         return str(total(place))

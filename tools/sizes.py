@@ -189,7 +189,7 @@ def table(kept: dict[str, Any], rows: dict[str, list[str]]) -> str:
 
 
 def exceptions(kept: dict[str, Any]) -> str:
-    """Return the exceptions in words."""
+    """Return the exceptions as text."""
     limits = f"Above {kept['limits']['file']} lines a file, or {kept['limits']['function']} a function: "
     return (
         limits

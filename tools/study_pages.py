@@ -139,7 +139,7 @@ def command(record: dict[str, Any]) -> str:
 
 
 def counted(record: dict[str, Any]) -> str:
-    """Return the number of goals passed and the number of goals."""
+    """Return the numbers of goals passed and set."""
     goals = [line for line in record["verdicts"] if not is_reported(line)]
     return f"{sum(line['met'] for line in goals)} of {len(goals)}"
 

@@ -67,7 +67,7 @@ def label(case: dict[str, Any]) -> str:
 
 
 def table(before: list[dict[str, Any]], now: list[dict[str, Any]]) -> str:
-    """Return the suggestions of two versions as Markdown."""
+    """Return two versions' suggestions as Markdown."""
     rows = ["| input | before | now |", "|---|---|---|"]
     rows += [f"| `{a['input']}` | {_cell(a)} | {_cell(b)} |" for a, b in zip(before, now, strict=True)]
     return "\n".join(rows)
@@ -82,7 +82,7 @@ def _cell(row: dict[str, Any]) -> str:
 
 
 def main() -> None:
-    """Print answers or a table."""
+    """Print the answers or a table."""
     if len(sys.argv) == 3:
         print(table(*(json.loads(Path(name).read_text()) for name in sys.argv[1:])))
         return

@@ -17,7 +17,7 @@ from tools.screenshots import advance, still
 
 IMAGES = Path(__file__).parents[1] / "docs" / "img" / "ten_seconds"
 SIZE = {"width": 1400, "height": 800}
-PANELS = 710  # [px] size of the panels with charts next to each other
+PANELS = 710  # [px] size of the panels, with charts side by side
 SHADES = 255
 LAST = 6  # ticks, one frame each, before a picture
 LONGEST = 4000  # maximum number of ticks until an extinction
@@ -89,7 +89,7 @@ def go_to(page: Any, tick: int) -> None:
 
 
 def die_out(page: Any, name: str) -> None:
-    """Run until a species is extinct, and a little longer."""
+    """Run until shortly after a species goes extinct."""
     while page.evaluate(f"ecs.counts['{name}']"):
         if page.evaluate("ecs.tick") > LONGEST:
             raise RuntimeError(f"{name} lives on")

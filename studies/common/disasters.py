@@ -23,7 +23,7 @@ WEBS = (  # producer, grazer, predator, a second producer
     ("weed", "aphid", "ladybird", "nettle"),
     ("alpha", "beta", "gamma", "delta"),
     ("p1", "h1", "c1", "p2"),
-    ("wolf", "grass", "deer", "otter"),  # names that mislead a reader
+    ("wolf", "grass", "deer", "otter"),  # misleading names
 )
 CAUSES = ("starved", "no energy left", "hunger", "energy too low")
 OLD = ("too old", "old age", "age too high")

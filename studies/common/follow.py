@@ -49,8 +49,8 @@ def _where(world: World, name: str) -> Placed:
 
 
 def _nearest(world: World, prey: str, predator: str, within: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return distance f64[n] and offset f64[n, 3] from each prey animal to the nearest predator, in the
-    order of uids."""
+    """Return the distance f64[n] and offset f64[n, 3] from each prey animal to the nearest predator, in uid
+    order."""
     mine, other = world.index(world.tables[prey]), world.index(world.tables[predator])
     target, square = np.empty(mine.n, np.int32), np.empty(mine.n, np.float32)
     nearest(mine, other, within, target, square)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 GENES = ("red", "yellow", "green", "blue")
-ARMS: dict[str, dict[str, Any]] = {  # the change that each arm makes to the shipped world
+ARMS: dict[str, dict[str, Any]] = {  # each arm's change to the shipped world
     "goats": {},
     "frozen learning": {"learn": False},
     "no mutation": {"controls": ("no-mutation",)},
@@ -46,7 +46,7 @@ class Family:
             self.deaths.append((table.uid[rows], np.full(rows.size, self.world.tick), table.cause[rows]))
 
     def lineage(self, since: int = 0) -> Any:
-        """Return the Lineage of the animals born at this tick or later."""
+        """Return the Lineage of animals born at this tick or later."""
         from ecs_eco.analysis.lineage import Lineage
         from ecs_eco.record.genomes import genes_of
 
@@ -92,7 +92,7 @@ def live(
 ) -> Family:
     """Run an arm's world; the run ends early if the goats die out.
 
-    `also` contains further changes of the world file; `look` is called with the world every 100 ticks.
+    `also` contains further changes to the world file; `look` is called with the world every 100 ticks.
     """
     from ecs_eco import World
     from ecs_eco.config import load
@@ -121,8 +121,7 @@ def carriers(lineage: Any, every: int) -> dict[str, Any]:
 
 
 def mean_generation(lineage: Any, species: str, every: int) -> np.ndarray:
-    """Return the mean generation of the living animals of a species at each sample: f64, NaN if none are
-    alive."""
+    """Return the mean generation of a species' living animals at each sample: f64, NaN if none are alive."""
     mask, ticks = lineage.species == species, lineage.samples(every)
     n = lineage.living_sums(ticks, mask=mask)
     return lineage.living_sums(ticks, lineage.generation(), mask) / np.where(n, n, np.nan)

@@ -23,8 +23,8 @@ CHANNELS = (
 )
 STILL, WALK, RUN = range(3)
 LEFT, AHEAD, RIGHT = range(3)
-SATED = 0.85  # energy above which deer of that world do not eat
-ASIDE = 0.3  # sideways component of the unit vector to a neighbor above which an animal turns
+SATED = 0.85  # energy above which deer in that world do not eat
+ASIDE = 0.3  # sideways component of a neighbor's direction vector above which an animal turns
 
 
 def graze(x: np.ndarray, uid: np.ndarray) -> np.ndarray:

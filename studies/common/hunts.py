@@ -10,7 +10,7 @@ import numpy as np
 MODULE = "studies.common.hunts"
 STILL, WALK, RUN = range(3)
 LEFT, AHEAD, RIGHT = range(3)
-ASIDE = 0.3  # sideways component of the unit vector to a neighbor above which an animal turns
+ASIDE = 0.3  # sideways component of a neighbor's direction vector above which an animal turns
 SPACING, FROM = 40.0, 5.0  # [m] between pairs; initial distance of the wolf, which is wolves' range of sight
 STORES = {"deer": 0.7, "wolf": 0.5}  # initial energy
 DEER = {"forward": 7, "left": 8, "near": 9}  # deer channels that sense wolves

@@ -32,7 +32,7 @@ def furthest_off(world: Any) -> dict[str, float]:
 
 
 def _share(page: dict[str, Any], columns: Any, imbalance: Any, shape: tuple[int, ...]) -> float:
-    sizes = [np.abs(page[column]) for column in columns]  # energy may enter and leave within a tick
+    sizes = [np.abs(page[column]) for column in columns]  # energy may enter and leave within one tick
     return _relative(
         np.abs(np.reshape(imbalance, (-1, *shape))).max(0),
         np.reshape(np.max(sizes, axis=0), (-1, *shape)).max(0),

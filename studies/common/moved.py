@@ -63,7 +63,7 @@ class Crowd:
         self.modules = {name: self._some(name) for name in self.species}
 
     def _some(self, name: str) -> list[Any]:
-        """Return up to `most` networks, spread evenly by uid."""
+        """Return up to `most` networks, evenly spaced by uid."""
         table = self.world.tables[name]
         rows = table.by_uid()
         picked = rows[np.linspace(0, len(rows) - 1, min(self.most, len(rows))).astype(int)]

@@ -16,7 +16,7 @@ class ByAutograd(MLP):
 
 
 class Plain(nn.Module):
-    """The built-in network as a torch user would write it: two layers of 64 units with tanh, two heads."""
+    """The built-in network as a torch user would write it: two layers of 64 tanh units and two heads."""
 
     def __init__(self, n_observations: int, groups: tuple[int, ...]) -> None:
         super().__init__()

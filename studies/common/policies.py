@@ -1,4 +1,4 @@
-"""Policies of a training seed: newly trained, or stored by an earlier case of any study."""
+"""A training seed's policies: newly trained, or stored by an earlier case of any study."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-"""The registration of a study, written before it runs: studies/registered/NAME.toml.
+"""A study's registration, written before the study runs: studies/registered/NAME.toml.
 
     name = "fleeing"
     claim = "Deer that may run from wolves do so where it pays."
     ticks = 20000
-    seeds = { training = [601, 602], world = [6001, 6002] }   # none that tuning or selection has seen
+    seeds = { training = [601, 602], world = [6001, 6002] }   # not used for tuning or selection
     explored = "what was seen before this file was written, and with which seeds"
 
     [arms.shipped]          # what each arm changes in its world, {} for nothing
@@ -16,8 +16,9 @@
     goal = "above 0"
     margin = 0.05           # where the goal has one
 
-Commit the file before the first result. Its hash is part of the study's configuration, so changing the file
-makes all results stale. Verdicts on its hypotheses are registered; all others are exploratory.
+Commit the file before you compute the first result. Its hash is part of the study's configuration, so
+changing the file makes all results stale. Verdicts on its hypotheses are registered; all others are
+exploratory.
 """
 
 from __future__ import annotations
@@ -89,7 +90,7 @@ class Registration:
 
 
 def registration(name: str, folder: Path = FOLDER) -> Registration:
-    """Return the registration of a study. Raises a ValueError that names the missing entries."""
+    """Return a study's registration. Raises a ValueError that names the missing entries."""
     path = folder / f"{name}.toml"
     if not path.is_file():
         near = get_close_matches(name, [p.stem for p in folder.glob("*.toml")], 1)

@@ -15,7 +15,7 @@ def small(name: str, share: float = 0.25, kind: str | None = None) -> dict[str, 
     """Return a shipped world with a share of its organisms on the same share of its area; policies start
     untrained and learn.
 
-    `kind` "individual" or "shared" sets the kind of all policies.
+    `kind`, "individual" or "shared", applies to all policies.
     """
     from ecs_eco.config import load
 

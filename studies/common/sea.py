@@ -14,7 +14,7 @@ from studies.common.seed_grid import policies_of
 
 __all__ = ["approach", "chemotaxis", "encounters", "life", "policies_of"]
 CUE = 1.5  # [m] from a krill within which a copepod is approached
-FAST = 1.4  # [m/s] speed of chasing krill and of objects moved toward copepods
+FAST = 1.4  # [m/s] speed of chasing krill and of objects that approach copepods
 # number of approaching objects, starting distance [m], and heights [m] at which copepods feed in the dark
 KRILL, AIM, UPPER = 16, 4.0, (22.0, 29.0)
 CONTACT = 0.5  # [m] between the centers of a copepod and a krill-sized object in contact
@@ -229,7 +229,7 @@ def chemotaxis(build: Any, rounds: int) -> dict[str, Any]:
             "objects.plume": {"at": at, "body": body, "emits": {"krill_smell": 1.0}},
         }
     )
-    world.run(60)  # time for copepods below to rise
+    world.run(60)  # time for copepods to rise from below
     random, cosines, ways = np.random.default_rng(world.seed), [np.zeros(0)], [np.zeros(0)]
     for _ in range(rounds):
         if world.tables["copepod"].n < 2:

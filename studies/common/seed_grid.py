@@ -8,8 +8,8 @@ the grid.
         STUDY.main()
 
 `python -m studies.persistence --workers 2` trains each policy once, runs the missing cells, and resumes where
-it stopped. A cell is keyed by its arm, its seeds, its length and the hash of the arm's content, so a new arm
-leaves the results of other arms valid. An arm may have these keys, all optional:
+it stopped. A cell is keyed by its arm, seeds and length and by the hash of the arm's content, so adding an
+arm leaves the results of other arms valid. An arm may have these keys, all optional:
 
     set        changes of the world, in training and in life: {"species.deer.count": 500}
     train      changes in training only
@@ -55,11 +55,11 @@ def crossed_study(
     goal: float = 0.8,
     short: Mapping[str, Any] | None = None,
 ) -> Study:
-    """Return a study of all cells; the arms in `judged` (by default the first) must persist in a share of
-    `goal`.
+    """Return a study of all cells; a share of at least `goal` must persist in the arms in `judged` (by
+    default the first).
 
-    `also` contains further cases, such as one long run: {"arm": …, "training": …, "seed": …, "ticks":
-    60_000}; they are not judged.
+    `also` contains further cases without a goal, such as one long run: {"arm": …, "training": …, "seed": …,
+    "ticks": 60_000}.
     """
     training, worlds = list(training), list(worlds)
     for arm, says in arms.items():
@@ -244,7 +244,7 @@ def both_peaks(result: Mapping[str, Any], level: float = 0.05) -> bool:
 def verdicts(
     arm: str, entries: Sequence[Entry], goal: float, lags: Mapping[str, tuple[float, float]]
 ) -> list[dict[str, Any]]:
-    """Return verdicts on persistence over the grid, and on peaks and lags of the runs in which all species
+    """Return verdicts on persistence over the grid, and on peaks and lags in runs in which all species
     persist."""
     from ecs_eco.analysis.cycles import median_lag_interval
     from ecs_eco.analysis.seed_grid import share_interval
@@ -394,7 +394,7 @@ def _hash(x: Any) -> str:
 
 
 def by_training(entries: list[dict[str, Any]], arm: str) -> dict[int, list[dict[str, Any]]]:
-    """Return the results of an arm by training seed."""
+    """Return an arm's results by training seed."""
     out: dict[int, list[dict[str, Any]]] = {}
     for e in entries:
         if e["case"]["arm"] == arm:

@@ -35,7 +35,7 @@ class Equivalence(NamedTuple):
 
 
 class IncrementTest(NamedTuple):
-    """Frequency increment test of n increments: t statistic and two-sided p."""
+    """Frequency increment test on n increments: t statistic and two-sided p."""
 
     n: int
     t: float
@@ -43,8 +43,8 @@ class IncrementTest(NamedTuple):
 
 
 class AgeRates(NamedTuple):
-    """Deaths from a cause per organism and second, by age class from edges[i] (exclusive) to edges[i + 1]
-    [s]; exact intervals."""
+    """Deaths from a cause per organism per second, by age class from edges[i] (exclusive) to edges[i + 1]
+    [s], with exact intervals."""
 
     edges: np.ndarray
     deaths: np.ndarray
@@ -57,13 +57,13 @@ class AgeRates(NamedTuple):
 def selection_coefficient(
     carriers: Numbers, reference: Numbers, n: Numbers, generation: Numbers, pseudo: float = 0.5
 ) -> float:
-    """Return the selection coefficient per generation of a gene against a neutral reference.
+    """Return a gene's selection coefficient per generation against a neutral reference.
 
     It is the least-squares slope over `generation` [samples] of logit(p_gene) − logit(p_reference), with p
     from the counts `carriers` and `reference` among `n` living organisms and `pseudo` added to carriers and
     non-carriers. A gene with relative fitness 1 + s gains ln(1 + s) in logit(p) per generation (Crow and
     Kimura 1970, chapter 5) if reproduction is asexual or genes are inherited independently. Samples without
-    living organisms are left out; the result is NaN for fewer than two different generations.
+    living organisms are omitted; the result is NaN for fewer than two different generations.
     """
     k, r, n, x = (np.asarray(v, float) for v in (carriers, reference, n, generation))
     _same(carriers=k, reference=r, n=n, generation=x)
@@ -81,14 +81,14 @@ def selection_coefficient(
 def path_coefficient(
     carriers: Numbers, n: Numbers, generation: Numbers, mutation: float = 0.0, share: float = 0.25
 ) -> float:
-    """Return the selection coefficient per generation of a gene by the likelihood of its path.
+    """Return a gene's selection coefficient per generation, from the likelihood of its path.
 
     It is sum (dp − m (q − p) dt) / sum p (1 − p) dt over samples, where m is the mutation rate per letter and
-    q the share of mutated letters that are the gene. In the diffusion limit of the Wright–Fisher model, where
-    dp = (s p (1 − p) + m (q − p)) dt + noise of variance p (1 − p) dt / N (Crow and Kimura 1970, chapter 8),
-    this s maximizes the likelihood for any constant N. Each sample has weight p (1 − p), so a lost or fixed
-    gene adds no information and the estimate does not depend on how long the run continues afterwards. The
-    result is NaN if the gene has no variance. Samples without living organisms are left out.
+    q the share of mutated letters that become the gene. In the diffusion limit of the Wright–Fisher model,
+    where dp = (s p (1 − p) + m (q − p)) dt + noise of variance p (1 − p) dt / N (Crow and Kimura 1970,
+    chapter 8), this s maximizes the likelihood for any constant N. Each sample has weight p (1 − p), so a
+    lost or fixed gene adds no information and the estimate does not depend on how long the run continues
+    afterwards. The result is NaN if the gene has no variance. Samples without living organisms are omitted.
     """
     k, n, x = (np.asarray(v, float) for v in (carriers, n, generation))
     _same(carriers=k, n=n, generation=x)
@@ -166,7 +166,7 @@ def frequency_increment_test(share: Numbers, generation: Numbers) -> IncrementTe
 
 
 def reappearances(carriers: Numbers) -> int:
-    """Return how often a gene reappears after it had no carriers."""
+    """Return how often a gene reappears after having no carriers."""
     k = np.asarray(carriers)
     seen = np.cumsum(k > 0) > 0
     return int(((k[1:] > 0) & (k[:-1] == 0) & seen[:-1]).sum())
@@ -188,7 +188,7 @@ def deaths_by_age(
     dead = lineage.died[who] >= 0
     age = (np.where(dead, lineage.died[who], lineage.end) - lineage.born[who]) * lineage.dt
     dead &= True if cause is None else lineage.cause[who] == cause
-    # organisms that die at birth belong to the first class
+    # organisms that die at birth count in the first class
     at = np.searchsorted(edges, np.maximum(age[dead], 1e-9)) - 1
     deaths = np.bincount(at[(at >= 0) & (at < len(edges) - 1)], minlength=len(edges) - 1)
     lived = np.array([(np.clip(age, a, b) - a).sum() for a, b in zip(edges, edges[1:], strict=False)])

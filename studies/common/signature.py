@@ -28,7 +28,7 @@ class Signature:
 
 
 def signature(prey: np.ndarray, predator: np.ndarray) -> Signature:
-    """Return the cycle of a prey and its predator: f[n] each, sampled at the same times.
+    """Return the cycle of prey and predator series, each f[n], sampled at the same times.
 
     Raises a ValueError if the series differ in length or cannot be measured.
     """

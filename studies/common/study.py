@@ -74,7 +74,7 @@ class Study:
     registered: Registration | None = None  # the registration, written before the first run
 
     def main(self, argv: Sequence[str] | None = None) -> None:
-        """Run the command line of a study script; exit with 1 if a case failed."""
+        """Run a study script's command line; exit with 1 if a case failed."""
         parser = argparse.ArgumentParser(prog=f"python -m studies.{self.name}", description=self.claim)
         parser.add_argument(
             "--short", action="store_true", help="a few small cases, for CI; writes to a temporary folder"
@@ -175,7 +175,7 @@ class Study:
         return config_hash(self.whole_config())
 
     def _hash(self, config: dict[str, Any], case: Case) -> str:
-        """Return the sha256 of the part of the configuration that a case depends on."""
+        """Return the sha256 of the configuration entries that a case depends on."""
         if self.depends is None:
             return config_hash(config)
         of = self.depends(config, case)
@@ -229,8 +229,8 @@ def write_json(path: Path, content: Any) -> None:
 
 
 def plain(x: Any) -> Any:
-    """Return the value in JSON types: numpy scalars and arrays as numbers and lists, NaN and infinity as
-    None."""
+    """Return the value as JSON types: numpy scalars and arrays become numbers and lists; NaN and infinity
+    become None."""
     if isinstance(x, Mapping):
         return {str(k): plain(v) for k, v in x.items()}
     if isinstance(x, list | tuple):
@@ -288,7 +288,7 @@ def _conclude(summary: Any) -> dict[str, Any]:
 
 
 def _one(run: Callable[..., Any], config: dict[str, Any], case: Case) -> dict[str, Any]:
-    """Run one case in this process; return the result and the seconds, or the text of the error."""
+    """Run one case in this process; return the result and duration [s], or the error text."""
     start = time.perf_counter()
     try:
         result = plain(run(config, case))
@@ -305,7 +305,8 @@ def _run_all(
     workers: int | None,
     executor: str | Executor,
 ) -> Iterator[tuple[Case, dict[str, Any]]]:
-    """Yield (case, entry) as cases finish, with a progress bar: finished cases, rate and remaining time."""
+    """Yield (case, entry) as cases finish, with a progress bar that shows finished cases, rate and remaining
+    time."""
     if not cases:
         return
     from rich.progress import (

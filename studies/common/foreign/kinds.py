@@ -1,7 +1,8 @@
 """The kinds of files that do not belong in their folder, one function for each kind.
 
 A kind modifies the folder it receives; it returns the file name that the refusal must contain and the readers
-that must refuse it. Each reader must refuse with an error that names the file, and must remove no file.
+that must refuse it. Each reader must refuse the folder with an error that names the file, and must not remove
+any file.
 """
 
 from __future__ import annotations
@@ -57,7 +58,7 @@ def _forking(run: Path, out: Path, tick: int) -> Any:
 @kind("a checkpoint of the same run with an extra manual request")
 def _asked(place: Path) -> tuple[str, Read]:
     _checkpoint("asked")(place)
-    return "part-", resuming(place / "a")  # the parts do not lead to this checkpoint
+    return "part-", resuming(place / "a")  # this checkpoint does not follow from the parts
 
 
 @kind("a world saved outside a run, as a checkpoint")

@@ -1,4 +1,4 @@
-"""The test of one kind of foreign file."""
+"""The test for one kind of foreign file."""
 
 from __future__ import annotations
 

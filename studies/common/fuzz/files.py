@@ -1,4 +1,4 @@
-"""The outcome for one truncated or damaged file of a run: a clear error, the same content, or a failure."""
+"""The outcome for one truncated or damaged file in a run: a clear error, the same content, or a failure."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ KINDS = ("series", "births", "deaths", "snapshots")
 
 
 def tried(chunk: dict[str, Any], files: int) -> dict[str, Any]:
-    """Return the counts by kind for one chunk of damaged files, and the failures in full."""
+    """Return counts by kind for one chunk of damaged files, and the full failures."""
     items = [(chunk["source"], chunk["what"], chunk["seed"] * 1_000_000 + i) for i in range(files)]
     with tempfile.TemporaryDirectory(prefix="ecs-eco-fuzz-") as folder:
         whole = Path(folder) / "whole"
@@ -33,7 +33,7 @@ def tried(chunk: dict[str, Any], files: int) -> dict[str, Any]:
 
 
 def recorded(source: str, folder: Path) -> None:
-    """Return the folder of a short run with checkpoints."""
+    """Return a short run's folder, with checkpoints."""
     from ecs_eco.record import run_to_folder
 
     text, home = _text(source)
@@ -217,7 +217,7 @@ class _Recordings(_Judge):
         return {"kind": "refused", "problems": {f"{what}: {reader}": 1 for reader in refused}}
 
     def content(self, name: str) -> Any:
-        """Return what a reader reports about the whole folder."""
+        """Return a reader's report on the intact folder."""
         self.kept: dict[str, Any] = getattr(self, "kept", {})
         if name not in self.kept:
             self.kept[name] = _ALL[name](self.whole)

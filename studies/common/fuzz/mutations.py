@@ -1,4 +1,4 @@
-"""Mutations of world files and of the files that a run writes."""
+"""Mutations of world files and of files written by a run."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Path_ = tuple[str | int, ...]
 
 
 def mutate_text(text: str, chance: random.Random) -> bytes:
-    """Return the text with one to three changes of its bytes or lines."""
+    """Return the text with one to three bytes or lines changed."""
     raw = text.encode()
     for _ in range(chance.choice((1, 1, 1, 2, 3))):
         raw = chance.choice((_flip, _flip, _digit, _byte, _cut, _cut, _double, _swap, _truncate, _splice))(

@@ -26,7 +26,7 @@ def sources() -> dict[str, tuple[str, Path | None]]:
     menagerie = _module("tests/conftest.py").MENAGERIE
     herd = copy.deepcopy(_module("tests/worlds/herd.py").HERD)
     goat = herd["species"]["goat"]
-    del goat["components"]  # of the test's own
+    del goat["components"]  # defined by the test
     goat["genome"]["genes"] = [g for g in goat["genome"]["genes"] if g["name"] != "wool"]
     return worlds | {
         "menagerie": (toml(menagerie), None),

@@ -37,7 +37,7 @@ WORDS = (  # kinds of problem by message; the first match counts
 
 
 def tried(chunk: dict[str, Any], files: int) -> dict[str, Any]:
-    """Return the counts by kind for one chunk of mutated world files, and the failures in full."""
+    """Return counts by kind for one chunk of mutated world files, and the full failures."""
     folder = Path(tempfile.mkdtemp(prefix="ecs-eco-fuzz-"))
     items = [
         (chunk["source"], chunk["what"], chunk["seed"] * 1_000_000 + i, str(folder)) for i in range(files)
@@ -147,7 +147,7 @@ def _refused(error: Any) -> dict[str, Any]:
 
 
 def _run(config: Any) -> dict[str, Any]:
-    """Run an accepted world at small size."""
+    """Run a small version of an accepted world."""
     from ecs_eco import World
     from ecs_eco.config import load
     from ecs_eco.engine.errors import ConfigError

@@ -91,7 +91,7 @@ def checkpoints(ground: Ground) -> Iterator[Attack]:
 
 
 def checkpoints_by_mutation(ground: Ground, seed: int, number: int) -> Iterator[Attack]:
-    """Return a checkpoint with a payload somewhere in its metadata."""
+    """Return a checkpoint with a payload in its metadata."""
     for i in range(number):
         chance, meta = random.Random(seed * 1_000_000 + i), copy.deepcopy(ground.checkpoint[0])
         part = meta if chance.random() < 0.4 else meta["config"]
@@ -174,7 +174,7 @@ def manifests(ground: Ground) -> Iterator[Attack]:
 
 
 def manifests_by_mutation(ground: Ground, seed: int, number: int) -> Iterator[Attack]:
-    """Return a manifest with a payload somewhere in it."""
+    """Return a manifest that contains a payload."""
     for i in range(number):
         chance = random.Random(seed * 1_000_000 + i)
 
@@ -351,7 +351,7 @@ def journals(ground: Ground) -> Iterator[Attack]:
 
 
 def journals_by_mutation(ground: Ground, seed: int, number: int) -> Iterator[Attack]:
-    """Return a journal with a payload somewhere in it."""
+    """Return a journal that contains a payload."""
     for i in range(number):
         chance, lines = random.Random(seed * 1_000_000 + i), copy.deepcopy(_searched(ground)[1])
         where = mutate(
@@ -381,7 +381,7 @@ SEARCH = (
 
 @cache
 def _searched(ground: Ground) -> tuple[Path, list[dict[str, Any]]]:
-    """Search the garden; return the folder and the lines of the journal without their seals."""
+    """Search the garden; return the folder and the journal's lines without their seals."""
     from ecs_eco.config.edit import as_toml
     from ecs_eco.lab.searching.journal import NAME, WORD, read
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 import contextlib
 import io
 import os
-import pickle  # noqa: TID251  # to write files that no reader may load
+import pickle  # noqa: TID251 # to write files that readers must not load
 import shutil
 import sys
 import tempfile

@@ -1,5 +1,5 @@
 """Malicious land data: rasters and layers that contradict their names, contain network addresses, are pipes,
-refer to other folders, or have coordinates off the earth. A request to an address leaves a mark."""
+refer to other folders, or have impossible coordinates. A request to an address leaves a mark."""
 
 from __future__ import annotations
 

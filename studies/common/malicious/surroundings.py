@@ -143,7 +143,7 @@ def modules(ground: Ground) -> Iterator[Attack]:
         if command[1:3] == [
             "-m",
             "ecs_eco",
-        ]:  # Python looks for this name before it runs any code of the package
+        ]:  # Python looks for this name before it runs any of the package's code
             (place / "ecs_eco.py").unlink()
         words = [*command, "--out", f"out-{i}"] if "-q" in command else command
 

@@ -131,7 +131,7 @@ def world_of(pattern: str, **more: Any) -> dict[str, Any]:
 
 
 def put(data: dict[str, Any], pattern: str, value: Any) -> None:
-    """Set the value at a key of the table in the data of a world of snails."""
+    """Set the value at a key of the table in the data of a snail world."""
     snail = data["species"]["snail"]
     if pattern in PLACES:
         snail[PLACES[pattern]] = value
@@ -163,7 +163,7 @@ def renamed(pattern: str, name: str, shell: str) -> Any:
 
 
 def models(model: type[BaseModel], seen: set[type]) -> set[type]:
-    """Return all models that are reachable from a model."""
+    """Return all models reachable from a model."""
 
     def inside(annotation: Any) -> None:
         if isinstance(annotation, type) and issubclass(annotation, BaseModel):
