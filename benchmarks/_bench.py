@@ -1,4 +1,4 @@
-"""Code that the benchmarks share: a description of the machine, timing, results as JSON, and a world of a
+"""Code shared by the benchmarks: a description of the machine, timing, results as JSON, and a world of a
 given size."""
 
 import json
@@ -14,7 +14,7 @@ RESULTS = Path(__file__).parent / "results"
 
 
 def pin_threads() -> None:
-    """Limit every library to one thread; call before numpy is imported."""
+    """Limit every library to one thread; call this before importing numpy."""
     for name in (
         "OMP_NUM_THREADS",
         "OPENBLAS_NUM_THREADS",
@@ -26,7 +26,7 @@ def pin_threads() -> None:
 
 
 def machine() -> dict[str, Any]:
-    """Describe the processor, its cores, its load before the benchmark, and the versions in use."""
+    """Describe the processor, its cores and load before the benchmark, and the versions in use."""
     from ecs_eco.engine.versions import versions
     from ecs_eco.record.folder import git_commit
 
@@ -47,7 +47,7 @@ def machine() -> dict[str, Any]:
 
 
 def best_of(work: Callable[[], None], repeats: int = 5) -> float:
-    """Return the shortest of several timings [s], which other work disturbed least."""
+    """Return the shortest of several timings [s], which was disturbed least by other work."""
     times = []
     for _ in range(repeats):
         start = time.perf_counter()
@@ -72,15 +72,15 @@ def save(name: str, question: str, rows: list[dict[str, Any]], notes: dict[str, 
     (RESULTS / f"{name}.json").write_text(json.dumps(content, indent=1) + "\n")
 
 
-SMELLS = "plant_smell", "grazer_smell", "hunter_smell"  # plant sites of a savanna
+SMELLS = "plant_smell", "grazer_smell", "hunter_smell"  # plant sites in a savanna
 
 
 def savanna(animals: int, plants_per_animal: float = 1.6, **space: Any) -> dict[str, Any]:
-    """Return the configuration of a world with this many animals, of which 15% hunt, on ground that grows
-    with them.
+    """Return the configuration of a world with this many animals, 15% of which hunt, and an area proportional
+    to their number.
 
     Each animal has 24 observations: the nearest of three kinds (a grazer has about 14 neighbors within
-    range), three smells with two nostrils, and nine more of its own body and the surroundings.
+    range), three smells with two nostrils, and nine more on its own body and surroundings.
     """
     grazers, hunters, plants = (
         round(animals * 0.85),

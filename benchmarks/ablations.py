@@ -1,16 +1,16 @@
-"""Measure the gain of each trick of `ecs_eco.compiled`: the same jobs with all tricks and with all but one,
-in turns.
+"""Measure the gain from each trick in `ecs_eco.compiled`: the same jobs run with all tricks and with all but
+one, in turns.
 
     python benchmarks/ablations.py [--pairs 7] [--firsts 3] [--at-once 1] [--tricks NAME …]
 
-Code that runs before the package is loaded switches off a trick, in processes with a separate folder of
-kernels if the trick changes kernels. In each turn every variant does every job once, in a different order.
-The table shows how many times as long a job takes without the trick: the median of turns and their range.
+A trick is switched off by code that runs before the package is loaded, in processes with a separate kernel
+folder if the trick changes kernels. In each turn, every variant does every job once, in a different order.
+The table shows how many times as long a job takes without the trick: the median over turns and the range.
 Jobs: README's predator-prey, 1,000 ticks recorded; 40 ticks of 10,000 animals, on one thread and on two; a
 later start of `ecs-eco run` with 100 ticks; and in some turns a first start, which compiles with one process.
-Seconds are processor time, which other work on the machine disturbs less; for two threads they are wall-clock
-time. Tricks that concern only threads are the control of the jobs on one thread: the distance of their rows
-from 1 is noise. The lines below the table name variants with different results.
+Times are processor seconds, which other work on the machine disturbs less; for two threads, they are
+wall-clock seconds. Tricks that concern only threads are the control for jobs on one thread: deviations from 1
+in their rows are noise. The lines below the table name variants with different results.
 """
 
 import argparse
@@ -139,7 +139,8 @@ SAME_KERNELS = (
 )
 """Tricks that affect neither kernels nor a first start."""
 FIRST_START = TWO, FORM
-"""Tricks that matter only at a first start: without the form, cached machine code cannot be linked into kernels."""
+"""Tricks that matter only at a first start: without this form, cached machine code cannot be linked into
+kernels."""
 ONE_PROCESS = """
 from ecs_eco.worlds import first_start
 first_start.cores = lambda: 1
@@ -147,7 +148,7 @@ first_start.cores = lambda: 1
 
 
 def process(trick: str, cache: Path, code: str, *arguments: str) -> tuple[str, float, float]:
-    """Run a job without a trick; return its output, and its wall-clock and processor seconds."""
+    """Run a job without a trick; return its output, wall-clock seconds and processor seconds."""
     environment = os.environ | {
         "ECS_ECO_CACHE": str(cache),
         "PYTHONPATH": str(ROOT),
@@ -166,7 +167,7 @@ def process(trick: str, cache: Path, code: str, *arguments: str) -> tuple[str, f
 
 
 def start(trick: str, cache: Path, folder: Path, code: str = START) -> tuple[float, float]:
-    """Return the wall-clock and processor seconds of a whole command."""
+    """Return the wall-clock and processor seconds of a complete command."""
     with tempfile.TemporaryDirectory(dir=folder) as out:
         run = ("run", "predator-prey", "--ticks", "100", "--seed", "1", "--quiet", "--no-report")
         return process(trick, cache, code, *run, "--out", f"{out}/run")[1:]
@@ -175,8 +176,8 @@ def start(trick: str, cache: Path, folder: Path, code: str = START) -> tuple[flo
 def turn(
     trick: str, caches: Path, first: bool, learners: Sequence[str]
 ) -> tuple[dict[str, float], list[str]]:
-    """Do every job once without a trick; return seconds by job, and digests. Individual learners, which
-    take long to compile, are a job of the `learners`."""
+    """Do every job once without a trick; return seconds by job, and digests. Individual learners, which take
+    long to compile, are a job only for the `learners`."""
     cache, out = caches / (ALL if trick in SAME_KERNELS else trick), {}
     if first and trick not in SAME_KERNELS:
         with tempfile.TemporaryDirectory(dir=caches) as empty:
@@ -191,7 +192,7 @@ def turn(
 
 
 def table(took: dict[str, list[dict[str, float]]]) -> list[dict[str, Any]]:
-    """Return a row for each trick: for each job, how many times as long it takes without the trick."""
+    """Return a row for each trick, with how many times as long each job takes without it."""
     rows = []
     for trick, turns in took.items():
         row: dict[str, Any] = {"without": trick}
@@ -227,7 +228,7 @@ def main() -> None:
             with ThreadPoolExecutor(at_once) as pool:
                 done = pool.map(lambda one: turn(one, Path(folder), number < options.firsts, learners), some)
                 for variant, (seconds, digests) in zip(some, done, strict=True):
-                    if number == 0:  # some variants have compiled, which also warms a process in other ways
+                    if number == 0:  # some variants have compiled, which also warms up their processes
                         seconds = {job: seconds[job] for job in seconds if job.startswith("first")}
                     took[variant].append(seconds)
                     ends[variant] = digests

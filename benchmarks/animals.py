@@ -1,4 +1,4 @@
-"""Measure organism-steps per second of animals that sense, decide and act, with ledger, recorder and causes
+"""Measure organism-steps per second for animals that sense, decide and act, with ledger, recorder and causes
 of death on.
 
     python benchmarks/animals.py [--sizes 1000 10000 100000] [--learn] [--threads 1 2]
@@ -41,7 +41,7 @@ def in_reach(world: World, name: str, sample: int = 300) -> float:
 
 
 def measure(animals: int, threads: int, learn: bool) -> dict[str, object]:
-    """Time a world of this size after a warm-up; with learning, over whole rollouts."""
+    """Time a world of this size after a warm-up; with learning, over complete rollouts."""
     world = World.from_config(
         _bench.savanna(animals), seed=1, policies="untrained", threads=threads, training=True, learn=learn
     )

@@ -1,13 +1,13 @@
-"""Compare the time of a tick of this commit and of another, in turns, in the world of animals.py.
+"""Compare tick times between this commit and another, in turns, in the world of animals.py.
 
     python benchmarks/animals_pairs.py --before COMMIT [--rows 10000:2:1:0 …] [--turns 60]
 
-Two processes with the same world run a few ticks in turn, `--turns` times. With this commit as the other one,
-and `10000:2:1:0` for rows, they show what a second thread gains; with `--beside 1`, what it loses if the second
-core has other work. The ratio is this commit's processor time divided by the other's, turn by turn (median and
-quartiles); with several threads it is wall-clock time. `quiet` is the ratio of the means of the shortest tenth
-of turns, which other work disturbed least. Times are per animal, because worlds with different digests diverge
-after some ticks; `same end` tells you whether they agree. GiB is the peak memory of the process.
+Two processes with the same world run a few ticks in turn, `--turns` times. With this commit as the other one
+and `10000:2:1:0` for rows, they show the gain from a second thread; with `--beside 1`, the loss if the second
+core has other work. The ratio is this commit's processor time (wall-clock time with several threads) divided
+by the other's, turn by turn (median and quartiles). `quiet` is the ratio between means over the shortest
+tenth of turns, which other work disturbed least. Times are per animal, because worlds with different digests
+diverge after some ticks; `same end` reports whether they agree. GiB is the process's peak memory.
 """
 
 import argparse
@@ -51,7 +51,7 @@ for asked in sys.stdin:
 
 @contextmanager
 def beside(processes: int) -> Iterator[None]:
-    """Start the given number of processes that keep a core each busy."""
+    """Start the given number of processes, each of which keeps a core busy."""
     busy = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(processes)]
     try:
         yield
@@ -62,7 +62,7 @@ def beside(processes: int) -> Iterator[None]:
 
 
 def start(place: Path, asked: list[Any]) -> subprocess.Popen[str]:
-    """Return a process with the package of a place, and its world."""
+    """Return a process with the package at a path, and its world."""
     made = subprocess.Popen(
         [sys.executable, "-c", WORLD, json.dumps(asked)],
         cwd=place,
@@ -77,8 +77,8 @@ def start(place: Path, asked: list[Any]) -> subprocess.Popen[str]:
 
 
 def turn(process: subprocess.Popen[str], last: bool) -> list[Any]:
-    """Run some ticks of a world; return nanoseconds per animal, of wall-clock and of processor time, the
-    peak memory so far [GiB], and the final digest."""
+    """Run some ticks of a world; return the wall-clock and processor time per animal [ns], the peak memory so
+    far [GiB], and the final digest."""
     assert process.stdin is not None
     assert process.stdout is not None
     process.stdin.write("d\n" if last else "\n")
@@ -88,9 +88,8 @@ def turn(process: subprocess.Popen[str], last: bool) -> list[Any]:
 
 
 def measure(before: Path, animals: int, threads: int, others: int, learn: bool, turns: int) -> dict[str, Any]:
-    """Return the row of one world: this commit on the given number of threads, the other commit on
-    `others`."""
-    # a process that waited is slow at first, especially on several threads: use long turns
+    """Return one world's row: this commit on the given number of threads, the other commit on `others`."""
+    # processes are slow after waiting, especially on several threads, so use long turns
     ticks = 64 if learn else max(1, (20_000 if max(threads, others) == 1 else 2_000_000) // animals)
     worlds = [start(before, [animals, others, learn, ticks]), start(ROOT, [animals, threads, learn, ticks])]
     took: list[list[list[Any]]] = [[], []]
@@ -136,7 +135,7 @@ def main() -> None:
     parser.add_argument("--folder", type=Path, help="a checkout of that commit with compiled kernels")
     parser.add_argument("--turns", type=int, default=60)
     parser.add_argument(
-        "--beside", type=int, default=0, help="processes that keep a core each busy during the measurement"
+        "--beside", type=int, default=0, help="processes that each keep a core busy during the measurement"
     )
     parser.add_argument("--name", default="animals_pairs", help="of the result")
     given = parser.parse_args()

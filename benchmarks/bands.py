@@ -1,24 +1,24 @@
-"""Measure one world on several processes: speed-up, bytes, and the predictions of a model for more processes.
+"""Measure one world on several processes: speed-up, bytes, and a model's predictions for more processes.
 
     python benchmarks/bands.py [--animals 20000] [--processes 1 2] [--short]
 
 The script calls mpiexec. Strong scaling: the same savanna in 1, 2, … processes. Weak scaling: as many animals
-in each process as in the single one. Both run with whole worlds in every process (`--bands`) and with divided
-state (`--divided`). All run in turns, and the best turn counts, because other work may share the machine.
-Waiting processes keep a core busy, so with other work on the machine, wall-clock and exchange times mean
-nothing. Work is therefore measured in processor time, separately for work that bands share and work that
-every process repeats, without exchanges and waiting. All processes must end with the digest of a single
-process.
+in each process as in the single process. Both run with the whole world in every process (`--bands`) and with
+divided state (`--divided`). All variants take turns, and the best turn counts, because other work may share
+the machine. Waiting processes keep a core busy, so with other work on the machine, wall-clock and exchange
+times are meaningless. Work is therefore measured in processor time without exchanges and waiting, separately
+for work that bands share and work that every process repeats. All processes must end with a single process's
+digest.
 
-The cost of a band's halo is measured in the divided savanna itself, for several numbers of organisms in a
-band: the number of ghosts, their bytes, and the processor time to pack, unpack and remove them.
+The cost of a band's halo is measured in the divided savanna, for several numbers of organisms per band: the
+number of ghosts, their bytes, and the processor time to pack, unpack and remove them.
 
-The model of whole worlds: t(N, P) = N (shared / P + alike) + calls · latency · log2 P + N · bytes · (1 − 1/P)
-/ bandwidth. The model of divided state: t(N, P) = N shared / P + told(N) + halo(ghosts) + calls · latency ·
-log2 P + bytes of the halo / bandwidth, where ghosts and their bytes grow only with the width of the map; told
-is the work that every process does for births and the sites of plants, wherever they are. Both are straight
-lines fitted to measurements at several sizes. Costs per animal of shared work are from runs of one process,
-latency and bandwidth from messages between two processes.
+The model for whole worlds: t(N, P) = N (shared / P + alike) + calls · latency · log2 P + N · bytes · (1 −
+1/P) / bandwidth. The model for divided state: t(N, P) = N shared / P + told(N) + halo(ghosts) + calls ·
+latency · log2 P + bytes of the halo / bandwidth, where ghosts and their bytes grow only with the map's width;
+told is the work that every process does for births and plant sites anywhere. Both models are linear fits to
+measurements at several sizes. Costs per animal of shared work are from single-process runs, latency and
+bandwidth from messages between two processes.
 """
 
 import argparse
@@ -40,7 +40,7 @@ SIZES = 1250, 2500, 5000, 10_000, 20_000  # animals per band when its halo is me
 
 
 def work(animals: int, ticks: int, learn: bool, state: bool) -> dict[str, Any]:
-    """Run some ticks of a savanna in all processes of this job; return the costs of process 0."""
+    """Run some ticks of a savanna in all processes of this job; return process 0's costs."""
     from mpi4py import MPI
 
     from ecs_eco import World
@@ -92,8 +92,8 @@ def work(animals: int, ticks: int, learn: bool, state: bool) -> dict[str, Any]:
 
 
 def clock(world: Any, bands: Any, spent: dict[str, float]) -> None:
-    """Sum the seconds of processor time of shared work (sensing, networks, food, fields and gradients),
-    and of exchanges and waiting for them."""
+    """Sum the processor seconds of shared work (sensing, networks, food, fields and gradients), and of
+    exchanges and waiting for them."""
     from ecs_eco.systems.decide import Decide
     from ecs_eco.systems.diffuse import Diffuse
     from ecs_eco.systems.feed import Feed
@@ -108,9 +108,8 @@ def clock(world: Any, bands: Any, spent: dict[str, float]) -> None:
 
 
 def clock_divided(world: Any, bands: Any, spent: dict[str, float]) -> None:
-    """Sum the seconds of processor time of work that all processes repeat, of ghosts and of animals that
-    change their process, and of exchanges and waiting for them; each process does all other work for its
-    part."""
+    """Sum the processor seconds of work that all processes repeat, of ghosts and animals that move to another
+    process, and of exchanges and waiting for them; each process does all other work for its part."""
     from ecs_eco.systems.respawn import Respawn
     from ecs_eco.systems.spread import Spread
 
@@ -130,7 +129,7 @@ def clock_divided(world: Any, bands: Any, spent: dict[str, float]) -> None:
 
 
 def timed(thing: Any, name: str, spent: dict[str, float], word: str) -> None:
-    """Make a method add its processor time under a label, without the time that nested labels count."""
+    """Make a method add its processor time to a label, excluding time counted under nested labels."""
     inner = getattr(thing, name)
 
     def method(*arguments: Any) -> Any:
@@ -143,7 +142,7 @@ def timed(thing: Any, name: str, spent: dict[str, float], word: str) -> None:
 
 
 def messages() -> dict[str, float]:
-    """Return latency [s] and bandwidth [bytes/s] of Allgatherv between the processes of this job."""
+    """Return the latency [s] and bandwidth [bytes/s] of Allgatherv between this job's processes."""
     import numpy as np
     from mpi4py import MPI
 
@@ -156,7 +155,7 @@ def messages() -> dict[str, float]:
             start = time.perf_counter()
             comm.Allgatherv(MPI.IN_PLACE, [buffer, counts, starts, MPI.BYTE])
             seconds.append(time.perf_counter() - start)
-        times[size] = min(seconds)  # other work disturbed the rest
+        times[size] = min(seconds)  # other work disturbed the others
     return {"latency": times[64], "bandwidth": 8_000_000 * (comm.size - 1) / times[8_000_000]}
 
 
@@ -176,7 +175,7 @@ def launch(n: int, *arguments: str) -> dict[str, Any]:
 
 
 def row(kind: str, n: int, learn: bool, state: bool, animals: int, ticks: int) -> dict[str, Any]:
-    """Return one measurement of one turn."""
+    """Return one measurement from one turn."""
     return launch(n, "work", str(animals), str(ticks), str(int(learn)), str(int(state))) | {
         "kind": kind,
         "processes": n,
@@ -186,7 +185,7 @@ def row(kind: str, n: int, learn: bool, state: bool, animals: int, ticks: int) -
 
 
 def best_row(results: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return the row of a table of the best of some turns of one measurement."""
+    """Return a table row for the best of some turns of one measurement."""
     best = min(results, key=lambda r: r["cpu"]) | {"seconds": min(r["seconds"] for r in results)}
     ns = 1e9 / best["ticks"] / best["animals"]
     alike = best["cpu"] - best["shared"] - best["halo"]
@@ -210,7 +209,7 @@ def best_row(results: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def halo_row(results: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return the cost of the halo of a band of a savanna in two processes."""
+    """Return the halo cost of a savanna's band in two processes."""
     best = min(results, key=lambda r: r["halo"])
     return {
         "organisms in a band": best["held"],
@@ -226,7 +225,7 @@ def halo_row(results: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def line(halos: list[dict[str, Any]], x: str, y: str) -> tuple[float, float]:
-    """Return the intercept (at least 0) and slope of a straight line through some columns."""
+    """Return the intercept (at least 0) and slope of a line fitted to the given columns."""
     if len(halos) == 1:
         return 0.0, halos[0][y] / halos[0][x]
     slope, start = statistics.linear_regression([h[x] for h in halos], [h[y] for h in halos])
@@ -236,10 +235,10 @@ def line(halos: list[dict[str, Any]], x: str, y: str) -> tuple[float, float]:
 def predicted(
     rows: dict[str, dict[str, Any]], wire: dict[str, float], halos: list[dict[str, Any]], n: int, p: int
 ) -> dict[str, Any]:
-    """Return the model's speed-up of a savanna of n animals in p processes, with the measured network."""
+    """Return the model's speed-up for a savanna of n animals in p processes, with the measured network."""
     one, two, divided = rows["one"], rows["whole"], rows["divided"]
     shared, alike = one["shared, ns per animal"] * 1e-9, one["alike, ns per animal"] * 1e-9
-    # of all bytes, of which the share 1 − 1/P comes from other processes
+    # of all bytes, the share 1 − 1/P comes from other processes
     each = two["bytes per animal and tick"] * 2
     calls = math.ceil(math.log2(p)) * wire["latency"]
     now = (
@@ -301,7 +300,9 @@ def main() -> None:
         halo_row([launch(2, "work", str(2 * n), "20", "0", "1") for _ in range(turns)])
         for n in (SIZES[:1] if options.short else SIZES)
     ]
-    wires = [launch(2, "messages") for _ in range(1 if options.short else 8)]  # other work disturbed the rest
+    wires = [
+        launch(2, "messages") for _ in range(1 if options.short else 8)
+    ]  # other work disturbed the others
     wire = {"latency": min(w["latency"] for w in wires), "bandwidth": max(w["bandwidth"] for w in wires)}
     conclude({case: best_row(results) for case, results in cases.items()}, wire, halos, options.short)
 
@@ -340,7 +341,7 @@ def conclude(
 
 
 def part(what: str, *arguments: str) -> None:
-    """Do one measurement in this process of several; process 0 prints the result."""
+    """Do one measurement in this process, one of several; process 0 prints the result."""
     from mpi4py import MPI
 
     numbers = [int(a) for a in arguments]

@@ -1,20 +1,20 @@
-"""Compare another commit with this one: are results the same, and how fast are both?
+"""Compare another commit with this one: are the results the same, and how fast are both?
 
     python benchmarks/before_after.py digests --before COMMIT
     python benchmarks/before_after.py times --before COMMIT [--sets 8] [--worlds NAME …]
     python benchmarks/before_after.py systems --before COMMIT [--worlds NAME …]
     python benchmarks/before_after.py starts --before COMMIT [--pairs 12] [--firsts 3]
 
-`digests`: ten runs of 500 ticks, of all shipped worlds, with learning on and off and with shared and
-individual policies: a hash of the positions, contents and identities of all organisms. `times`: processes
-with compiled kernels build a world and run a few ticks in turns; only one works at a time. Turns of the same
+`digests`: for ten runs of 500 ticks, covering all shipped worlds, learning on and off, and shared and
+individual policies, a hash of all organisms' positions, contents and identities. `times`: processes with
+compiled kernels build a world and run a few ticks in turns; only one works at a time. Turns with the same
 number have the same seed, so all have the same organisms even if the last bits of policies differ. The ratio
-is this commit's seconds divided by the other's. A second process of the other commit is the control:
-deviations of its ratio from 1 come from the memory layout of processes. All processes are restarted after
-every few turns, and the 95% interval is bootstrapped over these sets of processes. `systems`: the time of
-each system per tick [µs]: the shortest time of each tick among worlds with the same seeds, which processes of
-both commits run in turns. Noise only adds time, so this resolves differences that `times` cannot. `starts`:
-whole processes in turns, without and with their report, and with an empty cache. Results go to
+is this commit's seconds divided by the other's. A second process with the other commit is the control: its
+ratio deviates from 1 because processes differ in memory layout. All processes are restarted after every few
+turns, and the 95% interval is bootstrapped over these sets of processes. `systems`: each system's time per
+tick [µs], which is the shortest time of each tick among worlds with the same seeds, run in turns by processes
+of both commits. Noise only adds time, so this comparison resolves differences that `times` cannot. `starts`:
+complete processes in turns, without and with their report, and with an empty cache. Results are written to
 benchmarks/results/before_after_<what>.json.
 """
 
@@ -52,7 +52,7 @@ CASES[1] = (
         "species.wolf.count": 40,
     },
 )
-WORLDS: dict[str, tuple[str, dict[str, Any], int]] = {  # world, changes, ticks of a turn of one run
+WORLDS: dict[str, tuple[str, dict[str, Any], int]] = {  # world, changes, ticks per turn of one run
     "predator-prey": ("predator-prey", {}, 40),
     "predator-prey, 10,000 animals": (
         "predator-prey",
@@ -154,15 +154,15 @@ print(json.dumps({"modules": len(sys.modules), "of these": [name for name in hea
 
 
 def environment(place: Path) -> dict[str, str]:
-    """Return the environment of a process that imports the package of a commit, with bytecode cached as
-    for a user."""
+    """Return the environment for a process that imports the package at a commit, with bytecode cached as for
+    a user."""
     return {k: v for k, v in os.environ.items() if k not in ("ECS_ECO_DEBUG", "PYTHONDONTWRITEBYTECODE")} | {
         "PYTHONPATH": str(place)
     }
 
 
 def call(place: Path, code: str, argument: Any) -> Any:
-    """Return the JSON output of some code in a process that imports the package of a commit."""
+    """Return the JSON output of code run in a process that imports the package at a commit."""
     command = [sys.executable, "-c", code, json.dumps(argument)]
     done = subprocess.run(
         command, cwd=place, env=environment(place), capture_output=True, text=True, check=False
@@ -173,7 +173,7 @@ def call(place: Path, code: str, argument: Any) -> Any:
 
 
 def digests(before: Path) -> dict[str, Any]:
-    """Return for each case whether both commits end with the same digest."""
+    """Return, for each case, whether both commits end with the same digest."""
     cases = []
     for name, learn, changes in CASES:
         asked = [name, learn, changes, TICKS]
@@ -193,8 +193,8 @@ def digests(before: Path) -> dict[str, Any]:
 
 
 def times(before: Path, sets: int, worlds: list[str]) -> dict[str, Any]:
-    """Return for each of these worlds this commit's seconds divided by the other's, and the ratio of the
-    control."""
+    """Return, for each of these worlds, this commit's seconds divided by the other's, and the control's
+    ratio."""
     results = {}
     for name in worlds:
         world, changes, ticks = WORLDS[name]
@@ -220,8 +220,8 @@ def times(before: Path, sets: int, worlds: list[str]) -> dict[str, Any]:
 
 
 def systems(before: Path, sets: int, worlds: list[str]) -> dict[str, Any]:
-    """Return for each of these worlds the shortest time of each system per tick [µs], and the ratio of
-    whole ticks."""
+    """Return, for each of these worlds, each system's shortest time per tick [µs], and the ratio of complete
+    ticks."""
     results: dict[str, Any] = {}
     for name in worlds:
         world, changes, ticks = WORLDS[name]
@@ -261,8 +261,8 @@ def systems(before: Path, sets: int, worlds: list[str]) -> dict[str, Any]:
 
 @contextmanager
 def living(places: list[Path], asked: Any, code: str = TIME) -> Iterator[Callable[[int], list[Any]]]:
-    """Yield a function that runs the next world of each process for a turn, in an order that depends on
-    the turn's number, and returns their output: seconds."""
+    """Yield a function that runs each process's next world for a turn, in an order that depends on the turn
+    number, and returns their output in seconds."""
     worlds = [
         subprocess.Popen(
             [sys.executable, "-c", code, json.dumps(asked)],
@@ -296,8 +296,8 @@ def living(places: list[Path], asked: Any, code: str = TIME) -> Iterator[Callabl
 
 
 def starts(before: Path, pairs: int, firsts: int) -> dict[str, Any]:
-    """Return the same for whole processes: runs of 100 ticks with compiled kernels, without and with their
-    report; first starts with an empty cache; and the loaded modules and compiled kernels."""
+    """Return the comparison for complete processes: runs of 100 ticks with compiled kernels, without and with
+    their report; first starts with an empty cache; and the loaded modules and compiled kernels."""
     out: dict[str, Any] = {}
     with tempfile.TemporaryDirectory() as folder:
         caches = {place: Path(folder) / name for place, name in ((before, "before"), (ROOT, "after"))}
@@ -322,8 +322,8 @@ def starts(before: Path, pairs: int, firsts: int) -> dict[str, Any]:
 
 
 def start(place: Path, cache: Path, report: bool) -> tuple[float, dict[str, Any]]:
-    """Return the seconds of a frozen run of 100 ticks as a process, with the kernels in a folder, and the
-    modules it loaded."""
+    """Return the seconds that a frozen run of 100 ticks takes as a process, with the kernels in a folder, and
+    the modules it loaded."""
     with tempfile.TemporaryDirectory() as folder:
         words = ["run", "predator-prey", "--ticks", "100", "--quiet", *([] if report else ["--no-report"])]
         command = [sys.executable, "-c", START, *words, "--out", f"{folder}/run"]
@@ -337,14 +337,14 @@ def start(place: Path, cache: Path, report: bool) -> tuple[float, dict[str, Any]
 
 
 def first(place: Path) -> float:
-    """Return the seconds of a run without report that starts with an empty cache."""
+    """Return the seconds that a run without a report takes from an empty cache."""
     with tempfile.TemporaryDirectory() as folder:
         return start(place, Path(folder) / "cache", False)[0]
 
 
 def paired(before: Path, pairs: int, measure: Callable[[Path], float]) -> tuple[dict[str, Any], Any]:
-    """Return the median ratio of this commit's seconds to the other's, with its interval, and the median
-    seconds of both."""
+    """Return the median ratio of this commit's seconds to the other's, with its interval, and both medians of
+    seconds."""
     ratios, seconds = [], []
     for number in range(pairs):
         order = (before, ROOT) if number % 2 else (ROOT, before)
@@ -357,7 +357,7 @@ def paired(before: Path, pairs: int, measure: Callable[[Path], float]) -> tuple[
 
 
 def interval(ratios: list[float]) -> dict[str, float]:
-    """Return the median of ratios and its bootstrapped 95% interval."""
+    """Return the median ratio and its bootstrapped 95% interval."""
     draws = random.Random(1)
     medians = sorted(statistics.median(draws.choices(ratios, k=len(ratios))) for _ in range(2000))
     return {
@@ -374,7 +374,7 @@ def main() -> int:
     parser.add_argument("--before", required=True, metavar="COMMIT")
     parser.add_argument("--pairs", type=int, default=12, help="of starts")
     parser.add_argument("--firsts", type=int, default=3, help="pairs of first starts")
-    parser.add_argument("--sets", type=int, default=8, help="of processes whose turns are timed")
+    parser.add_argument("--sets", type=int, default=8, help="sets of timed processes")
     parser.add_argument("--worlds", nargs="+", choices=list(WORLDS), default=list(WORLDS), metavar="NAME")
     given = parser.parse_args()
     git = {

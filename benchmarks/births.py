@@ -1,4 +1,4 @@
-"""Measure births per second: crossover and mutation of many genomes at once, and one by one through DEAP's
+"""Measure births per second: crossover and mutation of many genomes at once, or one by one through DEAP's
 functions.
 
     python benchmarks/births.py [--births 100000]
@@ -23,10 +23,10 @@ GOAL = {"at once": 50_000, "one by one": 5_000}
 
 
 def births_per_second(loci: int, n: int, at_once: bool, repeats: int) -> float:
-    """Return the births per second of wall time, with genomes of this many loci and n births per call."""
+    """Return births per second of wall-clock time, with this many loci per genome and n births per call."""
     layout = Layout([Gene(name="trait", letters=4, low=0.0, high=1.0)], loci=loci)
     toolbox = toolbox_of(OPERATORS, layout)
-    if not at_once:  # mutations without a DEAP function have no counterpart
+    if not at_once:  # mutations without a DEAP function cannot be compared
         toolbox.register("mate", lambda a, b: tools.cxTwoPoint(a, b))
         toolbox.register("mutate", lambda a, indpb: tools.mutUniformInt(a, 0, 3, indpb), indpb=0.005)
     operators = Operators(toolbox, layout)
@@ -37,7 +37,7 @@ def births_per_second(loci: int, n: int, at_once: bool, repeats: int) -> float:
 
 
 def main() -> None:
-    """Measure both ways at two lengths."""
+    """Measure both methods at two lengths."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--births", type=int, default=100_000)
     n = parser.parse_args().births

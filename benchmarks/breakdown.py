@@ -1,4 +1,4 @@
-"""Measure the parts of a tick: nanoseconds per animal of each system, with one and with two threads.
+"""Measure the parts of a tick: nanoseconds per animal for each system, with one and with two threads.
 
 python benchmarks/breakdown.py [--sizes 10000 30000 100000]
 """
@@ -49,8 +49,8 @@ def timed(world: World) -> Counter[str]:
 
 
 def networks_alone(n: int = 20_000, repeats: int = 9) -> str:
-    """Return how many times as fast two threads run networks alone, each with half of the animals: the
-    possible gain on this machine's processors."""
+    """Return how many times as fast two threads run networks alone, each with half of the animals, which is
+    the possible gain on this machine's processors."""
     import threading
 
     from ecs_eco.learning import Brain
@@ -80,7 +80,7 @@ def networks_alone(n: int = 20_000, repeats: int = 9) -> str:
             start = time.perf_counter()
             work()
             took.append(time.perf_counter() - start)
-        if turn:  # kernels are compiled in the first
+        if turn:  # the first turn compiles the kernels
             ratios.append(took[0] / took[1])
     return f"{statistics.median(ratios):.2f} ({min(ratios):.2f} to {max(ratios):.2f})"
 
@@ -91,7 +91,7 @@ def nothing(first: int, last: int, a: Any, b: Any, c: Any, d: Any, e: Any, f: An
 
 
 def handing_over(repeats: int = 2000) -> str:
-    """Return the time to divide an empty kernel between two threads and wait for its end: median and 90th
+    """Return the time to divide an empty kernel between two threads and wait for it: median and 90th
     percentile [µs]."""
     workers, arrays, took = Workers(2), [np.zeros(100) for _ in range(8)], []
     for _ in range(repeats):
@@ -99,7 +99,7 @@ def handing_over(repeats: int = 2000) -> str:
         workers.split(nothing, 10_000, *arrays)
         took.append(1e6 * (time.perf_counter() - start))
     workers.end()
-    took = sorted(took[repeats // 10 :])  # the kernel is compiled in the first
+    took = sorted(took[repeats // 10 :])  # the first calls compile the kernel
     return f"{statistics.median(took):.0f} ({took[len(took) * 9 // 10]:.0f})"
 
 

@@ -23,7 +23,7 @@ from ecs_eco.record.folder import Folder
 
 
 def timed(work: Any) -> float:
-    """Return the duration of a call [s]."""
+    """Return a call's duration [s]."""
     os.sync()
     start = time.perf_counter()
     work()
@@ -62,8 +62,8 @@ def sizes(animals: int, place: Path) -> list[dict[str, Any]]:
 
 
 def overheads(pairs: int, place: Path) -> list[dict[str, Any]]:
-    """Run the same world plain, with its recording on disk, and with checkpoints as well, in turns; return
-    medians of ratios."""
+    """Run the same world plain, with recording to disk, and also with checkpoints, in turns; return median
+    ratios."""
 
     def run(record: bool, every: int, ticks: int) -> float:
         world = World.from_config("predator-prey", seed=3, record=not record)
@@ -107,7 +107,7 @@ def overheads(pairs: int, place: Path) -> list[dict[str, Any]]:
 
 
 def main() -> None:
-    """Measure sizes and times, then overheads."""
+    """Measure sizes and times, then overhead."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--animals", type=int, default=100_000)
     parser.add_argument("--pairs", type=int, default=5)

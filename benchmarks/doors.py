@@ -1,12 +1,14 @@
-"""Measure agent-steps per second of each interface to a species, against MAgent2 through PettingZoo.
+"""Measure agent-steps per second through each interface to a species, and compare them with MAgent2 through
+PettingZoo.
 
     python benchmarks/doors.py [--agents 500] [--steps 200] [--rounds 5]
 
 Agents act at random. `external` passes arrays, `slots` is a Gymnasium vector of all agents, `parallel_env` uses
 PettingZoo's dicts; `within` is the same world without an interface, with random choices. MAgent2's battle, with
-about as many agents, is stepped through its parallel environment in the same run: each round takes all
-interfaces in turn, and the median over rounds counts. Seconds are processor time of one thread. Needs ecs-eco[rl]; MAgent2 is left out where it is not installed. The worlds differ: a deer
-senses 14 numbers, an agent of MAgent2 845.
+about as many agents, is stepped through its parallel environment in the same run: each round uses all
+interfaces in turn, and the median over rounds counts. Times are processor seconds of one thread. Needs
+ecs-eco[rl]; MAgent2 is skipped if it is not installed. The worlds differ: a deer senses 14 numbers, an
+MAgent2 agent 845.
 """
 
 import argparse
@@ -28,11 +30,11 @@ from ecs_eco import World
 from ecs_eco.config import load
 from ecs_eco.rl import parallel_env, slots
 
-Steps = Iterator[int]  # number of agents, in each step
+Steps = Iterator[int]  # number of agents in each step
 
 
 def world_of(agents: int) -> Any:
-    """Return a world of grass and deer without wolves, in which population sizes are held constant."""
+    """Return a world of grass and deer without wolves, where population sizes are held constant."""
     side = 240.0 * (agents / 700) ** 0.5
     return load(
         "predator_prey",
@@ -99,7 +101,7 @@ def magent(agents: int) -> Steps:
 
 
 def _map(agents: int) -> int:
-    """Return the side of the map for about this number of agents: the size of the map determines both
+    """Return the map's side for about this number of agents: the map size determines the size of both
     armies."""
     from magent2.environments import battle_v4
 
@@ -121,7 +123,7 @@ def speed(door: Steps, steps: int) -> float:
 
 
 def doors(agents: int) -> dict[str, Steps]:
-    """Return all interfaces, warmed up."""
+    """Return all interfaces after a warm-up."""
     config = world_of(agents)
     makers: dict[str, Callable[[], Steps]] = {
         "within, by chance": lambda: within(config),
@@ -134,7 +136,7 @@ def doors(agents: int) -> dict[str, Steps]:
 
         makers["MAgent2, parallel_env"] = lambda: magent(agents)
     except ModuleNotFoundError:
-        print("MAgent2 is not installed: left out")
+        print("MAgent2 is not installed: skipped")
     made = {name: make() for name, make in makers.items()}
     for door in made.values():
         speed(door, 5)

@@ -3,11 +3,11 @@ threads take turns, and Ctrl-C waits for the end of a tick.
 
     python benchmarks/firm_ground.py [--turns 150]
 
-One world, in one process, runs a few ticks in turns of four kinds, in random order: one `run` of all these
-ticks or `run(1)` for each, and the same with bare ticks, which run only the systems (neighbors are searched
-again after a run, because they may have moved). Ratios compare consecutive turns, so they depend neither on
-other work on the machine nor on the memory layout of the process; 95% intervals are bootstrapped over these
-sets of turns. For whole commits, before_after.py makes this comparison less precisely.
+One world in one process runs a few ticks per turn; the turns are of four kinds, in random order: one `run` of
+all these ticks or `run(1)` for each, and both with bare ticks, which run only the systems (neighbors are
+searched again after a run, because they may have moved). Ratios compare consecutive turns, so they depend
+neither on other work on the machine nor on the process's memory layout; 95% intervals are bootstrapped over
+sets of consecutive turns. To compare commits, use the less precise before_after.py.
 """
 
 import argparse
@@ -31,7 +31,7 @@ from ecs_eco.config import load
 
 
 def bare(world: World, ticks: int) -> None:
-    """Run ticks without checks of outside writes and without protection against interruption."""
+    """Run ticks without checking outside writes and without protection against interruption."""
     world._touch()
     world.context.show()
     for _ in range(ticks):
@@ -58,7 +58,7 @@ KINDS: dict[str, Callable[[World, int], Any]] = {
 
 
 def compare(world: World, ticks: int, turns: int) -> dict[str, list[float]]:
-    """Return the seconds of each turn by kind."""
+    """Return the duration [s] of each turn, by kind."""
     draws = random.Random(1)
     took: dict[str, list[float]] = {kind: [] for kind in KINDS}
     for _ in range(turns):
@@ -70,7 +70,7 @@ def compare(world: World, ticks: int, turns: int) -> dict[str, list[float]]:
 
 
 def main() -> None:
-    """Compare in three worlds and store the result."""
+    """Compare three worlds and store the result."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--turns", type=int, default=150)
     turns, rows = parser.parse_args().turns, []

@@ -1,10 +1,11 @@
-"""Measure the cost of genomes: the same world with and without genomes of unread genes, tick by tick in
-turns.
+"""Measure the cost of genomes: the same world with and without genomes whose genes are not read, tick by tick
+in turns.
 
     python benchmarks/genomes.py [--sizes 1000 10000] [--pairs 9]
 
-Animals share a policy, do not learn, mate and die of age; food is plentiful and births replace the dead. The
-genes have no effect, so all worlds have the same animals, births and deaths; the script checks this.
+Animals share a policy, do not learn, mate and die of old age; food is plentiful, and births replace dead
+animals. The genes have no effect, so all worlds have the same animals, births and deaths, which the script
+checks.
 """
 
 import argparse
@@ -34,13 +35,13 @@ EYE = {"name": "eye", "trait": "sensors.plant.range", "letters": 4, "low": 1.0, 
 GENES = {
     "a marker": [{"name": "marker", "letters": 4, "low": 0.0, "high": 1.0}],
     "3 traits, neutral-drift": TRAITS,
-    "3 traits and a sense, neutral-drift": [*TRAITS, EYE],  # own senses are read by a different code path
+    "3 traits and a sense, neutral-drift": [*TRAITS, EYE],  # own senses use a different code path
 }
 
 
 def meadow(animals: int, genes: list[dict[str, Any]] | None) -> dict[str, Any]:
-    """Return the world of the benchmarks without hunting and with sexual reproduction; None gives a world
-    without genomes."""
+    """Return the benchmarks' world without hunting and with sexual reproduction; for None, without
+    genomes."""
     config = _bench.savanna(animals)
     for name in ("grazer", "hunter"):
         species = config["species"][name]
@@ -68,7 +69,7 @@ def meadow(animals: int, genes: list[dict[str, Any]] | None) -> dict[str, Any]:
 
 
 def build(animals: int, genes: str | None) -> World:
-    """Return a world whose founders are of all ages, shortly after its start."""
+    """Return a world with founders of all ages, shortly after its start."""
     controls = () if genes is None else ("neutral-drift",)
     config = meadow(animals, None if genes is None else GENES[genes])
     world = World.from_config(config, seed=1, policies="untrained", controls=controls)
@@ -79,7 +80,7 @@ def build(animals: int, genes: str | None) -> World:
 
 
 def numbers(world: World) -> tuple[int, int]:
-    """Return the numbers of living animals and of births."""
+    """Return the numbers of living animals and births."""
     series = world.series().to_pydict()
     mine = [i for i, s in enumerate(series["species"]) if s != "plant"]
     return (
@@ -89,7 +90,7 @@ def numbers(world: World) -> tuple[int, int]:
 
 
 def measure(animals: int, pairs: int, ticks: int) -> list[dict[str, Any]]:
-    """Time worlds without and with genomes in turns; ratios of the times of the same ticks."""
+    """Time worlds without and with genomes in turns; return the ratios of times for the same ticks."""
     worlds = {way: build(animals, way) for way in (None, *GENES)}
     times: dict[str | None, list[float]] = {way: [] for way in worlds}
     before = numbers(worlds[None])[1]

@@ -1,12 +1,12 @@
-"""Compare this commit with another in the work of other benchmarks, in turns.
+"""Compare this commit with another on the work of other benchmarks, in turns.
 
     python benchmarks/in_turns.py --before COMMIT [--folder CHECKOUT] [--turns 9]
         [--cases learners wolves memory]
 
 `learners`: individual_ppo.py, 1,000 animals with a network each, on two threads. `wolves`: wolf_sheep.py
-without Mesa, at all its sizes. `memory`: memory.py, after esper has been asked for all ids. One process waits
-while the other works, and each does the work of its own commit's script. `before` and `now` are the medians
-of all turns, `best` the minimum or maximum; the ratio is this commit's figure divided by the other's, turn by
+without Mesa, at all its sizes. `memory`: memory.py, after a request for all of esper's ids. One process waits
+while the other works; each does the work of its own commit's script. `before` and `now` are medians over
+turns, and `best` the minimum or maximum; the ratio is this commit's figure divided by the other's, turn by
 turn: median and quartiles.
 """
 
@@ -90,7 +90,7 @@ CASES: dict[str, list[tuple[str, str, bool, str, int]]] = {
 
 
 def start(place: Path, code: str) -> subprocess.Popen[str]:
-    """Return a process that works with the package and the benchmarks of a place, once for each line."""
+    """Return a process that uses the package and benchmarks at a path and works once for each input line."""
     return subprocess.Popen(
         [sys.executable, "-c", BEGIN + code],
         cwd=place,
@@ -102,7 +102,7 @@ def start(place: Path, code: str) -> subprocess.Popen[str]:
 
 
 def turn(process: subprocess.Popen[str]) -> float:
-    """Run one process once; return its figure."""
+    """Have one process work once; return its figure."""
     assert process.stdin is not None
     assert process.stdout is not None
     process.stdin.write("\n")
@@ -111,7 +111,7 @@ def turn(process: subprocess.Popen[str]) -> float:
 
 
 def measure(before: Path, work: str, unit: str, more: bool, code: str, turns: int) -> dict[str, Any]:
-    """Return the row of one piece of work."""
+    """Return one case's row."""
     both = [start(before, code), start(ROOT, code)]
     took: list[list[float]] = [[], []]
     for number in range(turns):
@@ -137,7 +137,7 @@ def measure(before: Path, work: str, unit: str, more: bool, code: str, turns: in
 
 
 def main() -> None:
-    """Measure the cases that are asked for."""
+    """Measure the requested cases."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--cases", nargs="+", choices=CASES, default=list(CASES))
     parser.add_argument("--before", metavar="COMMIT", required=True)

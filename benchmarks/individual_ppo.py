@@ -1,12 +1,11 @@
-"""Measure the cost of a brain for every animal: ms per tick to infer, to remember and to learn by PPO.
+"""Measure the cost of a brain for every animal: ms per tick for inference, storage and learning by PPO.
 
     python benchmarks/individual_ppo.py [--sizes 300 1000 3000] [--threads 1 2]
 
-Each animal has its own weights, its own Adam and its own rollout of 32 ticks, and uses each transition in 4
-epochs; all were born in the same tick. The comparison is the same networks and the same loss in torch
-(baddbmm and autograd over the whole population, torch.optim.Adam) in the same run; all animals learn in every
-32nd tick. One thread is timed by processor time, which other work disturbs less; more threads by wall-clock
-time.
+Each animal has its own weights, Adam optimizer and 32-tick rollout, and uses each transition in 4 epochs; all
+were born in the same tick. For comparison, the same run uses the same networks and loss in torch (baddbmm and
+autograd over the whole population, torch.optim.Adam); all animals learn in every 32nd tick. One thread is
+timed by processor time, which other work disturbs less; more threads by wall-clock time.
 """
 
 import argparse
@@ -34,7 +33,7 @@ PARTS = ("think", "choose", "remember", "learn")
 
 
 class Herd:
-    """Animals that see and earn noise, and how long the parts of their ticks take."""
+    """Animals with random observations and rewards, and the duration of the parts of their ticks."""
 
     def __init__(
         self, n: int, n_observations: int, hidden: tuple[int, ...], actions: int, threads: int
@@ -54,8 +53,8 @@ class Herd:
         self.tick = 0
 
     def live(self) -> list[float]:
-        """Live through one tick; return the time of its PARTS [s]. As in a run, whether threads share it is
-        decided by what ticks took lately."""
+        """Run one tick; return the time of its PARTS [s]. As in a run, recent tick times decide whether
+        threads share the work."""
         times: list[float] = []
         self.world.workers.tick(lambda: times.extend(self._live()), lambda: len(self.rows))
         return times
@@ -102,7 +101,7 @@ class Plain:
         return x[..., :-1], x[..., -1]
 
     def act(self) -> None:
-        """Think for one tick."""
+        """Run inference for one tick."""
         with torch.inference_mode():
             self.forward(self.now)
 
@@ -151,7 +150,7 @@ def shortest(work: Callable[[], object], repeats: int, threads: int) -> float:
 
 
 def measure(n: int, network: tuple[int, tuple[int, ...], int], threads: int, repeats: int) -> dict[str, Any]:
-    """Time one population by hand and the plain way, in turn."""
+    """Time one population with our code and with plain torch, in turn."""
     torch.set_num_threads(threads)
     herd, plain, horizon = Herd(n, *network, threads), Plain(n, *network), SETTINGS.horizon
     for _ in range(horizon):
@@ -159,7 +158,7 @@ def measure(n: int, network: tuple[int, tuple[int, ...], int], threads: int, rep
     plain.act()
     plain.update()
     rounds, acts, updates = [], [], []
-    for _ in range(repeats):  # of a horizon each: every animal learns once
+    for _ in range(repeats):  # one horizon each, so every animal learns once
         rounds.append(np.mean([herd.live() for _ in range(horizon)], axis=0) * 1e3)
         acts.append(shortest(plain.act, 10, threads))
         updates.append(shortest(plain.update, 1, threads) / horizon)

@@ -1,11 +1,11 @@
-"""Measure the cost of a call of a kernel from Python, by the form of its arguments.
+"""Measure the cost of calling a kernel from Python, by the form of its arguments.
 
     python benchmarks/kernel_arguments.py [--rounds 40]
 
-Each kernel reads the first number of each of its arrays: the time is that of the call. The same arrays come
-one by one, in named tuples that numba takes apart itself, in plain tuples, in named tuples of which Python
-hands over the fields (`ecs_eco.compiled.views`), and as records that hold addresses. `made` is what it takes
-to make all of them once, from arrays that are there. Each form is timed in turn, and the least time counts.
+Each kernel only reads the first number of each array, so the time is the call's. The same arrays are passed
+individually, in named tuples that numba unpacks, in plain tuples, in named tuples whose fields Python passes
+(`ecs_eco.compiled.views`), and as records that contain addresses. `made` is the time to create all arguments
+once, from existing arrays. Each form is timed in turn, and the shortest time counts.
 """
 
 import argparse
@@ -27,7 +27,7 @@ from ecs_eco import njit
 from ecs_eco.engine.addresses import address_of, column_at
 
 CALLS = 2000
-SHAPES = ((1, 6), (3, 6), (5, 6), (4, 10))  # how many views of how many arrays
+SHAPES = ((1, 6), (3, 6), (5, 6), (4, 10))  # number of views, and arrays per view
 
 
 def written(source: str, **names: Any) -> Any:
@@ -37,8 +37,8 @@ def written(source: str, **names: Any) -> Any:
 
 
 def forms(views: int, each: int) -> dict[str, tuple[Callable[[], Any], Callable[[], Any]]]:
-    """Return, for each form of arguments, a call of a kernel with `views` times `each` arrays and a
-    function that creates its arguments."""
+    """Return, for each form of arguments, a kernel call with `views` times `each` arrays and a function that
+    creates its arguments."""
     fields, numbers = [f"a{k}" for k in range(each)], range(views)
     arrays = [np.arange(8, dtype=(np.float32, np.int64)[k % 2]) for k in range(views * each)]
     groups = [arrays[v * each : (v + 1) * each] for v in numbers]
@@ -77,7 +77,7 @@ def forms(views: int, each: int) -> dict[str, tuple[Callable[[], Any], Callable[
 
 
 def least(work: Callable[[], Any]) -> float:
-    """Return the shortest duration of many calls [µs]."""
+    """Return the shortest duration [µs] of many calls."""
     return timeit.timeit(work, number=CALLS) / CALLS * 1e6
 
 

@@ -5,12 +5,12 @@ tick.
     python benchmarks/main_job.py --train [--before COMMIT] [--ticks 3000] [--pairs 3]
     python benchmarks/main_job.py --calls
 
-Processes of this commit and, if given, of another run in turns, each with its own world recorded on disk. The
-table shows the wall-clock and processor seconds of `World.run`, without the start of the process. `Python
-calls a tick` counts the Python functions and kernels called in ticks 1,001 to 1,070, without the calls of
-`run` itself. `end` is the number of living organisms at the end, which differs if digests differ. `--train`
-measures in the same way how long policies of predator-prey learn from random weights. `--calls` measures the
-cost of a call of a kernel, by the number of its arrays.
+Processes with this commit and, if given, with another run in turns, each with its own world recorded on disk.
+The table shows the wall-clock and processor seconds of `World.run`, excluding the process's start. `Python
+calls a tick` counts the Python functions and kernels called in ticks 1,001 to 1,070, excluding the calls of
+`run`. `end` describes the final state, which differs if digests differ. `--train` measures in the same way
+how long predator-prey policies take to learn from random weights. `--calls` measures the cost of a kernel
+call, by the number of its arrays.
 """
 
 import argparse
@@ -110,7 +110,7 @@ def pairs(places: dict[str, Path], ticks: int, n: int, train: bool) -> list[dict
 
 
 def call_of(n: int) -> dict[str, Any]:
-    """Return the duration of a call of an empty kernel with n arrays."""
+    """Return the duration of a call to an empty kernel with n arrays."""
     import numba
     import numpy as np
 
@@ -129,7 +129,7 @@ def call_of(n: int) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Measure this commit, next to another if one is given."""
+    """Measure this commit and, if given, another."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--calls", action="store_true", help="measure only the cost of calling a kernel")
     parser.add_argument("--before", metavar="COMMIT")

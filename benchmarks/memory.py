@@ -1,5 +1,5 @@
-"""Measure memory per animal: columns and index; Python objects after esper has been asked for all ids, and
-after its loop has visited a component of each animal; and a transition of a rollout.
+"""Measure memory per animal: columns and index; Python objects after a request for all of esper's ids, and
+after esper's loop has visited a component of each animal; and a rollout transition.
 
     python benchmarks/memory.py [--animals 100000]
 """
@@ -22,13 +22,13 @@ from ecs_eco.components import Metabolism
 
 
 def resident() -> int:
-    """Return the memory of this process [bytes]."""
+    """Return this process's memory [bytes]."""
     pages = int(Path("/proc/self/statm").read_text().split()[1])
     return pages * resource.getpagesize()
 
 
 def main() -> None:
-    """Build a small world to load all modules, then a large one, visit it through esper, and compare."""
+    """Build a small world to load all modules, then a large one; visit it through esper, and compare."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--animals", type=int, default=100_000)
     n = parser.parse_args().animals
@@ -44,10 +44,10 @@ def main() -> None:
     world.run(3)
     without = resident() - before
     with world:
-        world.sync()  # a number for each animal
+        world.sync()  # one number per animal
         gc.collect()
         known = resident() - before
-        esper.get_component(Metabolism)  # an entity and a handle for each
+        esper.get_component(Metabolism)  # one entity and one handle per animal
         esper.clear_cache()
         gc.collect()
         looked_at = resident() - before

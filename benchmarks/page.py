@@ -32,10 +32,10 @@ from ecs_eco.view.live import Live
 from ecs_eco.view.player import Player
 from ecs_eco.view.server import Server
 
-ANIMALS = 0.2  # share of organisms that move from frame to frame; plants do not move
+ANIMALS = 0.2  # share of organisms that move between frames; plants do not move
 GOAL = 3.0  # [ms] for decoding and rendering together
-# The page keeps running means with a weight of 1/10 for the last frame:
-# the duration of one frame follows from two of them.
+# The page keeps running means with a weight of 1/10 for the latest frame, so two consecutive means give the
+# duration of one frame.
 LISTEN = """() => {
   window.times = {decode: [], render: []};
   let [frames, renders, decode, render] = [ecs.frames, ecs.renders, ecs.decodeMs, ecs.renderMs];
@@ -61,7 +61,7 @@ class Wander(System):
 
 
 def made(organisms: int) -> World:
-    """Return a world of plants that stand still and animals that move."""
+    """Return a world of stationary plants and moving animals."""
     side, rng = float(np.sqrt(organisms)), np.random.default_rng(1)
     world = World([side, side], seed=1)
     animals = round(organisms * ANIMALS)
@@ -106,7 +106,7 @@ def watched(organisms: int) -> Iterator[Server]:
 
 
 def measure(page: Any, colour: str, frames: int) -> dict[str, list[float]]:
-    """Return the durations of decoding and drawing some frames [ms], colored by a variable."""
+    """Return the durations [ms] of decoding and drawing some frames, colored by a variable."""
     page.locator("#colour").select_option(colour)
     page.evaluate(LISTEN)
     until(page, f"Math.min(times.decode.length, times.render.length) >= {frames}", 1800)
@@ -144,8 +144,8 @@ def frames(organisms: int, n: int) -> tuple[list[dict[str, Any]], dict[str, Any]
 
 
 def memory(minutes: float, looks: int = 10) -> tuple[list[dict[str, Any]], dict[str, Any]]:
-    """Watch predator-prey with an animal selected at 20 ticks per second; return the memory of page and
-    server [MB] at regular intervals."""
+    """Watch predator-prey with an animal selected at 20 ticks per second; return page and server memory [MB]
+    at regular intervals."""
     rows: list[dict[str, Any]] = []
     with served("watch", "predator-prey", "--seed", "1") as run, launched() as browser:
         page = browser.new_page(viewport={"width": 1000, "height": 640})

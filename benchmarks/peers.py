@@ -1,14 +1,14 @@
-"""Compare frameworks: organism-steps per second of grazers that look for their nearest neighbor, move, eat
+"""Compare frameworks: organism-steps per second of grazers that search for their nearest neighbor, move, eat
 and breed, in ecs-eco, in other frameworks and as a bare loop, in one run on one machine.
 
     python benchmarks/peers.py [--sizes 1000 10000 100000] [--peers ecs-eco Mesa …] [--rounds 3] [--short]
-    python benchmarks/peers.py --others PYTHON --frames PYTHON   # interpreters that have the frameworks
+    python benchmarks/peers.py --others PYTHON --frames PYTHON   # interpreters with the frameworks installed
 
 Each framework implements the task in its own idiom (`peers_grazing.py`, `peers_others.py`); frameworks that
-cannot express it run a different task, named in the table, to indicate the cost of a tick. Each runs in a
-process with one thread; they take turns, and the best round counts; set-up and the first tick are not timed.
-A process is stopped after `--limit` seconds. If the task is common, numbers of animals must agree with the
-bare loop.
+cannot express it run a different task, named in the table, to indicate their cost per tick. Each runs in a
+process with one thread; they take turns, and the best round counts; setup and the first tick are not timed. A
+process is stopped after `--limit` seconds. In the common task, numbers of animals must agree with the bare
+loop's.
 """
 
 import argparse
@@ -27,7 +27,7 @@ import _bench
 _bench.pin_threads()
 
 ROOT = Path(__file__).parents[1]
-PEERS = {  # module, function, whether it is the common task
+PEERS = {  # module, function, and whether it runs the common task
     "bare loop": ("peers_grazing", "bare", True),
     "ecs-eco": ("peers_grazing", "ecs_eco", True),
     "Mesa": ("peers_others", "mesa", True),
@@ -37,19 +37,19 @@ PEERS = {  # module, function, whether it is the common task
     "MAgent2 battle, arrays": ("peers_others", "magent2_arrays", False),
     "PettingZoo pursuit": ("peers_others", "pursuit", False),
 }
-PATIENCE, TIMED = 3.0, 200  # [s] of a round, maximum of its ticks
+PATIENCE, TIMED = 3.0, 200  # [s] per round, and maximum number of ticks
 WARM = 60  # ticks until births and starvation occur
 COMPARED = 20  # ticks after which numbers of animals are compared
 
 
 def one(peer: str, n: int, seed: int) -> dict[str, Any]:
-    """Run a peer in this process; return organism-steps per second, and the number of living animals after
+    """Run a peer in this process; return organism-steps per second and the number of living animals after
     COMPARED ticks."""
     import importlib
 
     module, function, _ = PEERS[peer]
     make: Callable[..., Any] = getattr(importlib.import_module(module), function)
-    if module == "peers_grazing":  # compilation happens on a small world
+    if module == "peers_grazing":  # compile in a small world
         tick, _ = make(100, seed)
         for _ in range(WARM):
             tick()
@@ -118,7 +118,7 @@ def rows_of(found: dict[tuple[str, int], list[dict[str, Any]]]) -> list[dict[str
 
 
 def figure(rows: list[dict[str, Any]], path: Path) -> None:
-    """Draw organism-steps per second over the number of animals."""
+    """Draw organism-steps per second against the number of animals."""
     import matplotlib as mpl
 
     mpl.use("Agg")
@@ -148,7 +148,7 @@ def main() -> None:
     parser.add_argument("--sizes", nargs="+", type=int, default=[1000, 10_000, 100_000])
     parser.add_argument("--peers", nargs="+", choices=PEERS, default=list(PEERS))
     parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("--limit", type=float, default=600, metavar="S", help="time limit of a process")
+    parser.add_argument("--limit", type=float, default=600, metavar="S", help="time limit for each process")
     parser.add_argument(
         "--others", default=sys.executable, metavar="PYTHON", help="interpreter with the other frameworks"
     )

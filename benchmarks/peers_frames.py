@@ -1,6 +1,7 @@
-"""The common task of `peers.py` in mesa-frames: agents are rows of a polars DataFrame, steps are expressions.
+"""The common task of `peers.py` in mesa-frames: agents are rows in a polars DataFrame, and steps are
+expressions.
 
-Its spaces are grids of cells; a join of cells finds neighbors within REACH on the plane.
+Its spaces are grids of cells; a join on cells finds neighbors within REACH on the plane.
 """
 
 import math
@@ -49,7 +50,7 @@ def mesa_frames(n: int, seed: int) -> Model:
             )
 
         def step(self) -> None:
-            """Look, turn, walk, eat, divide or die, all grazers at once; then grow grass."""
+            """Have all grazers look, turn, walk, eat, and divide or die at once; then grow grass."""
             rng = self.model.random
             walked = turned(self.agents, size).with_columns(
                 x=(pl.col("x") + SPEED * pl.col("heading").cos()) % size,
@@ -122,7 +123,8 @@ def turned(agents: Any, size: float) -> Any:
 
 
 def eaters(walked: Any, ripe: np.ndarray, sites: int) -> np.ndarray:
-    """Return which grazers get a tuft, bool[n]: the first at each ripe site within BITE; remove the tufts."""
+    """Return bool[n], which grazers get a tuft (the first at each ripe site within BITE), and remove the
+    tufts."""
     x, y = walked["x"].to_numpy(), walked["y"].to_numpy()
     i, j = (np.minimum((a / SITE).astype(int), sites - 1) for a in (y, x))
     site = i * sites + j

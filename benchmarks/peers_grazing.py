@@ -1,6 +1,6 @@
 """The common task of `peers.py`: grazers that flee each other, as a bare loop and in ecs-eco.
 
-The space is a torus with tufts on sites of 3 m. In each tick (1 s), every grazer looks for the nearest other
+The space is a torus with one tuft per 3 m site. In each tick (1 s), every grazer finds the nearest other
 grazer within REACH, turns away from it by TURN, walks SPEED, pays COST, eats the tuft that it touches and
 gains GAIN up to a store of 1. With at least ENOUGH, it divides with probability CHANCE and gives its young
 GIVEN; without energy, it dies. A site without a tuft grows one with probability REGROWTH.
@@ -13,19 +13,19 @@ from typing import Any
 import numba as nb
 import numpy as np
 
-DENSITY = 0.045  # grazers per square meter at the start: ten within REACH
+DENSITY = 0.045  # initial grazers per square meter: ten within REACH
 REACH, TURN, SPEED, COST, GAIN = 8.4, 0.8, 0.5, 0.02, 0.4
 ENOUGH, GIVEN, CHANCE, REGROWTH, SITE, BITE = 0.8, 0.4, 0.1, 0.02, 3.0, 0.7
-Model = tuple[Callable[[], object], Callable[[], int]]  # per tick, and the expected number that survives
+Model = tuple[Callable[[], object], Callable[[], int]]  # run a tick; return the number of living agents
 
 
 def side(n: int) -> float:
-    """Return the side of the world [m], a whole number of sites."""
+    """Return the world's side [m], a whole number of sites."""
     return SITE * round(math.sqrt(n / DENSITY) / SITE)
 
 
 def bare(n: int, seed: int) -> Model:
-    """Run the task as compiled loops over arrays, without identities, records and ledger: the lower bound."""
+    """Run the task as compiled loops over arrays, without identities, records or ledgers: the lower bound."""
     rng = np.random.default_rng(seed)
     size, room = side(n), 4 * n
     x, y, heading = (rng.uniform(0, top, room) for top in (size, size, 2 * math.pi))
@@ -116,7 +116,7 @@ def _live(x, y, heading, energy, ripe, n, size, rng):
 
 
 def ecs_eco(n: int, seed: int) -> Model:
-    """Run the task as a world file, with ledgers of energy, causes of death, identities and parents."""
+    """Run the task as a world file, with energy ledgers, causes of death, identities and parents."""
     from ecs_eco import World
 
     world = World.from_config(config(n), seed=seed)

@@ -1,4 +1,4 @@
-"""The common task of `peers.py` in other frameworks, each in the style of its own documentation; and
+"""The common task of `peers.py` in other frameworks, each in the style of its own documentation, and
 different tasks for frameworks that cannot express it."""
 
 import math
@@ -43,13 +43,13 @@ class Meadow:
 
 
 def away(heading: float, offset: Any) -> float:
-    """Return the turn away from a neighbor at an offset."""
+    """Return the turn away from a neighbor at a given offset."""
     left = math.cos(heading) * offset[1] - math.sin(heading) * offset[0]
     return -TURN if left > 0 else TURN
 
 
 def live(one: Any, place: Any, meadow: Meadow, rng: np.random.Generator) -> bool:
-    """Pay, and eat at the agent's position; return whether it divides, for which it has then paid."""
+    """Pay, and eat at the agent's position; return whether it divides, which is then already paid for."""
     one.energy -= COST
     if meadow.bite(*place):
         one.energy = min(1.0, one.energy + GAIN)
@@ -76,7 +76,7 @@ def mesa(n: int, seed: int) -> Model:
             self.heading = model.rng.uniform(0, 2 * math.pi)
 
         def step(self) -> None:
-            """Look, turn, walk, eat, divide or die."""
+            """Look, turn, walk, eat, and divide or die."""
             others, distances = self.get_nearest_neighbors(k=1)
             if others and distances[0] < REACH:
                 offset = self.space.calculate_difference_vector(self.position, [others[0]])[0]
@@ -132,7 +132,7 @@ def agentpy(n: int, seed: int) -> Model:
             self.energy, self.heading = energy, rng.uniform(0, 2 * math.pi)
 
         def step(self) -> None:
-            """Look, turn, walk, eat, divide or die."""
+            """Look, turn, walk, eat, and divide or die."""
             space = self.model.space
             if (offset := nearest(space, self, size)) is not None:
                 self.heading += away(self.heading, offset)
@@ -152,7 +152,7 @@ def agentpy(n: int, seed: int) -> Model:
             self.space.add_agents(self.grazers, positions=[rng.uniform(0, size, 2) for _ in range(n)])
 
         def step(self) -> None:
-            """Step all grazers, then births, deaths and grass."""
+            """Step all grazers, then handle births, deaths and grass."""
             self.grazers.step()
             for one in self.dead:
                 self.space.remove_agents(one)
@@ -173,7 +173,7 @@ def magent2(n: int, seed: int, arrays: bool = False) -> Model:
     dicts or its arrays."""
     from magent2.environments import battle_v4
 
-    width = max(12, round(math.sqrt(n / 0.04)))  # battle fills about this share of its map
+    width = max(12, round(math.sqrt(n / 0.04)))  # agents fill about this share of battle's map
     env = battle_v4.parallel_env(map_size=min(width, 1000), max_cycles=10**9)
     env.reset(seed=seed)
     rng = np.random.default_rng(seed)
@@ -195,13 +195,13 @@ def magent2(n: int, seed: int, arrays: bool = False) -> Model:
 
 
 def magent2_arrays(n: int, seed: int) -> Model:
-    """Run the same battle through its arrays."""
+    """Run MAgent2's battle through its arrays."""
     return magent2(n, seed, arrays=True)
 
 
 def pursuit(n: int, seed: int) -> Model:
-    """Run PettingZoo's pursuit with random actions: a fixed number of pursuers on a grid that grows with
-    them."""
+    """Run PettingZoo's pursuit with random actions: a fixed number of pursuers on a grid proportional to that
+    number."""
     from pettingzoo.sisl import pursuit_v5
 
     width = max(16, round(math.sqrt(n / 0.03)))

@@ -18,7 +18,7 @@ from ecs_eco import World
 
 
 def meadow(plants: int) -> dict:
-    """Return a world of plants that grow by light, spread to sites within 10 m, and die of age."""
+    """Return a world of plants that grow with light, spread to sites within 10 m, and die of old age."""
     side = 2.0 * math.sqrt(plants / 0.8)
     plant = {
         "count": plants,

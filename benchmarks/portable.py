@@ -2,7 +2,7 @@
 
     python benchmarks/portable.py [--worlds reflexes lamb] [--pairs 3]
 
-A ratio is the median over pairs of two processes that ran one after the other. Learners learn every 16 ticks.
+A ratio is the median over pairs of consecutive processes. Learners learn every 16 ticks.
 """
 
 import argparse

@@ -1,10 +1,10 @@
-"""Compare this commit with another in PPO of one shared network and of individual networks, in turns.
+"""Compare this commit with another on PPO with one shared network and with individual networks, in turns.
 
     python benchmarks/ppo_roads.py --folder CHECKOUT [--turns 9]
 
-The jobs are an update of a shared 24-64-64-6 network from rollouts of 16 ticks of 10,000 animals, and a
-horizon of 32 ticks of 1,000 animals with a 24-32-8 network each, without inference. One thread is timed by
-processor time. The ratio is this commit's time divided by that of the checkout, turn by turn.
+The jobs are an update of a shared 24-64-64-6 network from 16-tick rollouts of 10,000 animals, and a horizon
+of 32 ticks for 1,000 animals that each have a 24-32-8 network, without inference. One thread is timed by
+processor time. The ratio is this commit's time divided by the checkout's, turn by turn.
 """
 
 import argparse

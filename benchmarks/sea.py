@@ -1,5 +1,5 @@
 """Measure plankton-steps per second in one sea: the world diel-migration with a wider surface, active
-policies, ledger and recorder on.
+policies, and ledger and recorder on.
 
     python benchmarks/sea.py [--sizes 1000 10000 100000]
     python benchmarks/sea.py --life        # the shipped world: training from random weights, 20 days to disk
@@ -22,8 +22,8 @@ from ecs_eco.config import WorldConfig, load
 
 
 def sea(plankton: int) -> WorldConfig:
-    """Return the sea at its original density, wide enough for this number of phytoplankton, copepods and
-    krill at the start."""
+    """Return the sea at its original density, wide enough for this initial number of phytoplankton, copepods
+    and krill."""
     shipped = load("diel-migration")
     now = {name: s.count for name, s in shipped.species.items()}
     factor = plankton / sum(now.values())
@@ -40,7 +40,7 @@ def sea(plankton: int) -> WorldConfig:
 
 
 def lifetime() -> None:
-    """Time a training from random weights and the run that follows, once each, with compiled kernels."""
+    """Time training from random weights and the subsequent run, once each, with compiled kernels."""
     from ecs_eco.lab.pretraining import pretrain
     from ecs_eco.record import run_to_folder
 
@@ -71,7 +71,7 @@ def lifetime() -> None:
 
 
 def main() -> None:
-    """Measure all sizes in turn, from noon on."""
+    """Measure all sizes in turn, starting at noon."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--sizes", type=int, nargs="+", default=[1000, 10_000, 100_000])
     parser.add_argument("--life", action="store_true", help="time the shipped world instead")

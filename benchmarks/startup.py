@@ -1,4 +1,4 @@
-"""Measure commands as whole processes: `--help`, and a run of 100 ticks with and without compiled kernels.
+"""Measure commands as complete processes: `--help`, and a run of 100 ticks with and without compiled kernels.
 
 python benchmarks/startup.py
 """
@@ -20,9 +20,9 @@ _bench.pin_threads()
 
 
 def seconds(arguments: list[str], cache: Path) -> float:
-    """Run one command in a separate process and return its wall time [s]."""
+    """Run one command in a separate process and return its wall-clock time [s]."""
     environment = os.environ | {"ECS_ECO_CACHE": str(cache)}
-    environment.pop("PYTHONDONTWRITEBYTECODE", None)  # users do not compile all sources at each start
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)  # users do not compile all source files at each start
     start = time.perf_counter()
     subprocess.run(
         [sys.executable, "-c", "from ecs_eco.cli import main; main()", *arguments],

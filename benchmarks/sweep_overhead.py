@@ -1,9 +1,9 @@
-"""Measure the overhead of a sweep: the same runs in turn, bare and as jobs, on the same workers.
+"""Measure the overhead of a sweep: the same runs, alternately bare and as jobs, on the same workers.
 
     python benchmarks/sweep_overhead.py [--runs 20] [--ticks 1000] [--workers 2] [--on local] [--pairs 3]
 
-Both kinds record into folders; the two runs of a pair alternate in order, in workers with compiled kernels.
-Bare runs always use local processes.
+Both kinds record to folders; the order within pairs alternates, and workers have compiled kernels. Bare runs
+always use local processes.
 """
 
 import argparse
@@ -36,7 +36,7 @@ SMALL = {
 
 
 def bare(config: Any, seed: int, ticks: int, folder: Path) -> str:
-    """Run a world into a folder; return its digest."""
+    """Run a world and record it to a folder; return its digest."""
     from ecs_eco.record import run_to_folder
 
     return str(
@@ -53,7 +53,7 @@ def bare_runs(pool: Executor, place: Path, runs: int, ticks: int) -> list[str]:
 
 
 def swept(pool: Executor, place: Path, runs: int, ticks: int) -> list[str]:
-    """Run them as a sweep; return the digests by seed."""
+    """Run all worlds as a sweep; return the digests by seed."""
     plan = {"world": "predator-prey", "set": SMALL, "policies": "random", "ticks": ticks, "world_seeds": runs}
     outcome = run_sweep(plan, place, executor=pool)
     assert outcome.whole, outcome.failed

@@ -1,10 +1,10 @@
-"""Measure births per second with genomes of variable length: unequal crossover, duplicated and deleted genes,
-inserted, deleted and changed letters; all at once, and one by one through functions with DEAP's signature.
+"""Measure births per second with genomes of variable length: unequal crossover; duplicated and deleted genes;
+inserted, deleted and changed letters; all at once, or one by one through functions with DEAP's signature.
 
     python benchmarks/variable_births.py [--births 50000]
 
-Parents come from 30 generations of random mating, so that their strings differ in length and copies. Births
-with the same genes on strings of fixed length are measured in alternation with them.
+Parents come from 30 generations of random mating, so that their strings differ in length and gene copies.
+They alternate with births with the same genes on strings of fixed length.
 """
 
 import argparse
@@ -32,7 +32,7 @@ LETTERS = 4  # probabilities per codon, one for each gene
 
 
 def section(letters: int, ploidy: int, variable: bool) -> GenomeSection:
-    """Return a genome with as many genes as fit into this number of letters, with promoters of 4 or 5
+    """Return a genome with as many genes as fit in this number of letters, with promoters of 4 or 5
     letters."""
     genes = [{"name": f"g{i}", "letters": LETTERS, "low": 0.0, "high": 1.0} for i in range(letters // 10)]
     if not variable:
@@ -86,7 +86,7 @@ def at_once(letters: int, ploidy: int, n: int, turns: int) -> list[dict[str, Any
 
 
 def one_by_one(letters: int, n: int) -> dict[str, Any]:
-    """Measure the same births through a function with DEAP's signature, and DEAP's own mutation."""
+    """Measure the same births through a function with DEAP's signature, and through DEAP's own mutation."""
     of = section(letters, 1, True)
     operators = operators_of(of, layout_of(of))
     crossing = UnequalCrossover(operators.layout)

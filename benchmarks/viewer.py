@@ -1,4 +1,4 @@
-"""Measure the cost of a viewer in a run, the time to encode a frame, and the cost of a page that stalls.
+"""Measure the cost of a viewer during a run, the time to encode a frame, and the cost of a stalled page.
 
 python benchmarks/viewer.py [--organisms 11000] [--pairs 40] [--processes 5] [--minutes 0.33]
                             [--only cost|frames|stall|rewind]
@@ -29,7 +29,7 @@ from ecs_eco.view.live import Live
 from ecs_eco.view.player import Player
 from ecs_eco.view.server import Server
 
-PLANTS = 0.8  # per animal: about as many as remain when plants are eaten as fast as they grow
+PLANTS = 0.8  # plants per animal: about as many as remain when plants are eaten as fast as they grow
 
 
 def made(organisms: int, record: bool = True) -> World:
@@ -39,8 +39,8 @@ def made(organisms: int, record: bool = True) -> World:
 
 
 def read_all(port: int, credential: str) -> None:
-    """Act as a page in a separate process: read and acknowledge every frame, and report their number at
-    the end."""
+    """Act as a page in a separate process: read and acknowledge every frame, and report the number of frames
+    at the end."""
     from websockets.exceptions import ConnectionClosed
     from websockets.sync.client import connect
 
@@ -81,19 +81,18 @@ def page(server: Server) -> Any:
 
 
 def run(world: World, ticks: int) -> tuple[float, float]:
-    """Run the world for some ticks; return the wall-clock time and the processor time of the whole process
-    [s]."""
+    """Run the world for some ticks; return the wall-clock time and the process's processor time [s]."""
     wall, work = time.perf_counter(), time.process_time()
     world.run(ticks)
     return time.perf_counter() - wall, time.process_time() - work
 
 
 def cost(organisms: int, pairs: int) -> tuple[dict[str, float], dict[str, Any]]:
-    """Run the same world twice, alternating every 0.4 s: once alone, once with a server and a page that reads
+    """Run two copies of a world, alternating every 0.4 s: one alone, one with a server and a page that reads
     all frames.
 
-    A loaded machine exaggerates the ratios, because frames come 20 times per second whatever the world's
-    share of the core. The share of a core that the viewer itself takes does not depend on the load.
+    A loaded machine exaggerates the ratios, because frames arrive 20 times per second regardless of the
+    world's share of the core. The viewer's share of a core does not depend on the load.
     """
     alone, seen = made(organisms), made(organisms)
     player, spent = Player(Live(seen), None), [0.0]
@@ -139,7 +138,7 @@ def cost(organisms: int, pairs: int) -> tuple[dict[str, float], dict[str, Any]]:
 
 
 def costs(organisms: int, pairs: int, processes: int) -> tuple[list[dict[str, Any]], dict[str, Any]]:
-    """Measure the cost in consecutive processes: the memory layout of a process shifts a ratio by 1%."""
+    """Measure the cost in consecutive processes, because a process's memory layout shifts a ratio by 1%."""
     words = [sys.executable, __file__, "--cost", str(organisms), str(pairs)]
     done = [
         json.loads(subprocess.run(words, check=True, stdout=subprocess.PIPE, text=True).stdout)
@@ -166,7 +165,7 @@ def costs(organisms: int, pairs: int, processes: int) -> tuple[list[dict[str, An
 
 
 def encoding(sizes: list[int]) -> list[dict[str, Any]]:
-    """Measure the time to encode one frame, for each color."""
+    """Measure the time to encode one frame, for each coloring."""
     rows = []
     for organisms in sizes:
         live = Live(made(organisms))
@@ -192,12 +191,12 @@ def encoding(sizes: list[int]) -> list[dict[str, Any]]:
 
 
 def resident() -> float:
-    """Return the memory of this process [MB]."""
+    """Return this process's memory [MB]."""
     return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGESIZE") / 1e6
 
 
 def deaf(server: Server) -> socket.socket:
-    """Open a page that reads nothing but the reply to its connection."""
+    """Open a page that reads only the reply to its connection."""
     raw = socket.socket()
     raw.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
     raw.connect(("127.0.0.1", server.port))
@@ -215,7 +214,8 @@ def deaf(server: Server) -> socket.socket:
 
 
 def frozen(server: Server, until: threading.Event) -> None:
-    """Act as a page whose browser answers pings while its script stalls: it reads, and never acknowledges."""
+    """Act as a page whose browser answers pings while its script is stalled: it reads but never
+    acknowledges."""
     from websockets.exceptions import ConnectionClosed
     from websockets.sync.client import connect
 
@@ -236,11 +236,11 @@ def frozen(server: Server, until: threading.Event) -> None:
 
 
 def stalls(organisms: int, minutes: float) -> list[dict[str, Any]]:
-    """Run a world without a page, then with one that does not read and one that does not acknowledge;
-    measure its speed and memory."""
+    """Run a world without a page, then with one that does not read and one that does not acknowledge; measure
+    speed and memory."""
     world, rows, end = made(organisms, record=False), [], threading.Event()
     live = Live(world)
-    # the history of lives has a size limit; reach it first
+    # the life history has a size limit, which must be reached first
     for kept in (live.journal.births, live.journal.deaths):
         kept.most = 100_000
     player = Player(live, None)
@@ -268,7 +268,7 @@ def stalls(organisms: int, minutes: float) -> list[dict[str, Any]]:
 def standing(
     world: World, player: Player, server: Server, what: str, minutes: float, raw: list[socket.socket]
 ) -> dict[str, Any]:
-    """Run a world with pages that stall; a page that is disconnected because it answers no pings
+    """Run a world with stalled pages; a page that is disconnected because it does not answer pings
     reconnects."""
     world.run(100)
     before, frames, begin, ticks, most, again = resident(), player.frames, time.perf_counter(), 0, 0.0, 0
@@ -295,7 +295,7 @@ def standing(
 
 
 def rewinds(times: int = 5) -> list[dict[str, Any]]:
-    """Rewind a live predator-prey by a thousand ticks from the checkpoints that it made."""
+    """Rewind a live predator-prey by a thousand ticks, using its checkpoints."""
     live = Live(World.from_config("predator-prey", seed=1))
     took, digests = [], {}
 
@@ -328,7 +328,7 @@ def rewinds(times: int = 5) -> list[dict[str, Any]]:
 
 
 def main() -> None:
-    """Measure what the options select."""
+    """Measure the cases that the options select."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--organisms", type=int, default=11_000)
     parser.add_argument("--pairs", type=int, default=40)

@@ -3,8 +3,8 @@
     python benchmarks/wolf_sheep.py [--seeds 20] [--short]
 
 Both run in turn in one process, with data collection on; the model is wolf_sheep_model.py. Times are
-processor times, on which other work on the machine has less influence. The script needs Python 3.12 and Mesa:
-pip install -e '.[bench]'.
+processor times, which other work on the machine affects less. The script needs Python 3.12 and Mesa: pip
+install -e '.[bench]'.
 """
 
 import argparse
@@ -31,9 +31,9 @@ COEXISTING = {
     "wolf_gain": 5.0,
     "regrowth": 10,
 }
-# by tick 60 nearly all animals are dead in Mesa's default model
+# by tick 60, nearly all animals are dead in Mesa's default model
 REGIMES = {"default": model.DEFAULT, "coexisting": COEXISTING}
-SIZES = {20: (60, 10), 100: (60, 1), 300: (10, 1)}  # width: ticks, and the factor on the number of seeds
+SIZES = {20: (60, 10), 100: (60, 1), 300: (10, 1)}  # width: ticks, and factor for the number of seeds
 WRONG = {
     "regrowth one tick early": ("regrowth", lambda v: v - 1),
     "sheep bear 10% more often": ("sheep_reproduce", lambda v: 1.1 * v),
@@ -43,7 +43,7 @@ COUNTED = ("sheep", "wolves", "grass")
 
 
 def mesa(width, ticks, seed, p):
-    """Return Mesa's counts, i64[ticks + 1, 3], and the seconds of the ticks."""
+    """Return Mesa's counts, i64[ticks + 1, 3], and the ticks' duration [s]."""
     try:
         from mesa.examples.advanced.wolf_sheep.model import WolfSheep, WolfSheepScenario
     except ImportError:
@@ -70,12 +70,12 @@ def mesa(width, ticks, seed, p):
 
 
 def ours(width, ticks, seed, p, enough=0.0):
-    """Return the counts of ecs-eco and the mean seconds of equal runs, repeated until they take `enough`
+    """Return ecs-eco's counts and the mean seconds of equal runs, repeated until they take `enough`
     seconds."""
     spent, runs = 0.0, 0
     while runs == 0 or spent < enough:
         world, collect = model.build(width, seed, p)
-        world.flush()  # initial animals as newborns, because Mesa's exist when its clock starts
+        world.flush()  # initial animals count as newborns, because Mesa's exist when its clock starts
         start = time.process_time()
         world.run(ticks)
         spent, runs = spent + time.process_time() - start, runs + 1
@@ -83,11 +83,11 @@ def ours(width, ticks, seed, p, enough=0.0):
 
 
 def compare(a, b, ticks):
-    """Return the smallest Holm-corrected KS p of counts [seeds, ticks + 1, 3], and bounds on the differences
-    of means.
+    """Return the smallest Holm-corrected KS p for counts [seeds, ticks + 1, 3], and bounds on differences
+    between means.
 
-    The bounds are the farthest ends of the 90% intervals (equivalence by two one-sided tests at 0.05), in
-    standard deviations between seeds, and in shares of Mesa's mean if that is 100 or more.
+    The bounds are the extreme ends of the 90% intervals (equivalence by two one-sided tests at 0.05), in
+    standard deviations between seeds and, if Mesa's mean is at least 100, as shares of that mean.
     """
     p, in_sd, in_share = [], [0.0], [0.0]
     for t in [t for t in (1, 2, 5, 10, 20, 40, 60) if t <= ticks]:
@@ -142,8 +142,8 @@ def case(regime, width, ticks, seeds):
 
 
 def profile(regime, width=20, ticks=60, repeats=40):
-    """Return the time of each part of a tick: the shortest of equal calls in equal runs, minus the
-    overhead of the clock."""
+    """Return the time of each part of a tick: the shortest of equal calls in equal runs, minus the clock's
+    overhead."""
     clock = time.perf_counter
     own = min(-(clock() - clock()) for _ in range(1000))
 

@@ -1,8 +1,8 @@
-"""The rules of Mesa 3.5's WolfSheep (after Wilensky 1997), with custom components and systems.
+"""Mesa 3.5's WolfSheep rules (after Wilensky 1997), implemented with custom components and systems.
 
 In a tick, all sheep act in random order, then all wolves. An animal moves to one of four cells, pays 1 and
-eats. It starves below 0; otherwise it may give birth, which halves its energy. Newborns act from the next
-tick on.
+eats. It starves if its energy falls below 0; otherwise it may give birth, which halves its energy. Newborns
+first act in the next tick.
 """
 
 import numpy as np
@@ -28,7 +28,7 @@ class Animal:  # a sheep or a wolf
 
 @component
 class Grass:  # of one cell
-    ripe: i32 = 0  # the tick from which it can be eaten
+    ripe: i32 = 0  # first tick in which it can be eaten
 
 
 @njit
@@ -45,14 +45,14 @@ def shuffled(alive, key, purpose):
 
 @njit
 def best(cell, width, rank, bits):
-    """Return the highest-ranked of the four neighboring cells, and its rank; 16 random bits break ties."""
+    """Return the highest-ranked of the four neighboring cells and its rank; 16 random bits break ties."""
     cell, n, x, top = np.int64(cell), width * width, np.int64(np.uint32(cell) % np.uint32(width)), -1
     up, down, left, right = (
         cell - width,
         cell + width,
         cell - 1,
         cell + 1,
-    )  # offset that brings it back to the torus
+    )  # offset that wraps it back onto the torus
     there = up
     for near in (
         up if up >= 0 else up + n,
@@ -105,7 +105,7 @@ def live(
     """Run all actions once, mark the rows that gave birth, and return the number of ripe cells."""
     order, pack = shuffled(alive, key, SHEEP_ORDER), shuffled(w_alive, key, WOLF_ORDER)
     n, n_ripe, now, again = order.size, 0, np.int32(tick), np.int32(tick + regrowth + 1)
-    after = np.full(2 * n + ripe.size, -1, np.int32)  # chains of sheep: order[i] as i, its lamb as n + i
+    after = np.full(2 * n + ripe.size, -1, np.int32)  # chains of sheep: order[i] is i, and its lamb is n + i
     first, rank = after[2 * n :], np.empty(ripe.size, np.uint8)  # by cell: the start of its chain, and
     for here in range(ripe.size):
         rank[here] = 2 + (ripe[here] <= now)  # for sheep: 2 no wolf, + 1 grass
@@ -115,7 +115,7 @@ def live(
     for i in range(n):
         row = order[i]
         there, safe = best(cell[row], width, rank, bits(key, i, SHEEP_MOVE))
-        here = np.uint64(there if safe > 1 else cell[row])  # wolves all around: it stays
+        here = np.uint64(there if safe > 1 else cell[row])  # surrounded by wolves, it stays
         grass = rank[here] & 1
         left = energy[row] - 1.0 + sheep_gain * grass
         lamb[row] = left >= 0.0 and draw(key, i, SHEEP_BIRTH) < p_lamb

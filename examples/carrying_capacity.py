@@ -1,4 +1,4 @@
-"""Change one value of a meadow at a time, and see how many hares and how much grass it carries.
+"""Change one value of a meadow at a time, and see how many hares and how much grass the meadow supports.
 `python examples/carrying_capacity.py 3000 3`: ticks and seeds."""
 
 import sys
@@ -44,7 +44,8 @@ CHANGES = {
 
 
 def carried(changes: dict, seed: int, ticks: int) -> tuple[float, float, float]:
-    """Return the mean number of hares, the share of sites with grass, and the hares that the energy feeds."""
+    """Return the mean number of hares, the share of sites with grass, and the number of hares that the energy
+    could feed."""
     world = World.from_config(load(MEADOW, changes), seed=seed).run(ticks)
     late = world.series().to_pandas().query("tick > @ticks // 3")
     hare, grass = (late[late["species"] == name] for name in ("hare", "grass"))

@@ -6,7 +6,7 @@ from ecs_eco import World
 from ecs_eco.components import Coat
 from ecs_eco.config import load
 
-YEAR, WINTER = 60, 30  # [ticks] of one minute each
+YEAR, WINTER = 60, 30  # [ticks] of one minute
 HARE = {
     "count": 150,
     "max_count": 300,
@@ -54,7 +54,7 @@ HARE = {
 
 
 def lived(winter: float, years: int = 6) -> World:
-    """Return a valley after some years with summers of 295 K and winters of the given temperature [K]."""
+    """Return a valley after several years with 295 K summers and winters of the given temperature [K]."""
     months = [(YEAR - WINTER, winter), (YEAR, 295.0)]
     plan = [
         {"kind": "set", "at": at, "every": YEAR, "set": {"ambient.temperature": kelvin}}

@@ -1,4 +1,4 @@
-"""Curiosity: a custom system rewards animals for places that they have not visited recently, so they
+"""Curiosity: a custom system rewards animals for visiting places where they have not been recently, so they
 learn to explore."""
 
 import numpy as np
@@ -7,12 +7,12 @@ from ecs_eco import System, World, component, i64
 from ecs_eco.components import Nervous, Position
 
 SIZE, CELLS = 16.0, 8  # [m], cells along a side
-HOLD = 60  # ticks after which an animal has forgotten a cell
+HOLD = 60  # ticks after which an animal forgets a cell
 
 
 @component
 class Visits:
-    """Tick of an animal's last visit to each cell of the ground."""
+    """Tick of an animal's last visit to each grid cell."""
 
     last: i64[CELLS * CELLS] = -HOLD - 1  # tick
 
@@ -21,7 +21,7 @@ class Curiosity(System):
     """Reward an animal for entering a cell that it has forgotten or never visited."""
 
     needs = (Nervous, Visits)
-    phase = "feel"  # runs after the shipped system that sets the reward to the change in happiness
+    phase = "feel"  # runs after the shipped system, which sets the reward to the change in happiness
 
     def __init__(self, bonus: float) -> None:
         self.bonus = np.float32(bonus)

@@ -1,4 +1,5 @@
-"""A day in a sea: mites sink by day and rise by night, by a reflex to light. A cosinor fits their depth."""
+"""A day in a sea: a reflex to light makes mites sink by day and rise by night. A cosinor is fitted to their
+depth."""
 
 from ecs_eco import World
 from ecs_eco.analysis.rhythm import cosinor

@@ -1,5 +1,5 @@
-"""One genome and one set of operators under two kinds of selection: by DEAP,
-for the lifetime of single animals in an arena, and by births and deaths in a meadow."""
+"""One genome and one set of operators under two kinds of selection: DEAP selects for the lifetime of single
+animals in an arena; births and deaths select in a meadow."""
 
 import random
 from functools import cache
@@ -10,7 +10,7 @@ from deap import algorithms, base, creator, tools
 from ecs_eco import World
 from ecs_eco.components import Genome, Position
 
-GENES = [  # thresholds of the reflexes below, from the lowest to the highest reading
+GENES = [  # thresholds for the reflexes below, from the lowest to the highest reading
     {"name": name, "trait": f"reflex.{name}.threshold", "letters": 4, "low": low, "high": 1.0, "code": "gray"}
     for name, low in (("hungry", 0.0), ("left", -1.0), ("right", -1.0), ("full", 0.0))
 ]
@@ -46,7 +46,7 @@ RABBIT = {
 
 
 def meadow(side: float, rabbits: int, seed: int, **more) -> World:
-    """Return a square world of grass and rabbits; `more` adds keys to the rabbits."""
+    """Return a square world of grass and rabbits; `more` adds keys to the rabbit species."""
     grass, rabbit = GRASS | {"count": int(0.03 * side**2)}, RABBIT | {"count": rabbits} | more
     config = {
         "format": 1,
@@ -75,7 +75,7 @@ if __name__ == "__main__":
     heredity = nature.table("rabbit").species.heredity
     drawn = heredity.layout.random(np.arange(12, dtype=np.uint64)).tolist()
 
-    toolbox = heredity.operators.toolbox  # with mate and mutate as in the world's configuration
+    toolbox = heredity.operators.toolbox  # with mate and mutate from the world's configuration
     if not hasattr(creator, "ArenaGenome"):  # DEAP creates classes once per process
         creator.create("ArenaLife", base.Fitness, weights=(1.0,))
         creator.create("ArenaGenome", list, fitness=creator.ArenaLife)

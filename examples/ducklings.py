@@ -1,4 +1,5 @@
-"""Ducklings hatch, follow their mother, are fed by her and grow up. Those that do not follow her starve."""
+"""Ducklings hatch, follow their mother, are fed by her and grow up. Ducklings that do not follow her
+starve."""
 
 import numpy as np
 
@@ -18,7 +19,7 @@ DUCK = {
     "sensors": [{"kind": "nearest", "name": "mother", "target": "duck", "range": 15.0, "kin": "mother"}],
     "actions": {"speed": ["still", "swim"], "turn": ["left", "none", "right"]},
     "default_action": {"speed": "still", "turn": "none"},
-    # without a mother all readings are 0, the policy decides, and ducks swim about
+    # without a mother, all readings are 0, and ducks swim about as their policy decides
     "reflex": {
         "formulas": {
             "left": "mother_left",
@@ -44,7 +45,7 @@ EGG = {
     "count": 0,
     "body": {"radius": 0.03, "mass": 0.05, "opaque": False},
     "metabolism": {"energy": 0.05},
-    # 30 s at 310 K, 37.5 s at the 302.2 K of this pond
+    # 30 s at 310 K, 37.5 s at this pond's 302.2 K
     "hatch": {"into": "duck", "incubation": 30.0, "temperature": 310.0, "threshold": 271.0},
 }
 CROW = {
@@ -68,7 +69,7 @@ POND = {
 
 
 def from_mother(world: World) -> float:
-    """Return the mean distance of the young from their living mothers [m]."""
+    """Return the mean distance between the young and their living mothers [m]."""
     duck = world.table("duck")
     rows = dict(zip(duck.uid[duck.rows()].tolist(), duck.rows().tolist(), strict=True))
     pairs = [(row, rows[her]) for row in rows.values() if (her := int(duck[Parentage].mother[row])) in rows]

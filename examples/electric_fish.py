@@ -1,5 +1,5 @@
-"""Weakly electric fish in the dark: each senses the currents of other fish at both flanks and turns to the
-stronger side. Schools form, but not among fish without a discharge."""
+"""Weakly electric fish in the dark: each fish senses the currents of other fish on both flanks and turns
+toward the stronger side. Schools form, but not among fish without electric discharge."""
 
 import copy
 
@@ -12,7 +12,8 @@ SIDE, FISH = 60.0, 80  # [m], number of fish
 
 
 def flank(name: str, left: float) -> dict:
-    """Return a receptor at this many radii to the left, for currents within 15 m, by the inverse square."""
+    """Return a receptor at this many radii to the left, for currents within 15 m, which decay as the inverse
+    square."""
     return {
         "kind": "property",
         "name": name,

@@ -1,4 +1,4 @@
-"""The energy ledger accounts for all energy of a species in every tick."""
+"""The energy ledger accounts for all of a species' energy in every tick."""
 
 import numpy as np
 

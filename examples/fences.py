@@ -1,5 +1,5 @@
-"""Hares sit in a pen, and dogs run around it. A ditch neither hides the hares nor stops the dogs; a hedge only
-hides; a fence only stops; a wall does both."""
+"""Hares sit in a pen, and dogs run around it. A ditch neither hides the hares nor stops the dogs; a hedge
+only hides the hares; a fence only stops the dogs; a wall does both."""
 
 import copy
 
@@ -36,7 +36,7 @@ yard = {
 
 
 def build(solid: bool, opaque: bool) -> World:
-    """Return a yard with hares in a pen, and dogs to its left. Its sides may stop dogs and hide hares."""
+    """Return a yard with hares in a pen, whose sides may stop dogs and hide hares, and dogs to its left."""
     config = copy.deepcopy(yard)
     config["objects"]["side"]["body"] |= {"solid": solid, "opaque": opaque}
     world, rng = World.from_config(config, seed=1, policies="random"), np.random.default_rng(1)

@@ -1,4 +1,4 @@
-"""Compare five rules for fishing a sea, among them a quota, a wide mesh and a closed season."""
+"""Compare five rules for fishing a sea, including a quota, a wide mesh and a closed season."""
 
 import copy
 from typing import Any
@@ -44,7 +44,7 @@ NETS: dict[str, dict[str, Any] | None] = {
 
 
 def fished(net: dict[str, Any] | None) -> World:
-    """Return the sea after twelve years with these nets."""
+    """Return the sea after twelve years of fishing with these nets."""
     config: dict[str, Any] = copy.deepcopy(SEA)
     if net is not None:
         config["land_use"] = [{"kind": "harvest", "species": "cod", "period": YEAR, "cause": "fished"} | net]

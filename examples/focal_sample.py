@@ -1,4 +1,4 @@
-"""A focal sample records the readings and decisions of single animals in every tick, as columns of a table."""
+"""A focal sample records individual animals' readings and decisions in every tick, as columns of a table."""
 
 import tempfile
 from pathlib import Path

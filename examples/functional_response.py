@@ -11,7 +11,7 @@ from ecs_eco import World
 
 SIDE, DT, SPEED, REACH = 50.0, 0.25, 1.0, 0.5  # [m], [s], [m/s], [m] between centers
 DENSITIES = np.array([0.01, 0.02, 0.04, 0.08, 0.16, 0.32, 0.64])  # [1/m²]
-CASES = {  # handling time [s], whether an animal walks only where it smells seeds
+CASES = {  # handling time [s]; whether an animal walks only where it smells seeds
     "type I: no handling time": (0.0, False),
     "type II: 5 s of handling": (5.0, False),
     "type III: walks where it smells seeds": (5.0, True),
@@ -19,7 +19,7 @@ CASES = {  # handling time [s], whether an animal walks only where it smells see
 
 
 def plain(n: int, handling: float, scent: bool) -> World:
-    """Return a world with n seeds, each replaced when it is eaten, and 20 animals that never die."""
+    """Return a world with n seeds, each of which is replaced when eaten, and 20 animals that never die."""
     eater = {
         "count": 20,
         "body": {"radius": 0.25},
@@ -42,7 +42,7 @@ def plain(n: int, handling: float, scent: bool) -> World:
 
 
 def measured(handling: float, scent: bool, ticks: int) -> np.ndarray:
-    """Return the seeds that one animal eats in a second, at each density."""
+    """Return the seeds eaten per second by one animal, at each density."""
     rates = []
     for density in DENSITIES:
         world = plain(round(density * SIDE**2), handling, scent).run(ticks)
@@ -52,7 +52,7 @@ def measured(handling: float, scent: bool, ticks: int) -> np.ndarray:
 
 
 def holling(n: np.ndarray, a: float, h: float, power: float = 1.0) -> np.ndarray:
-    """Return the seeds eaten in a second at density n: search rate a, handling time h [s]."""
+    """Return the seeds eaten per second at density n: search rate a, handling time h [s]."""
     return a * n**power / (1 + a * h * n**power)
 
 

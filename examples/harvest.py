@@ -1,4 +1,4 @@
-"""Harvest: every year a share of a fish stock is caught, and the rest has to regrow."""
+"""Harvest: every year, a share of a fish stock is caught, and the rest must regrow."""
 
 import numpy as np
 
@@ -32,7 +32,8 @@ POND = {
 
 
 def fished(share: float, region: list[float] | None = None) -> World:
-    """Return a pond where this share is caught at the end of each year, everywhere or in the fished half."""
+    """Return a pond where this share of the fish is caught at the end of each year, everywhere or in the
+    fished half."""
     catch = {
         "kind": "cull",
         "at": YEAR,

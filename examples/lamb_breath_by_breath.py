@@ -1,5 +1,5 @@
-"""A nervous system at work: the readings, policy and actions of a newborn lamb in each second,
-first at a pool, then at an udder."""
+"""A nervous system at work: a newborn lamb's readings, policy and actions in each second, first at a pool,
+then at an udder."""
 
 from ecs_eco import World
 from ecs_eco.components import Nervous

@@ -1,5 +1,5 @@
-"""Pre-train policies with constant population sizes, then run the ecosystem
-with and without learning in life."""
+"""Pre-train policies with constant population sizes, then run the ecosystem with and without learning during
+life."""
 
 import tempfile
 

@@ -1,7 +1,7 @@
 """A network with memory, as a custom torch module.
 
-A shadow shows a mouse on which side the owl will come. When the owl comes, four ticks after the shadow has
-gone, the mouse has to be on the other side. A network without memory cannot learn this; a GRU can.
+A shadow shows a mouse on which side the owl will appear. When it does, four ticks after the shadow has gone,
+the mouse must be on the other side. A network without memory cannot learn this; a GRU can.
 """
 
 import numpy as np
@@ -11,7 +11,7 @@ from torch import nn
 from ecs_eco import System, World
 from ecs_eco.components import Metabolism, Nervous
 
-PERIOD = 8  # [ticks]: the shadow comes in the first, the owl in the last three
+PERIOD = 8  # [ticks]: the shadow appears in the first, the owl in the last three
 
 
 class Remembering(nn.Module):
@@ -30,7 +30,7 @@ class Remembering(nn.Module):
 
 
 def side(world, uid: np.ndarray) -> np.ndarray:
-    """Return the side of the owl in this period for each mouse: -1 or 1."""
+    """Return the owl's side in this period for each mouse: -1 or 1."""
     mixed = uid * np.uint64(2654435761) + np.uint64(world.tick // PERIOD * 40503)
     return 1 - 2 * (mixed >> np.uint64(9) & np.uint64(1)).astype(int)
 

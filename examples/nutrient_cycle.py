@@ -1,15 +1,16 @@
-"""Nitrogen cycles from soil into grass, voles and carcasses and back; without decay it is locked up in the dead."""
+"""Nitrogen cycles from soil into grass, voles and carcasses and back; without decay it stays locked up in
+carcasses."""
 
 import numpy as np
 
 from ecs_eco import World
 
-DAY = 24.0  # [ticks] of one hour each
+DAY = 24.0  # [ticks] of one hour
 GRASS = {
     "count": 500,
     "body": {"radius": 0.05, "opaque": False},  # half a liter
     "substances": {"nitrogen": 0.3},
-    "born_with": "soil",  # a seed sprouts if the soil has 0.16 mol for it
+    "born_with": "soil",  # a seed sprouts if the soil contains 0.16 mol for it
     "metabolism": {"energy": 0.2, "energy_max": 1.0, "photosynthesis": 0.02},
     "reproduction": {"kind": "spread", "rate": 0.04, "spacing": 0.5, "place": "near", "dispersal": 2.0},
     "lethal": [{"property": "age", "max": 20 * DAY}],
@@ -22,7 +23,7 @@ VOLE = {
     "born_with": "mother",
     "metabolism": {"energy": 0.6, "energy_max": 1.0, "basal": 0.012},
     "locomotion": {"speed": {"walk": 0.4}, "turn": 1.5},
-    "diet": [{"eats": "grass", "reach": 0.1, "gain": 0.1, "assimilation": 0.4}],  # the rest is dung
+    "diet": [{"eats": "grass", "reach": 0.1, "gain": 0.1, "assimilation": 0.4}],  # the rest becomes dung
     "exchange": [{"kind": "release", "substance": "nitrogen", "field": "soil", "rate": 0.02, "above": 0.5}],
     "actions": {"speed": ["walk"], "turn": ["left", "none", "right"]},
     "always_on": ["walk"],
@@ -42,7 +43,7 @@ VOLE = {
 
 
 def meadow(decay: float) -> World:
-    """Return a meadow whose dead return this share of their nitrogen per hour."""
+    """Return a meadow whose carcasses release this share of their nitrogen per hour."""
     dead = {"body": {"radius": 0.08, "opaque": False}, "decomposition": {"rate": decay}}
     return World.from_config(
         {

@@ -1,6 +1,5 @@
-"""A custom action: a system reads the decision and carries out the group `shelter`.
-
-A hidden snail is safe from hail but does not graze. Its policy learns when to hide.
+"""A custom action group, `shelter`: a system reads the decision and carries it out. A hidden snail is safe
+from hail but does not graze. Its policy learns when to hide.
 """
 
 import numpy as np
@@ -14,7 +13,7 @@ class Shelter(System):
 
     needs = (Nervous, Metabolism)
     phase = "interact"
-    acts = ("shelter",)  # the groups of actions that this system carries out
+    acts = ("shelter",)  # action groups that this system carries out
 
     def update(self, table, world) -> None:
         out = table.species.nerves.doing(table, "stay")

@@ -1,5 +1,4 @@
-"""A custom component on a shipped species: deer have wool,
-which grows and lowers the cost of living in the cold."""
+"""A custom component on a shipped species: deer have wool, which grows and reduces the cost of cold."""
 
 import numpy as np
 
@@ -22,7 +21,7 @@ class GrowWool(System):
     phase = "metabolise"
 
     def start(self, world: World) -> None:
-        """Add wool to every deer, present and future."""
+        """Add wool to all current and future deer."""
         world.table("deer").add_component(Wool, growth=2e-4)
 
     def update(self, table, world) -> None:

@@ -1,5 +1,5 @@
-"""A custom genome: letters, genes, one operator of DEAP and one custom operator.
-A thousand births show their effect."""
+"""A custom genome: letters, genes, one DEAP operator and one custom operator. A thousand births show their
+effect."""
 
 import random
 
@@ -11,7 +11,7 @@ from ecs_eco.testing import check_genome
 
 layout = Layout(
     [
-        # three of the four letters give the same value, so most mutations are silent
+        # three of the four letters encode the same value, so most mutations are silent
         Gene(name="red", letters=1, values=[0, 0, 0, -1]),
         # adjacent sizes differ in one letter
         Gene(name="size", letters=4, low=0.2, high=0.6, code="gray"),
@@ -27,9 +27,8 @@ layout = Layout(
 
 
 def repeat_letter(genome: list[int], indpb: float) -> tuple[list[int]]:
-    """Replace letters by copies of their left neighbors, with probability `indpb` each.
-
-    Python's random generator is seeded for each birth.
+    """Replace each letter with a copy of its left neighbor with probability `indpb`. Python's random
+    generator is seeded for each birth.
     """
     for i in range(1, len(genome)):
         if random.random() < indpb:
@@ -51,7 +50,7 @@ if __name__ == "__main__":
     children = births.offspring(mothers, fathers, keys)
     print("size of the children:", np.unique(layout.decode(children)["size"].round(2)).tolist()[:6], "…")
     print("alleles of red:", frequencies(layout, children)["red"])
-    # registered operators take effect at once, as in DEAP
+    # registered operators take effect immediately, as in DEAP
     toolbox.register("mate", tools.cxUniform, indpb=0.5)
     toolbox.register("mutate", repeat_letter, indpb=0.01)
     children = births.offspring(mothers, fathers, keys)

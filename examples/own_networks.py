@@ -10,8 +10,8 @@ from ecs_eco.components import Nervous
 
 
 def reflex(x: np.ndarray) -> np.ndarray:
-    """Map x f32[n, channels] to [n, actions]; the sign matters: +1 forces, −1 blocks,
-    0 leaves the choice to the policy."""
+    """Map x f32[n, channels] to [n, actions]; only the sign matters: + forces, − blocks, 0 leaves the choice
+    to the policy."""
     y = np.zeros((len(x), 6), np.float32)
     close = x[:, 3] > 0.9
     y[close, 1] = -1  # do not hop past food within reach

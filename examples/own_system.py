@@ -8,7 +8,7 @@ from ecs_eco.engine.random import USER
 
 
 class Strike(System):
-    """Strike each organism by lightning with the same small probability per second."""
+    """Strike each organism with lightning at the same small probability per second."""
 
     needs = (Position,)
     phase = "interact"
@@ -32,9 +32,8 @@ class Strike(System):
 
 @njit
 def strike(alive, uid, key, chance, struck, cause):
-    """Mark the organisms that die in this tick.
-
-    A draw depends on seed, tick, uid and purpose, never on the row.
+    """Mark the organisms that die in this tick. Each random draw depends on seed, tick, uid and purpose,
+    never on the row.
     """
     for row in range(alive.size):
         if alive[row] and cause[row] == 0 and draw(key, uid[row], USER) < chance:

@@ -1,4 +1,4 @@
-"""The rabbits of meadow.toml, with learning and without: draw how many are alive, over several seeds.
+"""The rabbits of meadow.toml, with and without learning: draw how many are alive, over several seeds.
 
 python examples/rabbits_learn.py [SEEDS] [FILE]
 """

@@ -1,4 +1,4 @@
-"""A hand-written policy: a function of the readings of all deer and their uids.
+"""A hand-written policy: a function of all deer's readings and uids.
 
 The same function decides inside the world, as `policy = { kind = "function", … }`, and outside it, through
 `world.external`, which exchanges arrays once per tick. Both give the same world.
@@ -19,7 +19,7 @@ LEFT, AHEAD, RIGHT = range(3)
 
 
 def act(x: np.ndarray, uid: np.ndarray) -> np.ndarray:
-    """Turn to the nearest grass and go there; without grass in sight, walk straight or in a wide curve."""
+    """Turn to the nearest grass and walk there; with no grass in sight, walk straight or in a wide curve."""
     forward, left, near = (x[:, CHANNELS.index(f"grass_{way}")] for way in ("forward", "left", "near"))
     turn = np.where(left > 0.3, LEFT, np.where(left < -0.3, RIGHT, AHEAD))
     turn = np.where((forward < 0) & (turn == AHEAD), LEFT, turn)
@@ -30,7 +30,7 @@ def act(x: np.ndarray, uid: np.ndarray) -> np.ndarray:
 
 
 def meals(world: World, ticks: int = 200) -> float:
-    """Return the energy intake of a deer per hundred ticks."""
+    """Return a deer's energy intake per hundred ticks."""
     world.run(ticks)
     deer = world.series().filter(pc.field("species") == "deer")
     return 100 * deer["taken_in"].to_numpy()[-ticks:].sum() / deer["n"].to_numpy()[-ticks:].sum()

@@ -1,5 +1,5 @@
-"""PPO in CleanRL's style on PettingZoo's dicts, while agents are born and die.
-`python examples/rl_parallel.py 130000` takes about a minute; it needs ecs-eco[rl]."""
+"""CleanRL-style PPO on PettingZoo's dicts, while agents are born and die. `python examples/rl_parallel.py
+130000` takes about a minute; it needs ecs-eco[rl]."""
 
 import sys
 from itertools import pairwise
@@ -34,7 +34,7 @@ class Agent(nn.Module):
 
 @torch.no_grad()
 def collect(env, agent: Agent, x: dict) -> tuple[dict, list]:
-    """Act; return the last observations and all (x, action, log-probability, advantage, return)."""
+    """Act; return the final observations and all (x, action, log-probability, advantage, return)."""
     lives, batch = {}, []
     for _ in range(HORIZON):
         names, seen = env.agents, torch.from_numpy(np.stack([x[name] for name in env.agents]))

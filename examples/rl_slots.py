@@ -19,13 +19,14 @@ GRAZING = Path(__file__).parent / "grazing.toml"
 
 
 def sequential(model: Any) -> nn.Sequential:
-    """Return the policy of a model as a plain Sequential of Linear and Tanh."""
+    """Return a model's policy as a plain Sequential of Linear and Tanh layers."""
     policy = model.policy
     return nn.Sequential(*policy.mlp_extractor.policy_net, policy.action_net)
 
 
 def train(steps: int, seed: int, look: Callable[[int, nn.Module], Any] = lambda *_: None) -> nn.Sequential:
-    """Train for `steps` steps, summed over slots; `look(steps so far, policy)` is called at each rollout."""
+    """Train for `steps` steps, summed over slots; `look(steps so far, policy)` is called after each
+    rollout."""
     from stable_baselines3 import PPO
     from stable_baselines3.common.callbacks import BaseCallback
 

@@ -1,4 +1,4 @@
-"""Ants carry seeds home to a queen that cannot move and lives on them."""
+"""Ants carry seeds home to a queen, which cannot move and lives on the seeds."""
 
 import copy
 from typing import Any
@@ -49,7 +49,7 @@ HILL: dict[str, Any] = {
         },
     },
 }
-# with a seed: to the queen; without: to the nearest seed, unless it is already near the queen
+# with a seed, to the queen; without one, to the nearest seed, unless already near the queen
 GOAL = "(queen_{0} if load > 0.5 else seed_{0} if queen_near < 0.8 else 0)"
 LEFT, AHEAD = GOAL.format("left"), GOAL.format("forward")
 HILL["species"]["ant"]["reflex"] = {
@@ -63,7 +63,7 @@ HILL["species"]["ant"]["reflex"] = {
 
 
 def lived(carrying: bool, ticks: int = 600) -> World:
-    """Return an ant hill after ten minutes, with ants that carry seeds or do not."""
+    """Return an anthill after ten minutes, with ants that do or do not carry seeds."""
     config = copy.deepcopy(HILL)
     if not carrying:
         config["species"]["ant"]["reflex"]["formulas"]["take"] = "-1"

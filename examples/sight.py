@@ -11,7 +11,7 @@ RAYS, KINDS = 15, ["grass", "thistle"]
 
 
 class Eye(nn.Module):
-    """A convolution treats all places on the retina alike, so it has few weights and learns fast."""
+    """A convolution treats all positions on the retina alike, so it has few weights and learns fast."""
 
     def __init__(self, n_observations: int, groups: tuple[int, ...]) -> None:
         super().__init__()

@@ -1,4 +1,5 @@
-"""A disease that spreads between neighbors: feature, component, systems and reporter of epidemic.toml."""
+"""A disease that spreads between neighbors: the feature, component, systems and reporter for
+epidemic.toml."""
 
 from pathlib import Path
 
@@ -16,14 +17,14 @@ WELL, ILL, IMMUNE = 0, 1, 2
 
 @component
 class Health:
-    """The health of one organism."""
+    """One organism's health."""
 
     state: u8 = 0  # well, ill or immune
     left: f32 = 0.0  # [s] of illness
 
 
 class Walk(System):
-    """Move all members one step in a random direction, across the edge of a torus or up to a wall."""
+    """Move all members one step in a random direction, wrapping around a torus or stopping at a wall."""
 
     needs = (Position,)
     phase = "move"
@@ -65,10 +66,10 @@ class Infect(System):
 
 
 class Disease(Section, change=FREE):
-    """Parameters of a disease in a species."""
+    """A species' disease parameters."""
 
-    beta: Share = quantity("probability of infection by each infected neighbor", "1/s", own=True)
-    radius: Positive = quantity("distance within which it spreads", "m", 2.0)
+    beta: Share = quantity("probability of infection per infected neighbor", "1/s", own=True)
+    radius: Positive = quantity("distance over which it spreads", "m", 2.0)
     lasts: NonNegative = quantity("duration of the infection", "s", 30.0)
     first: Count = quantity("members infected at the start", "1", 3)
 
@@ -76,7 +77,7 @@ class Disease(Section, change=FREE):
 class Epidemic(Feature):
     """Members of a species with `disease` infect each other."""
 
-    disease: Disease | None = about("the disease; absent: no disease", None)
+    disease: Disease | None = about("the disease; default: no disease", None)
     systems = (Infect,)
 
     @staticmethod
@@ -86,7 +87,7 @@ class Epidemic(Feature):
 
 
 def prevalence(world, state: int = ILL):
-    """Return the share of people in a state."""
+    """Return the share of people in a given state."""
     people = world.table("people")
     return np.mean(people[Health].state[people.rows()] == state)
 

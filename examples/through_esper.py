@@ -1,6 +1,5 @@
-"""Handle single entities through esper, for small worlds and for exploring.
-
-Shipped systems use columns instead.
+"""Handle single entities through esper, for small worlds and exploration. Shipped systems use columns
+instead.
 """
 
 import esper
@@ -25,7 +24,7 @@ if __name__ == "__main__":
     for x in (5.0, 50.0):
         world.spawn("mouse", Position(x=x), Metabolism(energy=0.5))
     world.run(10)
-    # in the order of uids, unlike esper's own iteration
+    # in uid order, unlike esper's own iteration
     for uid, place, metabolism in world.each(Position, Metabolism):
         print(f"mouse {uid} at x = {place.x}: energy {metabolism.energy:.2f}")
     with world:  # esper's functions act on this world

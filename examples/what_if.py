@@ -1,4 +1,4 @@
-"""Compare a shipped world with two changed versions, with the same seed."""
+"""Compare a shipped world with two modified versions on the same seed."""
 
 import numpy as np
 

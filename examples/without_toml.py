@@ -11,7 +11,7 @@ WELL, ILL, IMMUNE = 0, 1, 2
 
 @component
 class Health:
-    """The health of one person."""
+    """One person's health."""
 
     state: u8 = 0  # well, ill, immune
     left: f32 = 0.0  # [s] of illness

@@ -1,2 +1,2 @@
-"""Scientific claims about ecs-eco, each tested by its own script. Run a script from the root of the
-repository: `python -m studies.cycles`."""
+"""Scientific claims about ecs-eco; each script tests one claim. Run a script from the root of the repository:
+`python -m studies.cycles`."""

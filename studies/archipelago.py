@@ -1,8 +1,9 @@
-"""Does an archipelago end the same way, whichever workers compute it and however often they are killed?
+"""Does an archipelago end in the same state regardless of which workers compute it and how often they are
+killed?
 
-The archipelago is a grid of eight islands whose goats act by reflex and eat three kinds of grass; one island
-overrides a value. The goats learn by PPO, have individual policies, and migrate. Each case runs the same
-archipelago in a different way and keeps its digest, a hash of the digests of all islands:
+The archipelago is a grid of eight islands where goats act by reflex and eat three kinds of grass; one island
+overrides a value. The goats have individual policies, learn by PPO, and migrate. Each case runs the same
+archipelago in a different way and stores its digest, a hash of all islands' digests:
 
   plain           one worker, in this process
   workers         two workers
@@ -43,8 +44,8 @@ CODE = (
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Run the archipelago in the way that the case names; return its digest, seconds, barriers and number
-    of kills."""
+    """Run the archipelago as specified by the case; return its digest, seconds, barriers and number of
+    kills."""
     from ecs_eco.config import load
     from ecs_eco.lab import Archipelago
 
@@ -96,7 +97,7 @@ def on_ray(made: Any, config: dict[str, Any], case: dict[str, Any]) -> int:
 
 
 def worker_killed(made: Any, config: dict[str, Any], case: dict[str, Any]) -> int:
-    """Run the islands with two workers, and kill one of them at random moments."""
+    """Run the islands with two workers, killing one of them at random moments."""
     from ecs_eco.lab.pool import Pool
 
     pool, done, over = Pool(2), [0], threading.Event()
@@ -121,8 +122,8 @@ def worker_killed(made: Any, config: dict[str, Any], case: dict[str, Any]) -> in
 
 
 def all_killed(made: Any, config: dict[str, Any], case: dict[str, Any]) -> int:
-    """Run the archipelago in a separate process group, and kill the whole group until the number of kills
-    is reached."""
+    """Run the archipelago in a separate process group, killing the whole group until the number of kills is
+    reached."""
     chance, kills = random.Random(case["seed"]), 0
     while True:
         process = subprocess.Popen([sys.executable, "-c", CODE, str(made.folder)], start_new_session=True)
@@ -172,8 +173,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
 STUDY = Study(
     name="archipelago",
-    claim="An archipelago ends with the same bytes for any number of workers, on any engine, and after any"
-    " kill.",
+    claim="An archipelago ends with the same bytes for any number of workers, on any engine and after any kill.",
     config={
         "world": "reflexes",
         "ticks": 5000,

@@ -1,12 +1,12 @@
-"""Do wolves and deer enter an arms race if their pace, their range of sight and their policies can change?
+"""Do wolves and deer enter an arms race if their pace, range of sight and policies can change?
 
-Genes code for the pace of all gaits (whose cost grows with the square of the pace) and for how far deer see
-wolves and wolves see deer; founders draw them at random. Policies are trained beforehand and continue to
-learn in life. At four times during a run, the study stores the mean genes and the policies of deer and
-wolves. Then hunters from each time meet prey from each time (Gandon et al. 2008) in the training world, where
-population sizes are held constant: K[i, j] is the logarithm of kills per wolf and second of hunters from time
+Genes encode the pace of all gaits (whose cost grows with the square of the pace) and how far deer see wolves
+and wolves see deer; founders' genes are drawn at random. Policies are pre-trained and continue to learn
+during life. At four times during a run, the study stores the mean genes and policies of deer and wolves.
+Hunters from each time then meet prey from each time (Gandon et al. 2008) in the training world, where
+population sizes are held constant: K[i, j] is the logarithm of kills per wolf per second by hunters from time
 i among prey from time j. In an arms race, K rises with the hunters' time and falls with the prey's; the
-double-centered diagonal shows whether hunters do best against prey of their own time. The hypotheses are in
+double-centered diagonal shows whether hunters do best against contemporary prey. The hypotheses are in
 registered/arms_race.toml.
 """
 
@@ -31,7 +31,7 @@ from studies.common.training_seeds import share_of_lives
 REGISTERED = registration("arms_race")
 Entries = list[dict[str, Any]]
 GENES = ("pace", "sight")
-# for each species, the species that it watches: name and number of the sensor
+# for each species: the species that it watches, and the sensor's name and number
 SIGHT = {"deer": ("wolf", 3), "wolf": ("deer", 1)}
 
 
@@ -39,7 +39,7 @@ SIGHT = {"deer": ("wolf", 3), "wolf": ("deer", 1)}
 
 
 def genome(ranges: Mapping[str, Any], species: str) -> dict[str, Any]:
-    """Return the section of a genome with both genes."""
+    """Return a genome section with both genes."""
     traits = {"pace": "locomotion.pace", "sight": f"sensors.{SIGHT[species][0]}.range"}
     genes = [
         {
@@ -56,8 +56,7 @@ def genome(ranges: Mapping[str, Any], species: str) -> dict[str, Any]:
 
 
 def world(config: Mapping[str, Any], arm: Mapping[str, Any], values: Mapping[str, Any] | None = None) -> Any:
-    """Return the world of an arm; if gene values are given by species, all animals of a species have those
-    values."""
+    """Return an arm's world; if gene values are given for a species, all its animals have those values."""
     from ecs_eco.config import load
 
     content = without_policies(load("predator-prey", dict(config["world"])))
@@ -117,7 +116,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def kept(made: Any, folder: Path) -> dict[str, Any]:
-    """Return means and deviations of genes by species, and the folder that holds the policies."""
+    """Return means and standard deviations of genes by species, and the policies' folder."""
     from ecs_eco.components import Genome
     from ecs_eco.learning.weights import save
 
@@ -138,7 +137,7 @@ def kept(made: Any, folder: Path) -> dict[str, Any]:
 def meetings(
     config: Mapping[str, Any], case: Mapping[str, Any], times: list[dict[str, Any]]
 ) -> list[list[float]]:
-    """Return K by time of the hunters and time of the prey."""
+    """Return K by hunters' time and prey's time."""
     from ecs_eco import World
 
     shift, middle = (
@@ -175,7 +174,7 @@ def meetings(
 
 
 def slope(tests: list[list[float]], of: str, ticks: float) -> float:
-    """Return the change of K per 1,000 ticks of the hunters' time, or of the prey's (least squares)."""
+    """Return the least-squares change in K per 1,000 ticks of the hunters' or the prey's time."""
     k = np.array(tests)
     y = k.mean(1 if of == "hunters" else 0)
     return float(1000 * np.polyfit(np.linspace(0, ticks, len(y)), y, 1)[0])
@@ -188,7 +187,7 @@ def contemporary(tests: list[list[float]], ticks: float = 0.0) -> float:
 
 
 def shifts(entries: Entries, arm: str, of: str, ticks: float) -> list[float]:
-    """Return, by training seed, the mean over its runs with tests of a slope, or of `contemporary`."""
+    """Return, by training seed, the mean slope, or the mean of `contemporary`, over its tested runs."""
 
     def value(tests: list[list[float]]) -> float:
         return contemporary(tests) if of == "contemporary" else slope(tests, of, ticks)
@@ -202,7 +201,7 @@ def shifts(entries: Entries, arm: str, of: str, ticks: float) -> list[float]:
 
 
 def changed(entries: Entries, arm: str, species: str, gene: str) -> dict[int, float]:
-    """Return, by training seed, the mean change of a gene's mean over the runs that persist."""
+    """Return, by training seed, the change in a gene's mean, averaged over the runs that persist."""
     out = {}
     for seed, results in by_training(entries, arm).items():
         own = [
@@ -216,7 +215,7 @@ def changed(entries: Entries, arm: str, species: str, gene: str) -> dict[int, fl
 
 
 def difference(one: Mapping[int, float], other: Mapping[int, float]) -> list[float]:
-    """Return the mean difference over the training seeds that both arms have, and its 95% interval (t)."""
+    """Return the mean difference over training seeds common to both arms, and its 95% interval (t)."""
     return mean_interval([one[k] - other[k] for k in one if k in other])
 
 
@@ -229,8 +228,8 @@ def persisting(entries: Entries, arm: str) -> float:
 
 
 def summarise(entries: Entries) -> dict[str, Any]:
-    """Decide the registered hypotheses; return them with K by arm and a line for each arm."""
-    if {e["case"]["arm"] for e in entries} < set(REGISTERED.arms):  # the short form lacks arms
+    """Test the registered hypotheses; return them with K by arm and a line for each arm."""
+    if {e["case"]["arm"] for e in entries} < set(REGISTERED.arms):  # the short form omits arms
         return {"verdicts": [verdict("cases that ran", len(entries), "reported", True)]}
     ticks = REGISTERED.content["ticks"]
     both = [e["case"] | e["result"] for e in entries if e["case"]["arm"] == "both"]
@@ -282,7 +281,7 @@ def summarise(entries: Entries) -> dict[str, Any]:
 
 
 def moved(entries: Entries) -> list[dict[str, Any]]:
-    """Return lines that report how far learning moved the policies."""
+    """Return lines on how far learning moved the policies."""
     out = []
     for arm in ("both", "learning"):
         nats = [r["moved"] for of in by_training(entries, arm).values() for r in of if r["moved"]]
@@ -300,7 +299,7 @@ def moved(entries: Entries) -> list[dict[str, Any]]:
 
 
 def course(results: list[dict[str, Any]], species: str, gene: str) -> str:
-    """Return the mean of a gene at the start and at the end, over runs."""
+    """Return a gene's mean over runs, at the start and at the end."""
     own = [
         [t[species][gene][0] for t in (r["genes"][0], r["genes"][-1])]
         for r in results
@@ -310,8 +309,8 @@ def course(results: list[dict[str, Any]], species: str, gene: str) -> str:
 
 
 def kills(tests: list[list[list[float]]]) -> str:
-    """Return the table of kills per wolf and 1,000 s: geometric means over runs, with a row for each time
-    of the hunters."""
+    """Return the table of kills per wolf per 1,000 s: geometric means over runs, with a row for each hunters'
+    time."""
     return "; ".join(" ".join(f"{v:.1f}" for v in row) for row in 1000 * np.exp(np.mean(tests, 0)))
 
 

@@ -1,4 +1,4 @@
-"""How often do intervals from approximate Bayesian computation contain a world's true parameters?
+"""How often do approximate Bayesian computation intervals contain a world's true parameters?
 
 The study repeats `recovery` with forty worlds instead of ten and with new seeds; the hypotheses are in
 registered/calibration.toml.
@@ -15,7 +15,7 @@ REGISTERED = registration("calibration")
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Decide the registered hypotheses; return them with a table of the trials."""
+    """Test the registered hypotheses; return them with a table of the trials."""
     candidates, truths = split(cases)
     found = [posterior(CONFIG, candidates, truth["statistics"])[0] for truth in truths]
     lines, rows = [], []

@@ -1,9 +1,9 @@
-"""Folders of sweeps, searches, archipelagos and comparisons that were damaged, changed and sealed again, or
-assembled from several folders: each is read and continued.
+"""Reads and resumes folders of sweeps, searches, archipelagos and comparisons that were damaged, changed and
+resealed, or assembled from several folders.
 
-A change is a damaged file, a value of another type or a payload in a sealed file, a line of a journal, a link
-to a different folder, or a file from another folder of the same kind. No payload may run (marks), no file
-outside the folder may change, no finished run may be lost, and each refusal names a file.
+A change is a damaged file, a value of a different type or a payload in a sealed file, a changed journal line,
+a link to a different folder, or a file from another folder of the same kind. No payload may run (and leave a
+mark), no file outside the folder may change, no finished run may be lost, and each refusal must name a file.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ COUNT = "species.moss.count"
 
 
 def words_of(kind: str, folder: Path, more: int = 0) -> list[Any]:
-    """Return the command that starts a container or, with `more`, one that continues it."""
+    """Return the command that starts a container or, with `more`, one that resumes it."""
     world, quiet = folder.parent / "world.toml", ["-q", "--workers", "1", "--out", folder]
     return {
         "sweep": ["sweep", folder.parent / "plan.toml", *quiet],
@@ -94,7 +94,7 @@ def words_of(kind: str, folder: Path, more: int = 0) -> list[Any]:
 
 @cache
 def harmless(place: Any, kind: str, which: int) -> Path:
-    """Return the folder of an unchanged container; `which` selects one of two plans."""
+    """Return an unchanged container's folder; `which` selects one of two plans."""
     from studies.common.malicious.ground import cli
 
     home = place.new()
@@ -108,14 +108,14 @@ def harmless(place: Any, kind: str, which: int) -> Path:
 
 
 def attacks(place: Any, kind: str, seed: int, folders: int) -> Iterator[tuple[str, Path, list[Any]]]:
-    """Yield the change, the folder of the container, and the commands to run on it."""
+    """Yield the change, the container's folder, and the commands to run on it."""
     for i in range(folders):
         chance, home = random.Random(seed * 1_000_000 + i), place.new()
         shutil.copytree(harmless(place, kind, 0), home)
         folder = home / "out"
         lines = [_line] * 4 if kind == "search" else []
         if kind == "sweep" and i % 2:
-            (folder / "jobs" / "0001" / "done.json").unlink()  # some work is left
+            (folder / "jobs" / "0001" / "done.json").unlink()  # some work remains
         label = chance.choice([_damaged, _typed, _typed, _typed, _foreign, _linked, *lines])(
             place, kind, folder, chance
         )
@@ -163,7 +163,7 @@ def _odd(place: Any, chance: random.Random) -> Any:
 
 
 def _typed(place: Any, kind: str, folder: Path, chance: random.Random) -> str:
-    """Change a value in a sealed file and seal it again with the hash of its plan."""
+    """Change a value in a sealed file and reseal it with the hash of its plan."""
     from ecs_eco.record import container, seal
     from studies.common.malicious.worlds import mutate
 
@@ -189,7 +189,7 @@ def _model(kind: str) -> Any:
 
 
 def _foreign(place: Any, kind: str, folder: Path, chance: random.Random) -> str:
-    """Replace a file or a run folder by one of another container."""
+    """Replace a file or run folder with one from another container."""
     other = harmless(place, kind, 1) / "out"
     both = [p for p in _files(other) if (folder / p.relative_to(other)).is_file()]
     file = chance.choice(both)
@@ -202,7 +202,7 @@ def _foreign(place: Any, kind: str, folder: Path, chance: random.Random) -> str:
 
 
 def _linked(place: Any, kind: str, folder: Path, chance: random.Random) -> str:
-    """Replace a file or folder in the container, or its lock, by a link to a file or folder of the user."""
+    """Replace a file or folder in the container, or its lock, with a link to a user's file or folder."""
     victim = place.home / "victim"
     path = chance.choice([p for p in sorted(folder.rglob("*")) if p.suffix not in DRAWN])
     if chance.random() < 0.2:
@@ -217,7 +217,7 @@ def _linked(place: Any, kind: str, folder: Path, chance: random.Random) -> str:
 
 
 def _line(place: Any, kind: str, folder: Path, chance: random.Random) -> str:
-    """Change a line of a journal, and seal the whole journal again."""
+    """Change a line of a journal, and reseal the whole journal."""
     from ecs_eco.lab.searching.journal import NAME, WORD, Journal, read
     from studies.common.malicious.worlds import mutate
 
@@ -233,7 +233,7 @@ def _line(place: Any, kind: str, folder: Path, chance: random.Random) -> str:
 
 
 def _commands(place: Any, kind: str, folder: Path, chance: random.Random) -> list[Any]:
-    """Return the command that continues a container, and a command that reads it or one of its runs."""
+    """Return the command that resumes a container, and a command that reads it or one of its runs."""
     from studies.common.malicious.ground import cli
 
     runs = [p.parent for p in _files(folder, ("manifest.json",))]
@@ -261,13 +261,13 @@ def _commands(place: Any, kind: str, folder: Path, chance: random.Random) -> lis
         "archipelago": ["resume", folder, "--until", "10", "-q", "--no-report", "--workers", "1"],
     }
     chosen = [first.get(kind, words_of(kind, folder, 1))]
-    if kind != "search":  # it stores no runs
+    if kind != "search":  # it does not store runs
         chosen.append(chance.choice(chance.choice([whole, single]) or single))
     return [(" ".join(map(str, words[:2])), cli(*words)) for words in chosen]
 
 
 def _slurm(place: Any) -> Path:
-    """Return a folder with SLURM commands that do all of a script except its job."""
+    """Return a folder of stand-ins for SLURM commands that do everything in a script except its job."""
     tools = place.home / "tools"
     tools.mkdir()
     for name, text in (
@@ -281,7 +281,7 @@ def _slurm(place: Any) -> Path:
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Try one chunk of folders of one kind."""
+    """Test one chunk of folders of one kind."""
     import os
 
     from studies.common.malicious.ground import KINDS as ENDS
@@ -318,12 +318,12 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def _finished(folder: Path) -> set[Path]:
-    """Return the files of finished work: results, records and manifests."""
+    """Return the files that store finished work: results, records and manifests."""
     return {p for p in folder.rglob("*") if p.name.endswith(KEPT) and not p.is_symlink() and p.is_file()}
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Count how attempts ended, by kind of container."""
+    """Count the outcomes of attempts, by kind of container."""
     from studies.common.malicious.ground import KINDS as ENDS
     from studies.common.malicious.ground import REFUSED, TRACEBACK, UNNAMED
 
@@ -355,8 +355,8 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
 STUDY = Study(
     name="containers",
-    claim="A folder of runs that was damaged, changed or assembled by hand runs no code, changes nothing "
-    "outside of it, loses no finished run, and is refused by name.",
+    claim="A folder of runs that was damaged, changed or assembled by hand runs no code, "
+    "changes nothing outside it, loses no finished run, and is refused by name.",
     config={"folders": 25},
     cases=[{"what": kind, "seed": seed} for seed in (1, 2, 3) for kind in KINDS],
     run=run,

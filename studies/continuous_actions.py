@@ -3,14 +3,13 @@
     python -m studies.continuous_actions [--short]
 
 These hypotheses were written before the deciding run. The task counts as learned if the mean return of the
-last 100 episodes is at least −250. Both programs have the same settings, the same environments (rewards are
-divided by 10, which changes no policy; returns are reported undivided) and the same seeds, in turn, in one
-thread.
+last 100 episodes is at least −250. Both programs run in turn, in one thread, with the same settings,
+environments and seeds (rewards are divided by 10, which changes no policy; returns are reported undivided).
 1. PPO as shipped learns the task within 100,000 steps for at least 9 of 10 seeds.
 2. Its median number of steps over seeds is at most that of Stable-Baselines3's PPO.
 
-The settings are those tuned for Stable-Baselines3 (rl-baselines3-zoo), without its state-dependent
-exploration; seed 100 was seen before. The cases of Stable-Baselines3 require stable-baselines3.
+The settings were tuned for Stable-Baselines3 (rl-baselines3-zoo) and omit its state-dependent exploration;
+seed 100 had been seen before. Cases with Stable-Baselines3 require stable-baselines3.
 """
 
 import os
@@ -38,8 +37,7 @@ SETTINGS = PPO(
 
 
 def environments(seed: int | None = None) -> Any:
-    """Return Pendulum-v1 with rewards divided by ten: with this seed for Stable-Baselines3, or for our
-    PPO."""
+    """Return Pendulum-v1 with rewards divided by ten, with this seed for Stable-Baselines3 or for our PPO."""
     import gymnasium
 
     def scaled(env: Any) -> Any:
@@ -53,7 +51,7 @@ def environments(seed: int | None = None) -> Any:
 
 
 def ours(seed: int, steps: int, ppo: PPO) -> dict[str, Any]:
-    """Train until the task is learned or `steps` are over."""
+    """Train until the task is learned, for at most `steps` steps."""
     start = time.process_time()
     training = train(
         environments(),
@@ -98,7 +96,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Report how soon each arm learned the task, and its speed."""
+    """Report the steps each arm took to learn the task, and its speed."""
     rows, medians, verdicts = [], {}, []
     for arm in ARMS:
         runs = [c["result"] for c in cases if c["case"]["arm"] == arm]

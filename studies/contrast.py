@@ -1,9 +1,9 @@
-"""Does learning affect how long the living world persists?
+"""Does learning affect how long a world persists?
 
-The study compares random with trained deer and wolves, for two costs of running. Mass action alone can make
-populations cycle; only this contrast shows the effect of learned policies. An arm is named deer/wolf; a
-world's lifetime is the tick of its first extinction of deer or wolves, censored at the end of the run.
-Policies are trained separately for each cost, from one training seed (that of the bundled policies).
+The study compares trained with random deer and wolves, for two costs of running. Mass action alone can make
+populations cycle, so only this contrast shows the effect of learned policies. Arms are named deer/wolf; a
+world's lifetime is the tick at which deer or wolves first go extinct, censored at the end of the run.
+Policies are trained separately for each cost, from the training seed of the bundled policies.
 """
 
 from typing import Any
@@ -24,8 +24,8 @@ SEEDS = tuple(range(3001, 3009))
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Run one arm at one cost; return how long both species survived, which went extinct, and the causes
-    of death."""
+    """Run one arm at one cost; return how long both species survived, which species went extinct, and the
+    causes of death."""
     from ecs_eco.analysis.cycles import cycle_statistics
     from ecs_eco.config import load
 

@@ -1,11 +1,11 @@
-"""What causes the cycles of grass, deer and wolves: learning, sight of wolves, flight, or the population
-sizes alone?
+"""What causes the cycles of grass, deer and wolves: learning, seeing wolves, flight, or the population sizes
+alone?
 
-Each arm has its own search over the same parameters of the world, with the same number of candidates; then
-policies of fresh training seeds live in the best world of that search, on fresh world seeds. The hypotheses
-are in registered/cycle_causes.toml. A map around each arm's best world shows where worlds persist and cycle.
-The world has half the area of the shipped one; policies are trained in the unchanged world, because training
-holds population sizes constant. A search keeps its folder in the temporary folder and resumes from there.
+Each arm searches the same world parameters with the same number of candidates; policies of fresh training
+seeds then live in the best world found, on fresh world seeds. The hypotheses are in
+registered/cycle_causes.toml. A map around each arm's best world shows where worlds persist and cycle. The
+world has half the area of the shipped one; policies are trained in the unchanged world, because training
+holds population sizes constant. A search keeps its files in the temporary folder and resumes from there.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ FACTORS = (0.5, 0.71, 1.0, 1.41, 2.0)
 
 
 def world(of: Mapping[str, Any], small: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the world of an arm, as its file would define it."""
+    """Return an arm's world, as its file would define it."""
     from ecs_eco.config import load
 
     content = without_policies(load("predator-prey", dict(small)))
@@ -58,7 +58,7 @@ def world(of: Mapping[str, Any], small: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Search for the world of an arm; return it, the outcomes in it, and the map around it."""
+    """Search for an arm's world; return it, the outcomes in it, and the map around it."""
     of = REGISTERED.arms[case["arm"]]
     content = world(of, config["small"])
     best = searched(config, case["arm"], content, of)
@@ -74,8 +74,8 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 def searched(
     config: dict[str, Any], arm: str, content: dict[str, Any], of: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Search the parameters of an arm's world; return the best with its score and the number of candidates
-    that survived."""
+    """Search the parameters of an arm's world; return the best values with their score, and the number of
+    candidates that survived."""
     from ecs_eco.config import load
     from ecs_eco.lab import search
 
@@ -123,7 +123,7 @@ def cell(
     seed: int,
     ticks: int,
 ) -> dict[str, Any]:
-    """Run a world with these values and the policies of a training seed; return the outcome."""
+    """Run a world with these values and a training seed's policies; return the outcome."""
     from ecs_eco.config import load
 
     policies = (
@@ -147,8 +147,8 @@ def cell(
 def mapped(
     config: dict[str, Any], content: dict[str, Any], of: Mapping[str, Any], values: Mapping[str, Any]
 ) -> list[str]:
-    """Return a string for each value of the first of MAPPED, with a letter for each value of the second: c
-    if the world persists and cycles, p if it persists, otherwise the initial of the species that went
+    """Return a string for each value of the first key in MAPPED, with a letter for each value of the second:
+    c if the world persists and cycles, p if it only persists, otherwise the initial of the species that went
     extinct first."""
     training, seed = config["training seeds"][0], config["world seeds"][0]
     rows = []
@@ -172,7 +172,8 @@ def shares(lives: list[dict[str, Any]]) -> list[float]:
 
 
 def gap(one: list[dict[str, Any]], other: list[dict[str, Any]]) -> list[float]:
-    """Return the difference of the shares that cycle and its 95% interval, with training seeds as replicates.
+    """Return the difference between the shares that cycle and its 95% interval, with training seeds as
+    replicates.
 
     It equals the mean over pairs of training seeds, because all have the same number of world seeds.
     """
@@ -180,9 +181,9 @@ def gap(one: list[dict[str, Any]], other: list[dict[str, Any]]) -> list[float]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return the registered comparisons, and a line for each arm."""
+    """Return the registered comparisons, and a row for each arm."""
     lives = {e["case"]["arm"]: e["result"]["lives"] for e in cases}
-    if set(lives) < set(REGISTERED.arms):  # the short form lacks arms
+    if set(lives) < set(REGISTERED.arms):  # the short form omits arms
         return {"verdicts": [verdict("arms that ran", len(lives), "reported", True)]}
     own = float(np.mean(shares(lives["learned"])))
     lines = [REGISTERED.verdict("learned", share_of_lives(lives["learned"], "cycled"), own >= 0.8)]

@@ -1,9 +1,9 @@
-"""Do grass, deer and wolves cycle, each following the species it eats, when their policies were learned and
-are frozen?
+"""Do grass, deer and wolves cycle, each following the species it eats, when policies are learned and then
+frozen?
 
 The study runs the bundled policies (training seed 1) on fresh world seeds; persistence.py covers other
-training seeds, and learning_in_life.py covers learning in life. Peaks are tested against red noise: AR(1), as
-specified, and a stricter model that relaxes at two rates.
+training seeds, and learning_in_life.py covers learning during life. Peaks are tested against red noise:
+AR(1), as planned, and a stricter model that relaxes at two rates.
 """
 
 from typing import Any
@@ -13,13 +13,13 @@ import numpy as np
 from studies.common.predator_prey import first_extinction, identity, live, numbers, packed, unpacked
 from studies.common.study import Study, verdict
 
-FRESH = tuple(range(1001, 1011))  # world seeds not used in any choice
-BLOCK = 40  # [ticks] per stored mean
+FRESH = tuple(range(1001, 1011))  # world seeds not used to make any choice
+BLOCK = 40  # [ticks] averaged per stored mean
 LAGS = {"deer→wolf": (0.20, 0.35), "grass→deer": (0.28, 0.50)}
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Run one world; return which species went extinct and when, peaks, periods, lags, and the numbers."""
+    """Run one world; return the species that went extinct and when, and peaks, periods, lags and numbers."""
     from ecs_eco.analysis.cycles import cycle_statistics
     from ecs_eco.config import load
 
@@ -38,13 +38,13 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def periods(result: dict[str, Any]) -> float:
-    """Return the number of periods in the run, without its start."""
+    """Return the number of periods in the run, excluding its start."""
     c = result["cycles"]
     return c["ticks"] / c["period"] if c["period"] else 0.0
 
 
 def count(results: list[dict[str, Any]], species: str, null: str) -> int:
-    """Return the number of runs with a peak beyond a null at p < 0.05."""
+    """Return the number of runs with a peak that exceeds a null model at p < 0.05."""
 
     def p(r: dict[str, Any]) -> float | None:
         c = r["cycles"]
@@ -54,8 +54,8 @@ def count(results: list[dict[str, Any]], species: str, null: str) -> int:
 
 
 def coupling(results: list[dict[str, Any]], pair: str) -> Any:
-    """Return the cross-seed surrogates of a pair over the runs in which all species persist; None for
-    fewer than four runs."""
+    """Return cross-seed surrogates for a pair over the runs in which all species persist; None for fewer than
+    four runs."""
     from ecs_eco.analysis.cycles import cross_seed_surrogates
 
     kept = [r for r in results if r["extinct"] is None and r["cycles"]["period"]]

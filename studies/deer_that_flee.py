@@ -1,11 +1,11 @@
-"""Where does running from a wolf benefit a deer, do deer learn to run there, and how do the cycles change?
+"""When does running from a wolf benefit deer, do they then learn to run, and how do the cycles change?
 
-The approach of a wolf is scripted: it sees a deer 5 m away and runs at it; the deer walks or runs away as
-soon as it sees the wolf. The benefit of running is mapped over its cost, the deer's range of sight and the
-speed of wolves. Then policies are trained by the world's own recipe, in the shipped world and in a world
-where running pays. A third arm moves deer that learned where running is expensive into the second world, with
-its wolves: the same parameters, but deer that walk. The hypotheses are in registered/deer_that_flee.toml.
-Worlds have half the area of the shipped one, in training as well.
+Wolf approaches are scripted: a wolf sees a deer 5 m away and runs at it; the deer walks or runs away as soon
+as it sees the wolf. The benefit of running is mapped over its cost, the deer's range of sight and the wolves'
+speed. Policies are then trained with the world's own recipe, in the shipped world and in a world where
+running pays. A third arm moves deer that learned where running is expensive into the second world with its
+wolves: the parameters are the same, but the deer walk. The hypotheses are in registered/deer_that_flee.toml.
+Worlds have half the area of the shipped one, also in training.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ DEER, WOLF = "species.deer.", "species.wolf."
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Run the approaches of a seed, or one world of an arm."""
+    """Run a seed's approaches, or one world of an arm."""
     return scripted(config, case["seed"]) if case["arm"] == "approaches" else lived(config, case)
 
 
 def scripted(config: dict[str, Any], seed: int) -> dict[str, Any]:
-    """Return survival and happiness after an approach, by response and by cell of the grid, and in both
+    """Return survival and happiness after an approach, by response, for each grid cell and for both
     worlds."""
     from studies.common.hunts import approaches
 
@@ -66,7 +66,7 @@ def scripted(config: dict[str, Any], seed: int) -> dict[str, Any]:
 
 
 def world(config: Mapping[str, Any], name: str) -> Any:
-    """Return the world of a name at half the area, in training as well."""
+    """Return the named world at half the area, also in training."""
     from ecs_eco.config import load
 
     content = without_policies(load("predator-prey", {**config["small"], **config["worlds"][name]}))
@@ -75,7 +75,7 @@ def world(config: Mapping[str, Any], name: str) -> Any:
 
 
 def lived(config: Mapping[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
-    """Run the world of an arm with trained policies; return the outcome, and which animals ran when."""
+    """Run an arm's world with trained policies; return the outcome, and which animals ran when."""
     from ecs_eco import World
 
     arm = REGISTERED.arms[case["arm"]]
@@ -113,15 +113,15 @@ def lived(config: Mapping[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def gain(place: Mapping[str, Any], what: str = "happiness") -> float:
-    """Return the gain of running over walking in an approach."""
+    """Return the gain from running instead of walking in an approach."""
     return float(place["run"][what] - place["walk"][what])
 
 
 def running(
     entries: Entries, arm: str, who: str, low: float, high: float, column: str = "run"
 ) -> dict[int, float]:
-    """Return, by training seed, the share that runs at distances from `low` to `high` [m] over all world
-    seeds; or the mean of another column of studies.common.pursuit."""
+    """Return, by training seed, the share of animals running at distances from `low` to `high` [m] over all
+    world seeds, or the mean of another column of studies.common.pursuit."""
     out = {}
     for seed, results in by_training(entries, arm).items():
         counts = np.sum([r["pursuit"][who] for r in results], axis=0)
@@ -130,8 +130,8 @@ def running(
 
 
 def mean_of(entries: Entries, arm: str, what: str) -> dict[int, float]:
-    """Return, by training seed, the mean swing of a species over the runs that persist, or the mean log2
-    of the period over those that also cycle; training seeds without such runs are left out."""
+    """Return, by training seed, a species' mean swing over the runs that persist, or the mean log2 period
+    over those that also cycle; training seeds without such runs are omitted."""
     out = {}
     for seed, results in by_training(entries, arm).items():
         values = (
@@ -153,12 +153,12 @@ def persisting(entries: Entries, arm: str) -> dict[int, float]:
 
 
 def lives(entries: Entries, arm: str) -> list[dict[str, Any]]:
-    """Return the runs of an arm, each with its seeds."""
+    """Return an arm's runs, each with its seeds."""
     return [e["case"] | e["result"] for e in entries if e["case"]["arm"] == arm]
 
 
 def difference(one: Mapping[int, float], other: Mapping[int, float]) -> list[float]:
-    """Return the mean difference over the training seeds that both arms have, and its 95% interval (t)."""
+    """Return the mean difference over training seeds common to both arms, and its 95% interval (t)."""
     both = [one[k] - other[k] for k in one if k in other and np.isfinite(one[k] - other[k])]
     return mean_interval(both)
 
@@ -167,10 +167,10 @@ def difference(one: Mapping[int, float], other: Mapping[int, float]) -> list[flo
 
 
 def summarise(entries: Entries) -> dict[str, Any]:
-    """Decide the registered hypotheses; return them with a line for each arm and the map of the gain of
+    """Test the registered hypotheses; return them with a line for each arm and the map of gains from
     running."""
     made = [e["result"] for e in entries if e["case"]["arm"] == "approaches"]
-    if {e["case"]["arm"] for e in entries} < {"approaches", *REGISTERED.arms}:  # the short form lacks arms
+    if {e["case"]["arm"] for e in entries} < {"approaches", *REGISTERED.arms}:  # the short form omits arms
         return {"verdicts": [verdict("cases that ran", len(entries), "reported", True)]}
     lines = [*of_approaches(made), *of_learning(entries), *of_cycles(entries), *looked_at(entries)]
     head = [
@@ -197,7 +197,7 @@ def summarise(entries: Entries) -> dict[str, Any]:
 
 
 def of_approaches(made: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Return lines about approaches."""
+    """Return the lines on approaches."""
     fleeing, shipped = ([gain(m["worlds"][name]) for m in made] for name in ("fleeing", "shipped"))
     pays = mean_interval(fleeing)
     more = mean_interval([a - b for a, b in zip(fleeing, shipped, strict=True)])
@@ -222,7 +222,7 @@ def of_approaches(made: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def of_learning(entries: Entries) -> list[dict[str, Any]]:
-    """Return lines about which animals run when."""
+    """Return the lines on which animals run when."""
     learnt = difference(running(entries, "fleeing", "deer", 0, 3), running(entries, "shipped", "deer", 0, 3))
     cue = difference(running(entries, "fleeing", "deer", 0, 3), running(entries, "fleeing", "deer", 8, 12))
     toward = running(entries, "fleeing", "deer", 0, 3, "toward, running")
@@ -240,7 +240,7 @@ def of_learning(entries: Entries) -> list[dict[str, Any]]:
 
 
 def of_cycles(entries: Entries) -> list[dict[str, Any]]:
-    """Return lines about persistence, periods and swings."""
+    """Return the lines on persistence, periods and swings."""
     fleeing, walkers = lives(entries, "fleeing"), lives(entries, "walkers")
     kept = float(np.mean(list(persisting(entries, "fleeing").values())))
     lines = [REGISTERED.verdict("persists", share_of_lives(fleeing, "persisted"), kept >= 0.8)]
@@ -259,7 +259,7 @@ def of_cycles(entries: Entries) -> list[dict[str, Any]]:
 
 
 def looked_at(entries: Entries) -> list[dict[str, Any]]:
-    """Return lines that were added after a look at the results, because worlds of walkers go extinct."""
+    """Return lines added after a look at the results, because worlds of walkers go extinct."""
     by = {arm: by_training(entries, arm) for arm in REGISTERED.arms}
     lasted, swings = (
         {

@@ -1,10 +1,10 @@
 """Do copepods migrate, flee and avoid the smell of krill, and how much of this remains when one factor is
 removed?
 
-A case is an arm, a training seed and a world seed; the training seed is the replicate. All arms share the
-policies trained in the shipped world (where happiness is energy alone), except `untrained` and `retrained:`;
-the latter were trained in a world with light in the happiness, without krill, or both. An arm measures one of
-these:
+Each case combines an arm, a training seed and a world seed; the training seed is the replicate. All arms
+share the policies trained in the shipped world (where happiness is energy alone), except `untrained` and
+`retrained:`, whose policies were trained with light as part of happiness, without krill, or both. Each arm
+measures one of these:
 
     life      20 days after the first: cosinor of mean depth
     held      the same for 8 days with population sizes held constant by respawn, as in training but with the
@@ -16,12 +16,12 @@ these:
     plume     smells of krill without a krill, in the dark: whether copepods move away from them,
               and whether the horizontal parts of their moves do
 
-The approach of krill, the positions of plumes, and the larger weight of light were decided after a first look
-at training seed 1: the world's README reports the results of the first designs.
+The krill's approach, the plumes' positions and the larger light weight were chosen after a first look at
+training seed 1; the world's README reports results of the first designs.
 
-Each protocol and training seed needs one trained policy, which takes about 50 s of CPU and is then stored. In
-addition, a case of 20 days takes 10 s of CPU, the other cases 1 to 5 s. The whole study takes about an hour
-on two cores.
+Each protocol and training seed needs one trained policy, which takes about 50 s of CPU time and is then
+stored. In addition, a 20-day case takes 10 s of CPU time and other cases take 1 to 5 s. The whole study takes
+about an hour on two cores.
 """
 
 from typing import Any
@@ -45,7 +45,7 @@ TRAINED: dict[str, dict[str, Any]] = {
     "energy without krill": NO_KRILL,
     "twice the light without krill": MORE_LIT | NO_KRILL,
 }
-ARMS: dict[str, dict[str, Any]] = {  # the measure, the policies and the world of each arm
+ARMS: dict[str, dict[str, Any]] = {  # each arm's measure, policies and world
     "shipped": {"what": "life"},
     "constant light": {"what": "life", "set": CONSTANT},
     "inverted light": {"what": "life", "set": INVERTED},
@@ -81,13 +81,13 @@ ARMS: dict[str, dict[str, Any]] = {  # the measure, the policies and the world o
     "plume": {"what": "plume"},
     "plume: no nose": {"what": "plume", "set": NO_NOSE},
 }
-# version of each measure: cases of earlier versions run again
+# version of each measure: cases from earlier versions are rerun
 MEASURED = {"approach": 2, "survival": 2, "plume": 2}
 TRAINING_SEEDS, SEEDS = tuple(range(1, 9)), (101, 102, 103, 104)
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Train or find the policies, run one world, and measure."""
+    """Train or reuse the policies, run one world, and measure."""
     from ecs_eco import World
     from ecs_eco.config import load
     from studies.common.sea import approach, chemotaxis, encounters, life, policies_of
@@ -95,7 +95,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     arm = ARMS[case["arm"]]
     name, seed = arm.get("policies", "shipped"), case["seed"]
     if name == "untrained":
-        # the seed of the world draws the networks
+        # the world's seed draws the networks
         policies, seed = "untrained", seed + 1000 * case["training"]
     else:
         says = {"set": config["set"] | TRAINED[name]}
@@ -122,11 +122,10 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def depends(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Return the parts of the configuration that a case depends on: its arm, the policies that it uses, and
-    the shipped world.
+    """Return the configuration entries that a case depends on: its arm, its policies, and the shipped world.
 
-    Versions of corrected measures also count. In the measure of days only p was corrected, and only the p of
-    `shipped` is used.
+    Versions of corrected measures are also included. In the measure over days only p was corrected, and only
+    the p of `shipped` is used.
     """
     from ecs_eco.config import load
 
@@ -175,7 +174,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 NOTES = (
-    "Amplitudes are shares of the water's depth: half the height of the wave. All arms have the policies of the "
+    "Amplitudes, half the height of the wave, are shares of the water's depth. All arms have the policies of the "
     "shipped world, except `retrained:`, whose policies were trained in their own world, and `untrained`."
 )
 
@@ -373,17 +372,17 @@ def _escape(cases: list[dict[str, Any]], results: dict[str, Any]) -> list[dict[s
 
 
 def _ways(cases: list[dict[str, Any]], arm: str) -> np.ndarray:
-    """Return the mean direction for each training seed: its component away from the approaching object,
-    and its component to the left of that, f64[training seeds, 2]."""
+    """Return each training seed's mean direction: the component away from the approaching object, and the
+    component to the left of that, f64[training seeds, 2]."""
     parts = [by_training(cases, arm, lambda r, k=k: r["way"][k] if r.get("way") else None) for k in (0, 1)]
     return np.array(parts).T.reshape(-1, 2)
 
 
 def _directed(cases: list[dict[str, Any]], arm: str) -> list[dict[str, Any]]:
-    """Test whether copepods swim away more than copepods that cannot sense krill, which also end up moving
-    away because krill overshoot.
+    """Test whether copepods swim away more than copepods that cannot sense krill; those also end up moving
+    away, because krill overshoot.
 
-    The difference of the mean directions of a training seed is one direction in the V-test.
+    The difference between a training seed's mean directions is one direction in the V-test.
     """
     from ecs_eco.analysis.tracks import v_test
 

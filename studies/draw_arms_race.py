@@ -1,5 +1,5 @@
-"""Draw docs/img/arms_race.svg from studies/results/arms_race.json: the genes of deer and wolves over time,
-and the catch of hunters from each time among prey from each time.
+"""Draw docs/img/arms_race.svg from studies/results/arms_race.json: deer and wolf genes over time, and the
+catch of hunters from each time among prey from each time.
 
     python -m studies.draw_arms_race
 """
@@ -30,8 +30,8 @@ PANELS = {
 
 
 def draw(result: dict[str, Any], path: Path) -> Path:
-    """Write the figure: genes above, with a line for each training seed; below, kills by time of hunters
-    and prey."""
+    """Write the figure: above, genes, with a line for each training seed; below, kills by hunters' and prey's
+    time."""
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
@@ -58,7 +58,7 @@ def draw(result: dict[str, Any], path: Path) -> Path:
 
 
 def courses(axis: Any, result: dict[str, Any], arm: str, species: str, gene: str, colour: str) -> None:
-    """Draw a gene's mean over time in the runs of an arm that persist, and the mean over runs."""
+    """Draw a gene's mean over time in each of an arm's persisting runs, and the mean over those runs."""
     lines = [
         [t[species][gene][0] for t in e["result"]["genes"]]
         for e in result["cases"]
@@ -71,7 +71,7 @@ def courses(axis: Any, result: dict[str, Any], arm: str, species: str, gene: str
 
 
 def meetings(figure: Any, result: dict[str, Any]) -> None:
-    """Draw kills per wolf and 1,000 s, geometric means over runs, by time of hunters and of prey."""
+    """Draw kills per wolf per 1,000 s, geometric means over runs, by hunters' and prey's time."""
     arms = [arm for arm, of in REGISTERED.arms.items() if of.get("tests")]
     tables = {
         arm: [

@@ -1,5 +1,5 @@
 """Draw docs/img/cycle_causes.svg from studies/results/cycle_causes.json: for each arm, the share of runs that
-persist and cycle in the best world of its search, and the outcomes of worlds around that one.
+persist and cycle in the best world of its search, and the outcomes of nearby worlds.
 
     python -m studies.draw_cycle_causes
 """
@@ -22,7 +22,7 @@ SAYS = {
     "runner": "scripted,\nflees",
     "random": "random",
 }
-# persists and cycles, persists, or first species to go extinct: Okabe and Ito (2008)
+# persists and cycles, persists, or first extinct species: Okabe and Ito (2008)
 OUTCOMES = {
     "c": ("persist and cycle", "#009e73"),
     "p": ("persist", "#56b4e9"),

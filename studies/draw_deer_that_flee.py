@@ -1,5 +1,5 @@
 """Draw docs/img/deer_that_flee.svg from studies/results/deer_that_flee.json: where running from a wolf pays,
-which share of animals runs at which distance, and the number of deer in each arm.
+the share of animals that run by distance, and the number of deer in each arm.
 
     python -m studies.draw_deer_that_flee
 """
@@ -17,7 +17,7 @@ from studies.deer_that_flee import REGISTERED, gain
 
 COLOURS = dict(zip(REGISTERED.arms, ("#555555", "#009e73", "#d55e00"), strict=True))  # Okabe and Ito 2008
 SAYS = {"shipped": "as shipped", "fleeing": "running is cheap", "walkers": "the same world, shipped deer"}
-BLOCK = 40  # [ticks] per stored mean
+BLOCK = 40  # [ticks] averaged per stored mean
 
 
 def draw(result: dict[str, Any], path: Path) -> Path:
@@ -42,7 +42,7 @@ def draw(result: dict[str, Any], path: Path) -> Path:
 
 
 def places(figure: Any, result: dict[str, Any]) -> None:
-    """Draw the gain of running over walking by its cost and the range of sight, with a panel for each
+    """Draw the gain from running instead of walking by its cost and the range of sight, with a panel for each
     speed."""
     of, made = (
         result["config"]["approaches"],
@@ -81,8 +81,8 @@ def places(figure: Any, result: dict[str, Any]) -> None:
 
 
 def curves(axis: Any, result: dict[str, Any], who: str, other: str) -> None:
-    """Draw the share that runs by the distance to the nearest animal of the other species, with a line for
-    each training seed."""
+    """Draw the share of running animals by distance to the nearest animal of the other species, with a line
+    for each training seed."""
     for arm, colour in COLOURS.items():
         by: dict[int, list[Any]] = {}
         for e in result["cases"]:
@@ -109,8 +109,7 @@ def curves(axis: Any, result: dict[str, Any], who: str, other: str) -> None:
 
 
 def numbers(axis: Any, result: dict[str, Any], arm: str) -> None:
-    """Draw the number of deer in an arm over time, with a line for each training seed in the first world
-    seed."""
+    """Draw an arm's number of deer over time on the first world seed, with a line for each training seed."""
     world = min(e["case"]["seed"] for e in result["cases"] if e["case"]["arm"] == arm)
     for e in result["cases"]:
         if e["case"]["arm"] == arm and e["case"]["seed"] == world:

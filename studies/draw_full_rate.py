@@ -1,7 +1,7 @@
-"""Draw learning at full rate in life, from studies/results/full_rate.json: docs/img/full_rate.svg.
+"""Draw learning at the full rate during life, from studies/results/full_rate.json: docs/img/full_rate.svg.
 
-Above: wolves over time, with a line for each run, by learning species. Below: the catch of a wolf in the
-arena for combinations of initial and final policies, and how far the policies of deer and wolves moved.
+Above: numbers of wolves over time, with a line for each run, by which species learn. Below: a wolf's catch in
+the arena for combinations of initial and final policies, and how far deer and wolf policies moved.
 """
 
 from pathlib import Path
@@ -31,7 +31,7 @@ ARMS = {
 
 
 def draw(record: dict[str, Any], path: Path) -> None:
-    """Write the figure of a result."""
+    """Write a result's figure."""
     plt.rcParams["svg.hashsalt"] = "ecs-eco"
     of = {arm: [c["result"] for c in record["cases"] if c["case"]["arm"] == arm] for arm in ARMS}
     drawn = [c["result"] for c in record["cases"] if c["case"]["arm"] == "search"]
@@ -48,7 +48,7 @@ def draw(record: dict[str, Any], path: Path) -> None:
 
 
 def over_time(ax: Any, results: list[dict[str, Any]], title: str) -> None:
-    """Draw the wolves of each run; runs in which they go extinct are red."""
+    """Draw the number of wolves in each run; runs in which they go extinct are red."""
     for r in results:
         n = [float(v) for v in r["series"]["wolf"].split()]
         t = BLOCK * (np.arange(len(n)) + 0.5)
@@ -59,7 +59,7 @@ def over_time(ax: Any, results: list[dict[str, Any]], title: str) -> None:
 
 
 def arena(ax: Any, results: list[dict[str, Any]]) -> None:
-    """Draw the catch of a wolf for each pair of policies: a line for each training seed, and the mean."""
+    """Draw a wolf's catch for each pair of policies: a line for each training seed, and the mean."""
     names = [*PAIRS, "answer"]
     values = np.array([[caught(name)(r) for name in names] for r in results])
     ax.plot(values.T, "o-", color=GREY, ms=3, lw=0.8)

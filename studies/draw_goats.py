@@ -1,8 +1,8 @@
-"""Draw how many goats carry each gene over time, from studies/results/goats.json:
+"""Draw the number of goats that carry each gene over time, from studies/results/goats.json:
 docs/img/goats_carriers.png.
 
-Above: the run of the first seed, as in the paper's figure. Below: the share of carriers in all runs of an
-arm.
+Above: the run of the first seed, as in the paper's figure. Below: the share of carriers in all of an arm's
+runs.
 """
 
 import io
@@ -24,7 +24,7 @@ DASHES = {"red": "-", "yellow": "-", "green": "-", "blue": "--"}
 
 
 def draw(record: dict[str, Any], path: Path) -> None:
-    """Write the figure of a result."""
+    """Write a result's figure."""
     figure, axes = plt.subplots(3, 1, figsize=(8.5, 7), layout="constrained")
     first = next(e for e in record["cases"] if e["case"]["arm"] == "goats")
     one(axes[0], first["result"]["series"])
@@ -69,7 +69,7 @@ def one(ax: Any, series: dict[str, str]) -> None:
 
 
 def share(ax: Any, series: dict[str, str]) -> None:
-    """Draw shares of carriers over generations as thin lines."""
+    """Draw carrier shares over generations as thin lines."""
     n = numbers(series["n"])
     for gene in GENES:
         ax.plot(

@@ -1,5 +1,5 @@
-"""Draw docs/img/goats_factorial.svg from studies/results/goats_factorial.json: the selection coefficient of
-each gene for each combination of learning and inheritance, and whether newborns would eat yellow grass.
+"""Draw docs/img/goats_factorial.svg from studies/results/goats_factorial.json: each gene's selection
+coefficient for each combination of learning and inheritance, and whether newborns would eat yellow grass.
 
     python -m studies.draw_goats_factorial
 """
@@ -53,7 +53,7 @@ def draw(result: dict[str, Any], path: Path) -> Path:
 
 
 def panel(axis: Any, result: dict[str, Any], genes: bool, value: Any) -> None:
-    """Draw a number of each run by inheritance, for goats that learn and goats that do not."""
+    """Draw a value of each run by inheritance, for goats that learn and goats that do not."""
     for learn, colour in COLOURS.items():
         for at, inherit in enumerate(INHERIT):
             name = next(

@@ -1,5 +1,5 @@
 """Draw docs/img/isolation.svg from studies/results/isolation.json: the diversity of genes and policies over
-time on islands with no, little or much migration, and in one world of their total area.
+time on islands with no, little or much migration, and in one world with their total area.
 
     python -m studies.draw_isolation
 """
@@ -34,7 +34,7 @@ def curves(result: dict[str, Any], arm: str, name: str) -> tuple[np.ndarray, np.
 
 
 def draw(result: dict[str, Any], path: Path) -> Path:
-    """Write the figure: a line for each seed, and a thick line for the mean of an arm."""
+    """Write the figure: a line for each seed, and a thick line for each arm's mean."""
     import matplotlib as mpl
     from matplotlib.figure import Figure
 

@@ -1,4 +1,4 @@
-"""Draw docs/img/outside.png from studies/results/outside.json: the intake of deer as each learner learns.
+"""Draw docs/img/outside.png from studies/results/outside.json: deer intake as each learner learns.
 
 python -m studies.draw_outside
 """

@@ -1,8 +1,8 @@
-"""Draw measured cycles next to those of shipped worlds, from studies/results/real_series.json:
+"""Draw measured cycles next to the cycles of shipped worlds, from studies/results/real_series.json:
 docs/img/real_series.svg.
 
-Above: the series, each scaled to its own period. Below: their measures; windows of the worlds as central 95%
-ranges, measured pairs as points.
+Above: the series, each scaled to its own period. Below: their measures, with central 95% ranges of the
+worlds' windows and points for measured pairs.
 """
 
 import csv
@@ -30,12 +30,12 @@ NAMES = {
     "gause": "Paramecium, Didinium",
 }
 WORLD = ("predator-prey", "deer→wolf")
-SHOWN = 3.0  # number of periods drawn of a world's run
+SHOWN = 3.0  # number of periods of a world's run to draw
 SHIFT = 0.08
 
 
 def draw(record: dict[str, Any], path: Path) -> None:
-    """Write the figure of a result."""
+    """Write a result's figure."""
     plt.rcParams["svg.hashsalt"] = "ecs-eco"
     figure, axes = plt.subplots(3, 4, figsize=(11, 7.5), layout="constrained")
     first = next(e for e in record["cases"] if e["case"]["arm"] == WORLD[0])["result"]["numbers"]
@@ -55,7 +55,7 @@ def draw(record: dict[str, Any], path: Path) -> None:
 
 
 def pair(ax: Any, prey: np.ndarray, predator: np.ndarray, title: str, period: float | None) -> None:
-    """Draw two series over periods, as shares of their maxima."""
+    """Draw two series over time in periods, as shares of their maxima."""
     period = period or period_of(prey, predator)
     t = np.arange(len(prey)) / period
     for series, colour in ((prey, PREY), (predator, PREDATOR)):
@@ -66,7 +66,7 @@ def pair(ax: Any, prey: np.ndarray, predator: np.ndarray, title: str, period: fl
 
 
 def lynx(ax: Any) -> None:
-    """Draw the long series of lynx, for which no series of prey exists."""
+    """Draw the long lynx series, for which no prey series exists."""
     with open(DATA / "mackenzie_lynx.csv", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     caught = np.array([float(row["lynx"]) for row in rows])
@@ -77,14 +77,14 @@ def lynx(ax: Any) -> None:
 
 
 def against(ax: Any, compared: dict[tuple[str, str, str], dict[str, Any]], measure: str) -> None:
-    """Draw a measure: the central 95% of the windows of a world as bars, the measured pairs as points."""
+    """Draw a measure: the central 95% of a world's windows as bars, the measured pairs as points."""
     for row, name in enumerate(SERIES):
         of = compared.get((*WORLD, name))
         if of is None:
             continue
         low, high, inside = of[measure]
         value = of["real"][measure]
-        if measure == "lag":  # within half a period of the bar's center
+        if measure == "lag":  # shift it to within half a period of the bar's center
             middle = (low + high) / 2
             value = middle + (value - middle + 0.5) % 1 - 0.5
         ax.plot([low, high], [row + SHIFT] * 2, color="#999999", lw=5, solid_capstyle="butt")

@@ -1,8 +1,8 @@
-"""Draw the parameters that a sampling search recovers, from studies/results/recovery.json:
+"""Draw the parameters recovered by a sampling search, from studies/results/recovery.json:
 docs/img/recovery.svg.
 
-Above: for each of ten worlds, the true parameters and the 90% intervals of their posteriors. Below: the
-posterior from pelts of hares and lynx, and its runs next to the measured statistics.
+Above: the true parameters of ten worlds, with 90% posterior intervals. Below: the posterior from hare and
+lynx pelts, and its runs next to the measured statistics.
 """
 
 from pathlib import Path
@@ -26,7 +26,7 @@ NAMES = {CHANCE: "probability that a lynx catches", RATE: "rate at which lynx br
 
 
 def draw(record: dict[str, Any], path: Path) -> None:
-    """Write the figure of a result."""
+    """Write a result's figure."""
     plt.rcParams["svg.hashsalt"] = "ecs-eco"
     candidates, truths = split(record["cases"])
     figure, axes = plt.subplots(2, 3, figsize=(11, 6), layout="constrained")
@@ -50,7 +50,7 @@ def draw(record: dict[str, Any], path: Path) -> None:
 
 
 def intervals(ax: Any, found: list[dict[str, Any]], truths: list[dict[str, float]], name: str) -> None:
-    """Draw the interval of a parameter in each trial, over its true value."""
+    """Draw a parameter's interval in each trial against its true value."""
     for of, truth in zip(found, truths, strict=True):
         n, colour = of["numbers"][name], POSTERIOR if within(of, truth, name) else MISSED
         ax.plot([truth[name]] * 2, [n["low"], n["high"]], color=colour, lw=2)
@@ -72,7 +72,7 @@ def ticked(axis: Any, name: str) -> None:
 
 
 def drawn(ax: Any, candidates: list[dict[str, Any]]) -> None:
-    """Draw all candidates, by whether both species survived."""
+    """Draw all candidates, marked by whether both species survived."""
     for lived, colour, label in ((True, POSTERIOR, "both persist"), (False, MISSED, "not both")):
         of = [c["values"] for c in candidates if (c["statistics"] is not None) == lived]
         ax.plot(
@@ -91,7 +91,7 @@ def drawn(ax: Any, candidates: list[dict[str, Any]]) -> None:
 
 
 def beside(ax: Any, pelts: dict[str, Any]) -> None:
-    """Draw each statistic: the measured value, and the runs of the posterior."""
+    """Draw each statistic: the measured value, and the posterior's runs."""
     for row, of in enumerate(pelts["statistics"].values()):
         inside = of["low"] <= of["observed"] <= of["high"]
         ax.plot([of["low"], of["high"]], [row] * 2, color=GREY, lw=5, solid_capstyle="butt")

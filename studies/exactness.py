@@ -1,5 +1,5 @@
-"""Same seed, same bytes: for 1 and 2 threads with learning on, between repeated runs, and for any order of
-the rows at tick 0."""
+"""Does the same seed give the same bytes for 1 and 2 threads with learning on, between repeated runs, and for
+any row order at tick 0?"""
 
 from typing import Any
 
@@ -12,8 +12,8 @@ TICKS = 200
 
 
 def large(times: int) -> dict[str, Any]:
-    """Return predator and prey on `times` the area with `times` the animals, so that every part of a tick
-    uses its threads."""
+    """Return the predator-prey world with `times` the area and animals, so that every part of a tick uses its
+    threads."""
     from ecs_eco.config import load
 
     config = load("predator-prey").resolved()
@@ -25,7 +25,7 @@ def large(times: int) -> dict[str, Any]:
 
 
 def gap(world: Any) -> float:
-    """Return the largest gap of the energy ledger in any tick, as a share of the stock."""
+    """Return the energy ledger's largest gap in any tick, as a share of the stock."""
     s = {
         name: np.asarray(column, float)
         for name, column in world.series().to_pydict().items()
@@ -63,7 +63,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Report which digests were equal."""
+    """Report which digests are equal."""
     results = [c["result"] for c in cases]
     n = len(results)
     threads = sum(

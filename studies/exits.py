@@ -1,4 +1,4 @@
-"""A process that records a run and reads it again ends with exit code 0."""
+"""A process that records a run and reads it back ends with exit code 0."""
 
 import subprocess
 import sys
@@ -26,8 +26,8 @@ for kind in ("births", "deaths", "snapshots"):
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Start the given number of processes one after another; return how many ended with each code, and the
-    error output of failed processes."""
+    """Start the given number of processes one after another; return the number that ended with each code, and
+    the error output of those that failed."""
     codes: dict[str, int] = {}
     complaints = []
     for i in range(config["processes"]):
@@ -46,7 +46,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Count the processes that did not end with 0."""
+    """Count the processes that did not exit with 0."""
     codes = [case["result"]["exit codes"] for case in cases]
     processes, clean = sum(sum(c.values()) for c in codes), sum(c.get("0", 0) for c in codes)
     return [
@@ -61,7 +61,7 @@ def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 STUDY = Study(
     name="exits",
-    claim="Processes that record a run and read it again end with exit code 0.",
+    claim="Processes that record a run and read it back end with exit code 0.",
     config={"processes": 30},
     cases=[{"seed": seed} for seed in range(1, 11)],
     run=run,

@@ -1,9 +1,9 @@
-"""Do deer and wolves learn to live from random weights within a minute on one core?
+"""Do deer and wolves with random weights learn to live within a minute on one core?
 
-For each training seed, the study records curves of intake, deaths and happiness during training. Then it
-compares trained with random animals at constant population sizes (respawn, no births): deer against trained
-wolves, and wolves against trained deer at high, middle and low prey density. Where prey is plentiful, a wolf
-can feed by standing still, so skill shows only where prey is scarce.
+For each training seed, the study records intake, deaths and happiness during training. Then it compares
+trained with random animals at constant population sizes (respawn, no births): deer against trained wolves,
+and wolves against trained deer at high, medium and low prey density. If prey is plentiful, a wolf can feed by
+standing still, so skill shows only if prey is scarce.
 """
 
 import json
@@ -18,7 +18,7 @@ from studies.common.predator_prey import identity
 from studies.common.study import Study, verdict
 
 SEEDS = (1, 2, 3, 4, 5, 6, 7)  # the first seven
-DEER = (700, 200, 60)  # prey on the whole ground
+DEER = (700, 200, 60)  # number of prey in the whole world
 MEASURES = {
     "deer intake": 1,
     "deer starved": -1,
@@ -30,8 +30,8 @@ MEASURES = {
 
 
 def evaluate(config: Any, policies: dict[str, str], deer: int, ticks: int, seed: int) -> dict[str, float]:
-    """Run animals at constant population sizes; return rates per animal and tick after the first 100
-    ticks, and the lifetime of deer."""
+    """Run animals at constant population sizes; return rates per animal per tick after the first 100 ticks,
+    and deer lifetime."""
     from ecs_eco import World
     from ecs_eco.config import load
 
@@ -85,7 +85,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def gain(results: list[dict[str, Any]], one: str, other: str, deer: int, measure: str) -> list[float]:
-    """Return the difference of a measure between two arms over training seeds, with its 95% interval."""
+    """Return a measure's difference between two arms over training seeds, with its 95% interval."""
     from ecs_eco.analysis.survival import bootstrap_difference
 
     a, b = ([r[arm][str(deer)][measure] for r in results] for arm in (one, other))

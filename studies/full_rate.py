@@ -1,10 +1,10 @@
-"""Why do wolves go extinct when deer and wolves continue to learn at the rate of pre-training, and where do
-they survive?
+"""Why do wolves go extinct if deer and wolves keep learning at the pre-training rate, and under which
+conditions do they survive?
 
 The hypotheses are in registered/full_rate.toml. Arms define which species learn, in the shipped world and in
-a world with other parameters for wolves, both on a quarter of the ground. If both learn, all four pairs of
-initial and final policies then run frozen and are measured in the arena: the world of pre-training, where
-respawn holds population sizes constant. There, wolves also continue to learn against the frozen final deer.
+a world with different wolf parameters, both with a quarter of the area. If both learn, all four pairs of
+initial and final policies then run frozen and are measured in the arena: the pre-training world, where
+respawn holds population sizes constant. There, wolves also keep learning against the frozen final deer.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ QUARTER = {
     "species.wolf.count": 62,
 }
 LEARNERS = ("deer", "wolf")
-WINDOW = 1000  # [ticks] over which the change of a policy is measured
-ENDS = ("first", "last")  # initial and final policies of a run
+WINDOW = 1000  # [ticks] over which a policy's change is measured
+ENDS = ("first", "last")  # a run's initial and final policies
 Result = dict[str, Any]
 
 
@@ -42,8 +42,8 @@ Result = dict[str, Any]
 
 
 def run(config: dict[str, Any], case: Mapping[str, Any]) -> Result:
-    """Run a world in which policies of a training seed live and learn as the arm defines; return the
-    outcome and, if the arm asks for it, that of their frozen pairs."""
+    """Run a world in which a training seed's policies live and learn as the arm defines; return the outcome
+    and, if the arm requests it, the outcomes of their frozen pairs."""
     from ecs_eco.config import load
 
     says = config["arms"][case["arm"]]
@@ -63,8 +63,8 @@ def run(config: dict[str, Any], case: Mapping[str, Any]) -> Result:
 
 
 def candidate(seed: int) -> dict[str, float]:
-    """Draw parameters of the world and of learning from the ranges, log-uniformly. A parameter with a
-    species prefix applies to that species; one with the prefix "both" applies to deer and wolves alike."""
+    """Draw world and learning parameters log-uniformly from the ranges. A parameter with a species prefix
+    applies to that species; the prefix "both" applies to both deer and wolves."""
     rng = np.random.default_rng(seed)
     drawn: dict[str, float] = {}
     for key, (low, high) in REGISTERED.content["search"]["ranges"].items():
@@ -76,8 +76,8 @@ def candidate(seed: int) -> dict[str, float]:
 
 
 def life(living: Any, folder: Path, seed: int, ticks: int) -> tuple[Any, dict[str, list[float]]]:
-    """Run a world to `ticks`, or to within 50 ticks of the first extinction of deer or wolves; return it,
-    and for each learner how far its policy moved in each whole window [nats of KL, then ‖ now]."""
+    """Run a world to `ticks`, or to within 50 ticks of the first extinction of deer or wolves; return it and,
+    for each learner, how far its policy moved in each complete window [nats of KL, then ‖ now]."""
     from ecs_eco import World
 
     world = World.from_config(living, seed=seed, policies=str(folder))
@@ -97,7 +97,7 @@ def life(living: Any, folder: Path, seed: int, ticks: int) -> tuple[Any, dict[st
 
 
 def state(world: Any, species: str) -> dict[str, np.ndarray]:
-    """Return a copy of the weights of a shared policy."""
+    """Return a copy of a shared policy's weights."""
     weights: dict[str, np.ndarray] = world.tables[species].species.nerves.brain.state()
     return {k: np.array(v) for k, v in weights.items()}
 
@@ -141,7 +141,7 @@ def swapped(
 
 
 def arena(seed: int, learn: bool) -> Any:
-    """Return the world of pre-training, in which wolves learn or no species does."""
+    """Return the pre-training world, in which wolves or no species learn."""
     from ecs_eco import World
     from ecs_eco.config import for_training, load
 
@@ -155,8 +155,8 @@ def arena(seed: int, learn: bool) -> Any:
 
 
 def counted(world: Any, before: int, ticks: int) -> dict[str, float]:
-    """Continue the run and measure its last `ticks`: deer caught per wolf in 100 ticks, and the grass
-    intake of a deer in 100 ticks [1/100 s]."""
+    """Continue the run and measure its last `ticks`: deer caught per wolf per 100 ticks, and a deer's grass
+    intake per 100 ticks [1/100 s]."""
     world.run(before + ticks)
     names = world.recorder.names
     table = world.series().select(["n", "taken_in", "died: eaten by wolf"]).to_pydict()
@@ -169,7 +169,7 @@ def counted(world: Any, before: int, ticks: int) -> dict[str, float]:
 
 
 def brief(of: Result) -> Result:
-    """Return the stored summary of a run."""
+    """Return a run's stored summary."""
     return {
         "persisted": of["persisted"],
         "lived": of["lived"],
@@ -197,8 +197,8 @@ def fewest(result: Result) -> float:
 
 
 def pace(result: Result, species: str) -> float:
-    """Return the nats that a policy moved in 1,000 ticks: the mean over whole windows except the first, in
-    which the policy leaves the averaged weights of training; NaN without such a window."""
+    """Return the nats that a policy moved per 1,000 ticks: the mean over complete windows except the first,
+    in which the policy leaves the averaged weights of training; NaN if there are no such windows."""
     later = result["moved"].get(species, [])[1:]
     return float(np.mean(later)) if later else float("nan")
 
@@ -210,7 +210,7 @@ def both_move(results: Sequence[Result], least: float) -> float:
 
 
 def interval(cases: Sequence[Result], arm: str, share: Callable[[Sequence[Result]], float]) -> list[float]:
-    """Return a share of the runs of an arm and its 95% interval, with training seeds as replicates."""
+    """Return a share of an arm's runs and its 95% interval, with training seeds as replicates."""
     lives = [c["case"] | {"counts": share([c["result"]])} for c in cases if c["case"]["arm"] == arm]
     return share_of_lives(lives, "counts")
 
@@ -222,7 +222,7 @@ def gap(one: Sequence[float], other: Sequence[float]) -> list[float]:
 
 
 def by_training(cases: Sequence[Result], arm: str, value: Any) -> list[float]:
-    """Return means over world seeds of a value of results, by training seed."""
+    """Return a result value's means over world seeds, by training seed."""
     of: dict[int, list[float]] = {}
     for c in cases:
         if c["case"]["arm"] == arm:
@@ -231,20 +231,19 @@ def by_training(cases: Sequence[Result], arm: str, value: Any) -> list[float]:
 
 
 def caught(pair: str) -> Any:
-    """Return the catch of a wolf of a pair in the arena; "answer" selects wolves that continued to learn
-    there."""
+    """Return the catch per wolf of a pair in the arena; "answer" selects wolves that kept learning there."""
     return lambda r: (r["answer"] if pair == "answer" else r["arena"][pair])["caught"]
 
 
 def lived(pair: str) -> Any:
-    """Return the lifetime of a frozen pair [ticks]."""
+    """Return a frozen pair's lifetime [ticks]."""
     return lambda r: r["swaps"][pair]
 
 
 def summarise(cases: list[Result]) -> dict[str, Any]:
-    """Return the registered comparisons, and a line for each arm."""
+    """Return the registered comparisons, and a row for each arm."""
     arms = {arm: [c["result"] for c in cases if c["case"]["arm"] == arm] for arm in REGISTERED.arms}
-    if not all(arms.values()):  # the short form lacks arms
+    if not all(arms.values()):  # the short form omits arms
         return {"verdicts": [verdict("arms that ran", sum(map(bool, arms.values())), "reported", True)]}
     return {
         "verdicts": judged(cases, arms) + told(arms),
@@ -253,7 +252,7 @@ def summarise(cases: list[Result]) -> dict[str, Any]:
 
 
 def judged(cases: list[Result], arms: Mapping[str, list[Result]]) -> list[dict[str, Any]]:
-    """Decide the registered hypotheses."""
+    """Test the registered hypotheses."""
 
     def least(arm: str) -> list[float]:
         return by_training(cases, arm, fewest)
@@ -282,7 +281,7 @@ def judged(cases: list[Result], arms: Mapping[str, list[Result]]) -> list[dict[s
 
 
 def told(arms: Mapping[str, list[Result]]) -> list[dict[str, Any]]:
-    """Return results without a goal: the arena, the swaps, and the search."""
+    """Return the results without a goal: the arena, the swaps, and the search."""
     of = [r for r in arms["both"] if "swaps" in r]
     lines = [
         verdict(
@@ -357,7 +356,7 @@ PAIRS = [f"{deer} deer, {wolf} wolves" for deer, wolf in itertools.product(ENDS,
 
 
 def all_cases() -> list[dict[str, Any]]:
-    """Return every arm with its training and world seeds; each candidate of the search has its own seed."""
+    """Return every arm with its training and world seeds; each search candidate has its own seed."""
     seeds, out = REGISTERED.content["seeds"], []
     for arm, says in REGISTERED.arms.items():
         if arm == "search":

@@ -1,10 +1,10 @@
 """Bad input: mutated world files, and damaged checkpoints and recordings.
 
 The program must refuse each file with a clear error, or read it without harm. A world file is mutated as text
-(bytes flipped; lines cut, duplicated or swapped; the text truncated) or in its values (other types, extreme
+(bytes flipped; lines cut, duplicated or swapped; text truncated) or in its values (wrong types, extreme
 numbers, keys renamed, moved or removed, gene layouts). An accepted world runs 5 ticks with few organisms. A
-file of a run is truncated, or has bits flipped, or bytes overwritten, lost or inserted; a file that loads
-must have its saved content.
+run's file is truncated, or has bits flipped, or bytes overwritten, lost or inserted; a file that loads must
+have its original content.
 """
 
 from typing import Any
@@ -24,7 +24,7 @@ CLEAR = (
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Try one chunk of files."""
+    """Test one chunk of files."""
     from studies.common.fuzz import files, worlds
 
     module = worlds if case["what"] in ("text", "values") else files
@@ -32,7 +32,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Count the outcomes of the files, by kind."""
+    """Count the files' outcomes, by kind."""
     kinds = sorted(
         {kind for case in cases for kind in case["result"]["kinds"]},
         key=lambda kind: (kind not in CLEAR, kind),

@@ -2,14 +2,14 @@
 
 Goats walk straight ahead and eat what they touch: green grass feeds, red grass kills, and in the arm `use`
 yellow grass also kills. Their genomes vary in length. Founders have one copy of a gene whose reflex keeps
-them from eating near red grass and no gene for yellow grass, whose promoter differs from red's in one letter.
-A goat therefore gains a reflex against yellow through a point mutation of a red gene, at the price of that
-copy; a goat with two copies keeps one for red. Genes are duplicated and lost at the same rate by mutation,
-and also by unequal crossover where they are already duplicated.
+them from eating near red grass; they have no gene for yellow grass, whose promoter differs from red's in one
+letter. A goat thus gains a reflex against yellow through a point mutation of a red gene, at the cost of that
+copy; a goat with two copies keeps one for red. Genes are duplicated and lost at equal rates through mutation
+and, where already duplicated, also through unequal crossover.
 
-Goats also carry two markers without effect, blue and white: the same lengths and rates, promoters that differ
-in the same letter, one copy of blue in founders and none of white. The markers are the neutral control within
-each run. Births and deaths are the only selection.
+Goats also carry two markers without effect, blue and white, with the same lengths and rates and promoters
+that differ in the same letter; founders have one copy of blue and none of white. The markers are the neutral
+control within each run. Births and deaths are the only selection.
 
 Arms, with the same seeds:
   use            yellow grass kills
@@ -18,8 +18,8 @@ Arms, with the same seeds:
 
 These hypotheses were written before the deciding runs (a pilot with seed 91 set the rates). "Doubled" is
 the share of goats with two or more copies of red and yellow together, "diverged" the share with a red and a
-yellow gene that both prevent eating; both are measured for blue and white as well. Values are means over
-the last quarter of a run, differences are paired by seed with a 95% t interval:
+yellow gene that both prevent eating; both are measured for blue and white as well. Values are means over the
+last quarter of a run; differences are paired by seed with a 95% t interval:
   1. Diverged duplicates are more frequent in `use` than in `no use`, and
   2. than in `neutral drift`.
   3. Doubled genes are more frequent in `use` than in `no use`.
@@ -44,7 +44,7 @@ KEEPS_OFF = [0, -1, -1, -1]
 
 
 def gene(name: str, promoter: str, copies: int, trait: bool) -> dict[str, Any]:
-    """Return a gene of one letter behind a promoter of three."""
+    """Return a one-letter gene behind a three-letter promoter."""
     return {
         "name": name,
         "promoter": promoter,
@@ -56,7 +56,7 @@ def gene(name: str, promoter: str, copies: int, trait: bool) -> dict[str, Any]:
 
 
 def grass(count: int, seed_rain: float, spacing: float) -> dict[str, Any]:
-    """Return a species of grass on separate sites, which regrows soon."""
+    """Return a grass species on separate sites that regrows quickly."""
     return {
         "count": count,
         "body": {"radius": 0.2, "mass": 0.2, "opaque": False},
@@ -128,8 +128,8 @@ WORLD = {
 
 
 class FirstYellow:
-    """Births of goats with a yellow gene to parents without one: their number, and the number with a
-    parent that has two or more copies of red."""
+    """Births of goats with a yellow gene to parents without one: their number, and how many have a parent
+    with two or more copies of red."""
 
     def __init__(self, world: Any) -> None:
         self.table, self.n, self.of_doubled = world.tables["goat"], 0, 0
@@ -183,8 +183,8 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def shares(world: Any) -> dict[str, float]:
-    """Return the shares of living goats whose genes are doubled and diverged, and the letters of a string;
-    NaN if none are alive."""
+    """Return the shares of living goats with doubled and with diverged genes, and the letters per string; NaN
+    if none are alive."""
     from ecs_eco.components import Genome
 
     goat = world.tables["goat"]
@@ -200,20 +200,20 @@ def shares(world: Any) -> dict[str, float]:
 
 
 def late(entry: dict[str, Any], name: str) -> float:
-    """Return the mean of the last quarter of the samples of a run."""
+    """Return the mean of the last quarter of a run's samples."""
     line = [float(v) for v in entry["result"]["shares"][name].split()]
     return float(np.mean(line[-max(1, len(line) // 4) :]))
 
 
 def by_seed(cases: list[dict[str, Any]], arm: str, name: str) -> dict[int, float]:
-    """Return, by seed, a share late in the runs of an arm, without runs in which goats went extinct."""
+    """Return, by seed, a share late in an arm's runs, excluding runs in which goats went extinct."""
     values = {e["case"]["seed"]: late(e, name) for e in cases if e["case"]["arm"] == arm}
     return {seed: value for seed, value in values.items() if np.isfinite(value)}
 
 
 def apart(one: dict[int, float], other: dict[int, float]) -> list[float]:
-    """Return the mean difference, paired by seed, and its 95% interval; the ends are NaN for fewer than
-    two pairs."""
+    """Return the mean difference, paired by seed, and its 95% interval; the bounds are NaN for fewer than two
+    pairs."""
     from studies.common.selection import pooled
 
     estimate = pooled([one[s] - other[s] for s in sorted(set(one) & set(other))])
@@ -221,7 +221,7 @@ def apart(one: dict[int, float], other: dict[int, float]) -> list[float]:
 
 
 def above(statement: str, difference: list[float]) -> dict[str, Any]:
-    """Return the verdict on a difference that was expected to be above 0."""
+    """Return the verdict on a difference expected to be above 0."""
     return verdict(statement, difference, "above 0", difference[1] > 0)
 
 

@@ -1,12 +1,12 @@
-"""Among genes that stop goats from eating red, yellow and green grass, which spread in goats that also learn,
-and why?
+"""Which of the genes that stop goats from eating red, yellow and green grass spread among goats that also
+learn, and why?
 
-A gene is one locus; it blocks the action eat while the goat touches grass of its color, and blue has no
-effect. Random genomes start with a quarter of carriers for each gene, which is also the equilibrium of a
-neutral gene under mutation alone. The selection coefficient of a gene maximizes the likelihood of its path,
-over the same number of ticks in all arms. Each run gives one coefficient; seeds are the replicates. World and
-settings were found with seeds 1 to 10. All of it is exploratory: the estimate is the third, chosen after runs
-had been seen.
+A gene is one locus; it blocks the action eat while the goat touches grass of the gene's color; blue has no
+effect. In random initial genomes, a quarter of the goats carry each gene, which is also a neutral gene's
+equilibrium share under mutation alone. A gene's selection coefficient maximizes the likelihood of its path,
+over the same number of ticks in all arms. Each run gives one coefficient; seeds are the replicates. The world
+and settings were tuned on seeds 1 to 10. The whole study is exploratory: the estimate is the third one,
+chosen after we had seen runs.
 """
 
 from typing import Any
@@ -17,7 +17,8 @@ from studies.common.goats import ARMS, GENES, carriers, identity, live, numbers,
 from studies.common.study import Study, verdict
 
 SEEDS = tuple(range(1001, 1011))
-# 16 more than other controls: in 7 of the first 8 runs without any selection yellow beat blue, by chance?
+# 16 more than other controls, because yellow beat blue, perhaps by chance, in 7 of the first 8 runs without
+# selection
 DRIFTING = tuple(range(1001, 1025))
 EDGES = (0, 50, 100, 150, 200, 300, 400, 501)
 HALF = 4  # age classes below 200 ticks
@@ -109,8 +110,8 @@ def row(arm: str, results: list[dict[str, Any]]) -> list[Any]:
 
 
 def s_of(results: list[dict[str, Any]], gene: str) -> list[float]:
-    """Return the coefficient of a gene in each run, over the ticks that all arms have; NaN if no goat can
-    carry it."""
+    """Return a gene's coefficient in each run, over the ticks common to all arms; NaN if no goat can carry
+    it."""
     from studies.common.selection import path_coefficient
 
     out = []
@@ -194,7 +195,7 @@ def say_goats(results: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def say_frozen(results: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Return verdicts for goats that do not learn, where the yellow gene is useful."""
+    """Return verdicts for goats that do not learn, for which the yellow gene is useful."""
     s, n = interval(s_of(results, "yellow")), len(results)
     above = sum(r["genes"]["yellow"]["end"] > r["genes"]["blue"]["end"] for r in results)
     return [
@@ -219,8 +220,8 @@ def say_no_mutation(results: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def say_neutral(arm: str, results: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Test that a gene without effect is not selected. A gene shuffled among living goats is still
-    selected by death, though not by breeding: this is reported."""
+    """Test that a gene without effect is not under selection. A gene shuffled among living goats is still
+    selected by death, though not by breeding; this is only reported."""
     intervals = {g: interval(s_of(results, g)) for g in GENES[:3]}
     ends = {
         g: np.mean([r["genes"][g]["end"] > r["genes"]["blue"]["end"] for r in results]) for g in GENES[:3]
@@ -237,7 +238,7 @@ def say_neutral(arm: str, results: list[dict[str, Any]]) -> list[dict[str, Any]]
 
 
 def say_no_red(results: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Return verdicts on the effect of learning alone on a danger that kills at once."""
+    """Return verdicts on the effect of learning alone against a danger that kills at once."""
     from studies.common.selection import pooled
 
     old = by_age(results)[-1][1:]
@@ -264,7 +265,7 @@ def say_no_red(results: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def by_age(results: list[dict[str, Any]]) -> list[list[Any]]:
-    """Return deaths by red per goat and 1,000 ticks in each age class, with the interval over runs."""
+    """Return deaths by red per goat per 1,000 ticks in each age class, with the interval over runs."""
     rates = [1000 * np.array(r["red deaths"]) / np.maximum(1, r["lived"]) for r in results]
     return [
         [f"{a} to {b}", *interval([r[i] for r in rates])]

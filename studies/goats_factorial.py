@@ -1,9 +1,9 @@
-"""Which reflex genes spread among goats, by what they learn and inherit: three kinds of inheritance, with or
-without learning, and genes with or without effect.
+"""Which reflex genes spread among goats, depending on learning and inheritance: three kinds of inheritance,
+with or without learning, and genes with or without effect.
 
 The hypotheses are in registered/goats_factorial.toml. Inheritance is one of: "none", where a newborn draws a
-random brain; "birth", where its initial weights are genes; "learned", where it copies the present brain of a
-parent. The coefficient of a gene maximizes the likelihood of its path, over the same ticks in all arms.
+random brain; "birth", where its initial weights are genes; "learned", where it copies a parent's current
+brain. A gene's coefficient maximizes the likelihood of its path, over the same ticks in all arms.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from studies.common.study import Study, verdict
 from studies.inheritance import change
 
 REGISTERED = registration("goats_factorial")
-NEWBORN = 10  # ticks of life before learning, every 32 ticks, begins
+NEWBORN = 10  # ticks of life before learning begins, every 32 ticks
 # the observations shown to a newborn; all other channels are absent
 ASKED = {"touch_yellow": 1.0, "energy": 0.6}
 WITH = [name for name, of in REGISTERED.arms.items() if of["genes"]]
@@ -27,7 +27,7 @@ TRAITS = 3  # red, yellow and green; blue has no effect in any arm
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Run the goats of an arm; return coefficients and final shares of genes, and what newborns would eat."""
+    """Run an arm's goats; return coefficients and final shares of genes, and what newborns would eat."""
     of = REGISTERED.arms[case["arm"]]
     changes = change(of["inherit"]) | {"species.goat.policy.learn": of["learn"]}
     if not of["genes"]:
@@ -66,8 +66,7 @@ def silenced(changes: dict[str, Any]) -> dict[str, Any]:
 
 
 def eating(world: Any, last: int, ticks: int) -> list[float]:
-    """Return, for each newborn of the last ticks of a run, the probability with which its policy eats
-    yellow grass that it touches."""
+    """Return the probability that each newborn in a run's last ticks eats yellow grass that it touches."""
     from ecs_eco.components import Policy
 
     goat = world.tables["goat"]
@@ -89,19 +88,19 @@ def eating(world: Any, last: int, ticks: int) -> list[float]:
 
 
 def coefficient(results: list[dict[str, Any]], gene: str) -> list[float]:
-    """Return the mean and 95% interval of a gene's coefficient over runs; NaN if no goat ever carried it."""
+    """Return the mean and 95% interval of a gene's coefficient over runs; NaN if no goat carried it."""
     return mean_interval([r["s"][gene] for r in results if r["s"][gene] is not None])
 
 
 def gap(of: dict[int, float], than: dict[int, float]) -> list[float]:
-    """Return the mean and 95% interval of the differences of two arms, paired by seed."""
+    """Return the mean and 95% interval of the differences between two arms, paired by seed."""
     both = sorted(set(of) & set(than))
     over = pooled([of[seed] - than[seed] for seed in both])
     return [over.mean, *over.interval95]
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Decide the registered hypotheses; return them with a table of all arms."""
+    """Test the registered hypotheses; return them with a table of all arms."""
     arms = {
         name: {e["case"]["seed"]: e["result"] for e in cases if e["case"]["arm"] == name}
         for name in REGISTERED.arms
@@ -136,7 +135,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def decided(arms: dict[str, dict[int, dict[str, Any]]]) -> list[dict[str, Any]]:
-    """Return the lines of all hypotheses."""
+    """Return the lines for all hypotheses."""
 
     def of(name: str, gene: str) -> dict[int, float]:
         return {seed: r["s"][gene] for seed, r in arms[name].items() if r["s"][gene] is not None}

@@ -1,10 +1,10 @@
-"""A search on goats: from a meadow in which they go extinct to one in which all species persist for 50,000
+"""A search for goats: from a meadow in which they go extinct to one in which all species persist for 50,000
 ticks.
 
-The start is the world `reflexes` with grass that grows so slowly that goats go extinct within 2,000 ticks.
-The search may change six parameters of the green grass and of the goats; the best world and the start are
-confirmed on fresh world seeds. The study takes about 15 minutes of one core, and an interrupted search
-resumes.
+It starts from the world `reflexes` with grass that grows so slowly that goats go extinct within 2,000 ticks.
+The search may change six parameters of green grass and goats; the best world and the initial world are
+confirmed on fresh world seeds. The study takes about 15 minutes on one core, and an interrupted search can be
+resumed.
 """
 
 import hashlib
@@ -32,7 +32,7 @@ SEARCH = {
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Run one search; return the parameters of the best world and the confirmation."""
+    """Run one search; return the best world's parameters and the confirmation."""
     from ecs_eco.config import load
     from ecs_eco.lab import search
 
@@ -50,7 +50,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return the persistence of the best world and of the start on fresh seeds."""
+    """Return the best and initial worlds' persistence on fresh seeds."""
     result = cases[0]["result"]
     best, start = result["confirmation"]["best"], result["confirmation"]["start"]
     ticks = f"{SEARCH['confirm']['ticks']:,}"

@@ -1,12 +1,11 @@
 """Does happiness evolve?
 
-During their lives, voles learn to seek what makes them happy, and their genes define what makes them happy.
-The world does not prescribe any preference. Founders draw the four weights of their happiness at random;
-births and deaths select. Each arm removes one factor: the effect of genes (neutral drift), learning, the
-voles themselves, so that berries evolve without grazers, or the descent of a newborn's genes (shuffled
-genome). The last is not a null model: genes drawn from living voles are the genes of survivors, so the arm
-removes selection by breeding and keeps selection by death. Runs with the same seed start with the same
-genomes and are compared in pairs.
+During their lives, voles learn to seek what makes them happy, and their genes determine what that is. The
+world does not prescribe any preference. Founders' four happiness weights are random; births and deaths select
+among them. Each arm removes one factor: the effect of genes (neutral drift), learning, the voles (so that
+berries evolve without grazers), or the descent of a newborn's genes (shuffled genome). The last is not a null
+model: genes drawn from living voles are survivors' genes, so the arm removes selection by breeding but keeps
+selection by death. Runs with the same seed start with the same genomes and are compared in pairs.
 """
 
 import sys
@@ -28,12 +27,12 @@ ARMS: dict[str, dict[str, Any]] = {
 WEIGHTS = {"energy": 1, "berry": 1, "nightshade": -1}
 GENES = {"vole": (*WEIGHTS, "vole", "marker"), "berry": ("tough", "poison", "spread", "marker")}
 SEEDS = tuple(range(2001, 2011))
-Changes = dict[tuple[str, str], dict[int, float]]  # changes of a gene's mean: arm, gene → seed → change
+Changes = dict[tuple[str, str], dict[int, float]]  # changes in a gene's mean: arm, gene → seed → change
 FIGURE = Path(__file__).parent.parent / "docs" / "img" / "happiness_genes.png"
 
 
 class Generations:
-    """The number of generations since the founders for every organism of a species, by uid."""
+    """Generations since the founders for every organism of a species, by uid."""
 
     def __init__(self, world: Any, species: str) -> None:
         self.table = world.tables[species]
@@ -41,14 +40,14 @@ class Generations:
         world.on_birth.append(self.born)
 
     def born(self, table: Any, rows: np.ndarray, first: np.ndarray, second: np.ndarray) -> None:
-        """Record newborns: one generation more than the mean of their parents."""
+        """Record newborns: their generation is one more than their parents' mean."""
         if table is self.table:
             for uid, a, b in zip(table.uid[rows].tolist(), first.tolist(), second.tolist(), strict=True):
                 mother = self.of.get(a, 0.0)
                 self.of[uid] = 1 + (mother + self.of.get(b, mother)) / 2
 
     def mean(self) -> float | None:
-        """Return the mean of the living organisms, None if none are alive."""
+        """Return the mean over living organisms; None if there are none."""
         living = self.table.uid[self.table.rows()].tolist()
         return float(np.mean([self.of[uid] for uid in living])) if living else None
 
@@ -78,7 +77,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def genes(world: Any) -> dict[str, float]:
-    """Return the mean value of each gene over the living organisms of its species; NaN if none are alive."""
+    """Return each gene's mean value over living organisms of its species; NaN if none are alive."""
     from ecs_eco.components import Genome
 
     out: dict[str, float] = {}
@@ -93,8 +92,8 @@ def genes(world: Any) -> dict[str, float]:
 
 
 def lives(world: Any) -> dict[str, Any]:
-    """Return mean numbers, causes of death, and poisonings per vole, nightshade and 10⁶ ticks, all over
-    the last quarter of a run."""
+    """Return mean numbers, causes of death, and poisonings per vole, per nightshade and per 10⁶ ticks, all
+    over the last quarter of a run."""
     series = world.series().to_pydict()
     rows = {
         n: [
@@ -115,8 +114,8 @@ def lives(world: Any) -> dict[str, Any]:
 
 
 def changed(cases: list[dict[str, Any]], arm: str, gene: str) -> dict[int, float]:
-    """Return, by seed, the change of a gene's mean from the founders to the last quarter of the run,
-    without runs that went extinct."""
+    """Return, by seed, the change in a gene's mean from the founders to the last quarter of the run,
+    excluding runs that went extinct."""
     out = {}
     for entry in cases:
         if entry["case"]["arm"] == arm and not np.isnan(end := late(line := numbers(entry, gene))):
@@ -125,7 +124,7 @@ def changed(cases: list[dict[str, Any]], arm: str, gene: str) -> dict[int, float
 
 
 def numbers(entry: dict[str, Any], gene: str) -> np.ndarray:
-    """Return the mean value of a gene over time in one run: f64[samples], NaN if it had no carriers."""
+    """Return a gene's mean value over time in one run: f64[samples], NaN if it had no carriers."""
     return np.array([float(v) for v in entry["result"]["genes"][gene].split()])
 
 
@@ -135,7 +134,7 @@ def late(line: np.ndarray) -> float:
 
 
 def interval(values: list[float]) -> list[float] | None:
-    """Return the mean and 95% t interval over seeds, None for fewer than two."""
+    """Return the mean and 95% t interval over seeds; None for fewer than two."""
     from studies.common.selection import pooled
 
     if len(values) < 2:
@@ -145,7 +144,7 @@ def interval(values: list[float]) -> list[float] | None:
 
 
 def apart(one: dict[int, float], other: dict[int, float]) -> list[float] | None:
-    """Return the mean difference of two arms and its interval, paired by seed."""
+    """Return the mean difference between two arms and its interval, paired by seed."""
     return interval([one[s] - other[s] for s in sorted(set(one) & set(other))])
 
 
@@ -155,7 +154,7 @@ def beyond(interval_: list[float] | None, sign: int) -> bool:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return every gene's change by arm, and the differences between arms."""
+    """Return every gene's change in each arm, and the differences between arms."""
     arms = [a for a in ARMS if any(e["case"]["arm"] == a for e in cases)]
     moved = {
         (a, f"{s}.{g}"): changed(cases, a, f"{s}.{g}")
@@ -186,7 +185,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def weights_against_controls(moved: Changes, arms: list[str]) -> list[dict[str, Any]]:
-    """Test that the weights of happiness change as expected, and more than without selection or learning."""
+    """Test that happiness weights change as expected, and more than without selection or learning."""
     out = []
     for name, sign in WEIGHTS.items():
         for control in ("neutral drift", "no learning"):
@@ -204,7 +203,7 @@ def weights_against_controls(moved: Changes, arms: list[str]) -> list[dict[str, 
 
 
 def genes_at_rest(moved: Changes, arms: list[str]) -> list[dict[str, Any]]:
-    """Test that at most one gene of voles changes without selection."""
+    """Test that at most one vole gene changes without selection."""
     out = []
     for control in [a for a in ("neutral drift", "no learning") if a in arms]:
         each = {g: interval(list(moved[control, f"vole.{g}"].values())) for g in (*WEIGHTS, "vole", "marker")}
@@ -221,7 +220,7 @@ def genes_at_rest(moved: Changes, arms: list[str]) -> list[dict[str, Any]]:
 
 
 def risk_of_nightshade(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Test that voles that learn in life die less often from nightshade."""
+    """Test that voles that learn during life die less often from nightshade."""
     risk = {
         a: {
             e["case"]["seed"]: e["result"]["risk"]
@@ -269,7 +268,7 @@ def defence_of_berries(moved: Changes) -> list[dict[str, Any]]:
 
 
 def breeding_against_survival(moved: Changes) -> dict[str, Any]:
-    """Test that genes shuffled among newborns change less than genes inherited from parents."""
+    """Test that shuffled genes change less than genes inherited from parents."""
     sums = [
         {
             s: sum(sign * moved[a, f"vole.{g}"][s] for g, sign in WEIGHTS.items())
@@ -308,7 +307,7 @@ def sizes_of_runs(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def draw(record: dict[str, Any], path: Path) -> None:
-    """Draw mean genes over time: a line for each run, a thick one for the mean of an arm."""
+    """Draw mean genes over time: a line for each run, and a thick line for each arm's mean."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
     from PIL import Image
@@ -353,11 +352,11 @@ def draw(record: dict[str, Any], path: Path) -> None:
                 frameon=False, fontsize=8, loc="upper right" if gene.startswith("berry") else "lower right"
             )
     figure.savefig(path, dpi=100)
-    Image.open(path).convert("RGB").quantize(96).save(path, optimize=True)  # a third of the bytes
+    Image.open(path).convert("RGB").quantize(96).save(path, optimize=True)  # a third of the file size
 
 
 def identity() -> str:
-    """Hash of the world as it is shipped: a study of another world is another study."""
+    """Return the hash of the shipped world, because a study of a different world is a different study."""
     from ecs_eco.config import load
 
     return config_hash(load("happiness").resolved(former=True))[:16]

@@ -1,11 +1,11 @@
-"""What should a newborn goat inherit: random weights, its parents' initial weights, or the weights that a
-parent has learned?
+"""What should a newborn goat start with: random weights, its parents' initial weights, or a parent's learned
+weights?
 
-The study runs the world of the goats in three ways and counts the goats that live to breed. "none": every
-newborn draws a random network. "birth": the network's initial weights are a gene (three letters each), which
-crosses over and mutates; weights learned in life are lost at death. "learned": a newborn starts from the
-present weights of one of its parents, drawn at random. Counted are goats born after the death of all
-founders, early enough to have completed their lifespan before the run ends.
+The study runs the goats' world in three ways and counts the goats that live to breed. "none": every newborn
+draws a random network. "birth": the network's initial weights are a gene (three letters each), which crosses
+over and mutates; weights learned during life are lost at death. "learned": a newborn starts with the current
+weights of one of its parents, drawn at random. The study counts goats born after all founders have died, and
+early enough to complete their lifespan before the run ends.
 """
 
 from typing import Any
@@ -26,13 +26,13 @@ BRAIN = {
     "mutation": 0.002,
 }
 WAYS = ("none", "birth", "learned")
-SPAN = 500  # ticks: the longest life of a goat
-ADULT = 100  # ticks: the age at which it can breed
+SPAN = 500  # [ticks] a goat's maximum age
+ADULT = 100  # [ticks] age at which it can breed
 SHARES = ("live to breeding age", "breed", "breed of those of age")
 
 
 def change(way: str) -> dict[str, Any]:
-    """Return the changes of the world file for a kind of inheritance."""
+    """Return the changes to the world file for a kind of inheritance."""
     from ecs_eco.config import load
 
     out: dict[str, Any] = {"species.goat.policy.inherit": way}
@@ -86,7 +86,7 @@ def shares(result: dict[str, Any]) -> dict[str, float]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return the shares with intervals over runs, and their differences from learned weights."""
+    """Return the shares with intervals over runs, and their differences from the arm with learned weights."""
     from studies.common.selection import pooled
 
     by_way = {way: [e["result"] for e in cases if e["case"]["inherit"] == way] for way in WAYS}
@@ -163,7 +163,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def causes(results: list[dict[str, Any]]) -> str:
-    """Return the shares of the causes of death over all runs, the most frequent first."""
+    """Return the share of each cause of death over all runs, most frequent first."""
     total: dict[str, int] = {}
     for r in results:
         for cause, n in r["died"].items():

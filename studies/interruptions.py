@@ -1,5 +1,5 @@
-"""A world that is interrupted within a tick, by any means, is whole or refuses to continue; an earlier
-copy continues to the same bytes."""
+"""A world that is interrupted within a tick, by any means, is intact or refuses to continue; an earlier copy
+ends with the same bytes as an uninterrupted run."""
 
 import os
 import signal
@@ -39,7 +39,7 @@ def press() -> None:
 
 
 def trip(world: Any, rng: np.random.Generator, ticks: int) -> None:
-    """Add a system that fails, in a random phase and a random tick."""
+    """Add a system that fails in a random phase of a random tick."""
     from ecs_eco.engine.phases import PHASES
 
     system, at = world.trips[PHASES[rng.integers(len(PHASES))]], int(rng.integers(world.tick, ticks))
@@ -47,7 +47,7 @@ def trip(world: Any, rng: np.random.Generator, ticks: int) -> None:
 
 
 def blind(world: Any, rng: np.random.Generator, ticks: int) -> None:
-    """Make a sensor fail at every reading from a random tick on."""
+    """Make every reading of a sensor fail, starting at a random tick."""
     able = [
         t.species.nerves
         for t in world.tables.values()
@@ -62,8 +62,8 @@ def blind(world: Any, rng: np.random.Generator, ticks: int) -> None:
 def interrupt(
     kind: str, world: Any, rng: np.random.Generator, ticks: int, lasting: float
 ) -> Callable[[], None]:
-    """Schedule an interruption of a world while it runs for about `lasting` seconds; return a function
-    that cancels it."""
+    """Schedule an interruption of a world's run of about `lasting` seconds; return a function that cancels
+    it."""
     if kind == "exception in a system":
         trip(world, rng, ticks)
     elif kind == "exception in a sensor":
@@ -109,7 +109,7 @@ def idle(world: Any, phases: Any) -> None:
 
 
 def refuses(world: Any, folder: Path) -> bool:
-    """Return whether a world refuses to be run, saved, recorded, copied and hashed, and leaves no files
+    """Return whether a world refuses to be run, saved, recorded, copied or hashed, and leaves no files
     behind."""
     from ecs_eco.engine.errors import UnfinishedTick
     from ecs_eco.record import Recorder
@@ -131,7 +131,7 @@ def refuses(world: Any, folder: Path) -> bool:
 
 
 def end_of(world: Any, ticks: int) -> str:
-    """Run a world up to a tick; return its digest."""
+    """Run a world until a tick; return its digest."""
     return world.run(ticks - world.tick).digest()
 
 
@@ -160,21 +160,21 @@ def once(
     finally:
         off()
     if end_of(before, ticks) != peace[ticks]:
-        return "the copy made before ends otherwise"
+        return "the earlier copy ended differently"
     with tempfile.TemporaryDirectory() as place:
         if world.underway is not None:
-            return "refusing" if refuses(world, Path(place)) else "half a tick, and goes on"
+            return "refusing" if refuses(world, Path(place)) else "continued after stopping mid-tick"
         if world.digest() != peace[world.tick]:
-            return "half a tick, and does not say so"
+            return "stopped mid-tick without reporting it"
         again = type(world).restore(
             world.save(Path(place) / "w.safetensors"), prepare=lambda w: idle(w, PHASES)
         )
-        return "whole" if end_of(again, ticks) == peace[ticks] else "saved otherwise"
+        return "whole" if end_of(again, ticks) == peace[ticks] else "ended differently after saving"
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     """Interrupt worlds repeatedly in one way; compare the remaining state with an uninterrupted run."""
-    # a shell makes background processes ignore Ctrl-C
+    # shells make background processes ignore Ctrl-C
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         return {"became": became(config, case)}
@@ -183,7 +183,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def became(config: dict[str, Any], case: dict[str, Any]) -> dict[str, int]:
-    """Count the outcomes of the worlds of one case."""
+    """Count the outcomes of one case's worlds."""
     rng, ticks = np.random.default_rng(case["seed"] + 100 * KINDS.index(case["kind"])), config["ticks"]
     calm = build(small(case["world"], config["share"], case["brains"]), case["seed"])
     peace = [calm.digest(), *(calm.run(1).digest() for _ in range(ticks))]
@@ -203,7 +203,7 @@ def became(config: dict[str, Any], case: dict[str, Any]) -> dict[str, int]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Count the outcomes of the worlds, by kind of interruption."""
+    """Count the outcomes, by kind of interruption."""
     by_kind = [(c["case"]["kind"], c["result"]["became"]) for c in cases]
     every = sum(n for _, counts in by_kind for what, n in counts.items() if what != "early")
     good = {what: sum(counts.get(what, 0) for _, counts in by_kind) for what in ("whole", "refusing")}
@@ -233,7 +233,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
 STUDY = Study(
     name="interruptions",
-    claim="A world that is interrupted within a tick, by any means, is whole or refuses to continue.",
+    claim="A world that is interrupted within a tick, by any means, is intact or refuses to continue.",
     config={"ticks": 40, "share": 0.1, "interruptions": 10},
     cases=[
         {"kind": kind, "world": "predator-prey", "brains": brains, "seed": 5}

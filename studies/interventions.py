@@ -1,6 +1,6 @@
-"""An intervention in a world file and the same intervention in a fork give the same bytes.
+"""Do an intervention in a world file and the same intervention in a fork give the same bytes?
 
-The interventions: half the wolves, twice the births, a fence.
+Interventions: half the wolves, twice the births, a fence.
 """
 
 import tempfile
@@ -70,7 +70,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Count the equal results."""
+    """Count equal results."""
     results, n = [c["result"] for c in cases], len(cases)
     same = sum(r["by the file"] == r["in a fork"] and r["the same numbers from then on"] for r in results)
     other, marked = (

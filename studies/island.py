@@ -1,15 +1,15 @@
-"""Do grass, deer, wolves and ravens persist on an island where they can die of thirst, cold and exhaustion,
-and what are the effects of hills, scavengers and thirst?
+"""Do grass, deer, wolves and ravens persist on an island where animals can die of thirst, cold and
+exhaustion, and what are the effects of hills, scavengers and thirst?
 
-Policies are trained from random weights, one set for each training seed, without selection. Each arm except
-the first removes one factor after training; its policies are those of the first arm:
+Policies are trained from random weights, one set per training seed, without selection. Each arm except the
+first removes one factor after training; its policies are those of the first arm:
   island         as shipped
   no hills       hills are flat and hide no animal
   no scavengers  there are no ravens
   no thirst      deer and wolves lose no water
 
-These hypotheses were written before the deciding run. World seeds and training seeds were fresh; the
-parameters of the world were set by hand on training seeds 1 to 3.
+These hypotheses were written before the deciding run. World seeds and training seeds were fresh; the world's
+parameters were tuned by hand on training seeds 1 to 3.
   1. Training takes at most 5 minutes of processor time on one core.
   2. Over 20,000 ticks, all of trees, grass, deer, wolves and ravens persist in at least 8 of 10 world seeds,
      for at least 3 of 4 training seeds.
@@ -36,19 +36,19 @@ ARMS: dict[str, dict[str, Any]] = {
     "no scavengers": {"species.raven.count": 0},
     "no thirst": {"species.deer.exchange.2.rate": 1e-9, "species.wolf.exchange.2.rate": 1e-9},
 }
-MORTAL = ("deer", "wolf", "raven")  # extinction of these is final
+MORTAL = ("deer", "wolf", "raven")  # their extinction is final
 CHUNK = 100  # [ticks] between checks
 
 
 def world_of(changes: Mapping[str, Any]) -> Any:
-    """Return the island with changes, by dotted keys."""
+    """Return the island with changes, given by dotted keys."""
     from ecs_eco.config import load
 
     return load("island", dict(changes) or None)
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Train or find the policies of a cell, run the world, and return numbers and measures."""
+    """Train or reuse a cell's policies, run the world, and return numbers and measures."""
     from ecs_eco import World
 
     began = time.process_time()
@@ -97,7 +97,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def distance(world: Any, lake: Any) -> float:
-    """Return the mean distance of the deer from the shore [m]."""
+    """Return the deer's mean distance from the shore [m]."""
     from ecs_eco.components import Position
 
     deer = world.tables["deer"]
@@ -108,7 +108,7 @@ def distance(world: Any, lake: Any) -> float:
 
 
 def locked(world: Any) -> float:
-    """Return the share of the nitrogen outside the soil that is in carcasses."""
+    """Return the share of nitrogen outside the soil that is in carcasses."""
     from ecs_eco.life.matter import stocks
 
     books, nitrogen = world.matter, world.substances.index("nitrogen")
@@ -177,8 +177,8 @@ def summarise(entries: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 def _difference(
     arm: str, what: str, pairs: Mapping[Any, Any], whole: Mapping[Any, Any], mean_interval: Any
 ) -> dict[str, Any]:
-    """Return the verdict on one arm: its difference from the island, over the training seeds whose pairs
-    all survived the time window."""
+    """Return the verdict on one arm: its difference from the island, over training seeds whose pairs all
+    survived the time window."""
     seeds = sorted({t for t, _ in pairs})
     kept = [t for t in seeds if all(k in whole for k in pairs if k[0] == t)]
     if not kept:

@@ -1,9 +1,9 @@
-"""Does isolation preserve diversity of genes and policies that one panmictic world of the same size loses?
+"""Does isolation preserve genetic and policy diversity that one panmictic world of the same size loses?
 
-Goats on rich pasture mate and have individual policies, which are inherited as learned, with noise, and
-continue to learn. Each goat has two strings of 16 neutral markers with 16 alleles, without mutation: all
-alleles come from the founders. Population sizes are limited by `max_count`, 24 on an island and 192 in the
-single world, whose area is that of eight islands; newborns appear anywhere in their world.
+Goats on rich pasture mate; each has its own policy, which continues to learn and is inherited as learned,
+with noise. Each goat has two strings of 16 neutral markers with 16 alleles, without mutation: all alleles
+come from the founders. Population sizes are limited by `max_count`: 24 on an island and 192 in the single
+world, which has the area of eight islands; newborns appear anywhere in their world.
 
 Arms, with the same seeds:
   isolated    8 islands without migration
@@ -12,25 +12,25 @@ Arms, with the same seeds:
   many        as `few`, with probability 0.3
   panmictic   one world with the area and the numbers of the eight islands
 
-H_S is the expected heterozygosity within islands, H_T that of all goats together, both corrected for the
-number of goats (Nei & Chesser 1983), F_ST = (H_T − H_S)/H_T. In the panmictic arm, eight groups drawn by uid
-take the place of islands. For policies, all goats see 64 observations drawn once; the divergence of two goats
-is the mean over observations of KL(p‖q) of their actions, in both directions. The share between islands is
-(divergence of goats of different islands − divergence within islands) / the former.
+H_S is the expected heterozygosity within islands and H_T the expected heterozygosity of all goats together,
+both corrected for the number of goats (Nei & Chesser 1983); F_ST = (H_T − H_S)/H_T. In the panmictic arm,
+eight groups drawn by uid replace the islands. For policies, all goats see the same 64 random observations;
+the divergence of two goats is the mean over observations of KL(p‖q) of their actions, in both directions. The
+share between islands is 1 − (divergence within islands) / (divergence of goats from different islands).
 
-These hypotheses were written before the deciding runs; sizes were set without a pilot. Values are from the
-end of a run, differences paired by seed with a 95% t interval:
+These hypotheses were written before the deciding runs; sizes were chosen without a pilot. Values are from the
+end of a run; differences are paired by seed with a 95% t interval:
   1. H_T is greater in `isolated` than in `panmictic`.
   2. H_S is less in `isolated` than in `panmictic`.
   3. F_ST is greater in `isolated` than in `few`, and greater in `few` than in `many`.
   4. F_ST of `few` and of `many` is within a factor of 2 of Wright's 1/(1 + 4 N m) (1931, Genetics 16: 97),
-     with the factor (d/(d − 1))² on m for d islands (Takahata 1983, Genetics 104: 497-512). m is emigrants per
-     goat and generation. N is the effective number, from the decline of H_S in `isolated`: ln H_S falls by
-     1/(2 N) per generation. A generation is the mean age of parents.
+     with the factor (d/(d − 1))² on m for d islands (Takahata 1983, Genetics 104: 497-512). m is the number
+     of emigrants per goat per generation. N is the effective population size, from the decline of H_S in
+     `isolated`: ln H_S falls by 1/(2 N) per generation. A generation is the mean age of parents.
   5. The share of policy divergence between islands is greater in `isolated` than in `panmictic`.
   6. Policy divergence of all pairs of goats is greater in `isolated` than in `panmictic`.
-Reported without a goal: the alleles per marker that remain among all goats, and the values of the
-intermediate arms.
+Reported without a goal: the alleles per marker remaining among all goats, and values of the intermediate
+arms.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ WHAT = ("H_S", "H_T", "F_ST", "alleles", "policies", "policies between")
 
 
 def world(islands: int) -> dict[str, Any]:
-    """Return the world of one island, or a single world with the area and numbers of several."""
+    """Return one island's world, or a single world with the area and numbers of several."""
     markers = [{"name": f"m{i}", "letters": 1, "low": 0.0, "high": 15.0} for i in range(MARKERS)]
     goat = {
         "count": NUMBER * islands,
@@ -119,7 +119,7 @@ def world(islands: int) -> dict[str, Any]:
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Run one arm; return the measures every `sample` ticks, and the length of a generation [ticks]."""
+    """Run one arm; return the measures every `sample` ticks, and the generation time [ticks]."""
     from ecs_eco import World
     from ecs_eco.analysis.lineage import Lineage
     from ecs_eco.lab import Archipelago
@@ -151,12 +151,12 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def lines(samples: list[dict[str, float]]) -> dict[str, str]:
-    """Return the measures, one line of numbers for each."""
+    """Return the measures, each as one line of numbers."""
     return {name: " ".join(f"{s[name]:.4f}" for s in samples) for name in WHAT}
 
 
 def measured(worlds: list[Any]) -> dict[str, float]:
-    """Return the diversity of genes and policies within and between islands, or groups of the single
+    """Return the diversity of genes and policies within and between islands, or groups in the single
     world."""
     genes, policies = [], []
     for living in worlds:
@@ -172,17 +172,16 @@ def measured(worlds: list[Any]) -> dict[str, float]:
 
 
 def alleles(goat: Any, rows: np.ndarray) -> np.ndarray:
-    """Return both alleles of all markers: i64[2 goats, markers]."""
+    """Return both alleles of each marker: i64[2 goats, markers]."""
     from ecs_eco.components import Genome
 
     return goat[Genome].loci[rows].reshape(-1, MARKERS).astype(np.int64)
 
 
 def heterozygosity(groups: list[np.ndarray]) -> dict[str, float]:
-    """Return H_S, H_T and F_ST of Nei & Chesser (1983), at Hardy-Weinberg proportions, and alleles per
-    marker."""
+    """Return H_S, H_T and F_ST (Nei & Chesser 1983) at Hardy-Weinberg proportions, and alleles per marker."""
     counts = np.stack([[np.bincount(marker, minlength=16) for marker in group.T] for group in groups])
-    n = counts.sum(2)[:, 0]  # alleles of a group at a marker
+    n = counts.sum(2)[:, 0]  # a group's alleles at a marker
     shares = counts / n[:, None, None]
     within = np.mean((n / (n - 1))[:, None] * (1 - (shares**2).sum(2)))
     size = len(n) / np.sum(1 / n)  # the harmonic mean
@@ -196,8 +195,8 @@ def heterozygosity(groups: list[np.ndarray]) -> dict[str, float]:
 
 
 def decisions(living: Any, goat: Any, rows: np.ndarray) -> np.ndarray:
-    """Return the probability that each goat's policy assigns to each action, for shared observations:
-    f64[goats, 64, k]."""
+    """Return the probability of each action under each goat's policy, for shared observations: f64[goats, 64,
+    k]."""
     from ecs_eco.components import Policy
 
     minds, channels = goat.species.nerves.individuals, len(goat.species.nerves.channels)
@@ -212,7 +211,7 @@ def decisions(living: Any, goat: Any, rows: np.ndarray) -> np.ndarray:
 
 
 def divergence(groups: list[np.ndarray]) -> dict[str, float]:
-    """Return the mean KL divergence [nats] of all pairs of goats, and the share of it between groups."""
+    """Return the mean KL divergence [nats] over all pairs of goats, and its share between groups."""
     p = np.concatenate(groups).reshape(sum(map(len, groups)), -1)
     log = np.log(np.maximum(p, 1e-12))
     kl = ((p * log).sum(1)[:, None] - p @ log.T) / 64
@@ -226,17 +225,17 @@ def divergence(groups: list[np.ndarray]) -> dict[str, float]:
 
 
 def numbers(entry: dict[str, Any], name: str) -> np.ndarray:
-    """Return a line of numbers of one run."""
+    """Return a line of numbers from one run."""
     return np.array([float(v) for v in entry["result"][name].split()])
 
 
 def by_seed(cases: list[dict[str, Any]], arm: str, name: str) -> dict[int, float]:
-    """Return, by seed, a value at the end of the runs of an arm."""
+    """Return, by seed, a value at the end of an arm's runs."""
     return {e["case"]["seed"]: float(numbers(e, name)[-1]) for e in cases if e["case"]["arm"] == arm}
 
 
 def apart(cases: list[dict[str, Any]], name: str, one: str, other: str) -> list[float]:
-    """Return the mean difference of two arms, paired by seed, and its 95% interval."""
+    """Return the mean difference between two arms, paired by seed, and its 95% interval."""
     from studies.common.selection import pooled
 
     a, b = by_seed(cases, one, name), by_seed(cases, other, name)
@@ -245,7 +244,7 @@ def apart(cases: list[dict[str, Any]], name: str, one: str, other: str) -> list[
 
 
 def effective_number(cases: list[dict[str, Any]], sample: int) -> tuple[float, float]:
-    """Return the effective number of an island, and a generation [ticks], from the isolated runs."""
+    """Return an island's effective population size and the generation time [ticks] from the isolated runs."""
     mine = [e for e in cases if e["case"]["arm"] == "isolated"]
     generation = float(np.mean([e["result"]["generation"] for e in mine]))
     slopes = []
@@ -256,7 +255,7 @@ def effective_number(cases: list[dict[str, Any]], sample: int) -> tuple[float, f
 
 
 def expected(number: float, moved: float) -> float:
-    """Return the F_ST of Wright's island model for a number of islands and a share of migrants per
+    """Return F_ST under Wright's island model for a number of islands and a share of migrants per
     generation."""
     return 1 / (1 + 4 * number * moved * (ISLANDS / (ISLANDS - 1)) ** 2)
 

@@ -1,5 +1,5 @@
-"""A run that is killed repeatedly, at any moment and even during a write, ends with the same bytes as an
-uninterrupted run."""
+"""Does a run that is killed repeatedly, at any moment and even during a write, end with the same bytes as an
+uninterrupted run?"""
 
 import os
 import signal
@@ -36,7 +36,7 @@ def live(world: dict[str, Any], seed: int, ticks: int, every: int, out: Path) ->
 
 
 def kill_once(work: Any, wait: float) -> bool:
-    """Fork a process that does the work, and kill it after `wait` seconds; return whether it had already
+    """Fork a process to do the work, and kill it after `wait` seconds; return whether it had already
     ended."""
     child = os.fork()
     if child == 0:
@@ -55,7 +55,7 @@ def kill_once(work: Any, wait: float) -> bool:
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Kill one run the required number of times, then let it end; compare it with an uninterrupted run."""
+    """Kill one run the required number of times, then let it finish; compare it with an uninterrupted run."""
     world, rng = small(case["world"], config["share"], case["brains"]), np.random.default_rng(case["seed"])
     if "network" in case:
         world["code"] = [case["network"].partition(":")[0]]
@@ -73,7 +73,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
                 lambda out=out: live(world, case["seed"], ticks, every, out),
                 float(rng.uniform(0.0, config["longest"])),
             ):
-                early += 1  # it had reached its end: start another run
+                early += 1  # the run had finished: start another
                 if early > 50:
                     break
                 if summary(out) != whole:
@@ -93,7 +93,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Count the kills, the kills during a write, and the runs that ended differently."""
+    """Count kills, kills during a write, and runs that ended differently."""
     results = [c["result"] for c in cases]
     kills, writing = sum(r["kills"] for r in results), sum(r["inside a write"] for r in results)
     wrong, left = sum(not r["same"] for r in results), sum(r["left behind"] for r in results)

@@ -1,9 +1,9 @@
-"""What are two reflexes worth to a newborn, and what does it learn?
+"""How much do two reflexes help a newborn, and what does it learn?
 
-The arms contain lambs with and without reflexes and with and without learning. Every lamb has its own brain,
-untrained at birth. An arm switches the sucking reflex, the diving reflex, learning, or the smell of sheep in
-happiness. Survival and causes of death measure the value of each; how lambs breathe and turn, in thirds of
-their childhood, measures what the survivors have learned. The replicates are worlds, not lambs.
+The arms vary whether lambs have each reflex and whether they learn. Every lamb has its own brain, which is
+untrained at birth. An arm turns off the sucking reflex, the diving reflex, learning, or the smell of sheep in
+happiness. Survival and causes of death measure the value of each; how lambs breathe and turn, by thirds of
+their childhood, measures what survivors have learned. The replicates are worlds, not lambs.
 """
 
 import ast
@@ -24,7 +24,7 @@ ARMS = [
 ]
 SEEDS = tuple(range(1, 6))
 PARTS = 3  # parts of the run over which behavior is averaged
-FEWEST = 10  # minimum of ticks in a state for a lamb to count in a contrast of states
+FEWEST = 10  # minimum number of ticks in a state for a lamb to count in a contrast of states
 
 
 class Watch(System):
@@ -40,7 +40,7 @@ class Watch(System):
         self.first = 0  # uid of the first lamb
 
     def update(self, table: Any, world: Any) -> None:
-        """Count one tick of the lambs; `x` is what they sensed before they decided and moved."""
+        """Count the lambs' actions in one tick; `x` is what they sensed before they decided and moved."""
         nerves, rows = table.species.nerves, table.species.nerves.rows
         if not rows.size:
             return
@@ -77,10 +77,10 @@ class Watch(System):
 
     def means(self) -> dict[str, list[float]]:
         """Return means over all cases by third; `contrast` (breathes_short − breathes_well) and `nearing`
-        (the approach) are means over lambs.
+        (approach speed) are means over lambs.
 
-        A lamb that finds its mother is seldom away from the ewes, so lambs that stray would dominate a mean
-        over all cases of approach.
+        A lamb that finds its mother is seldom away from the ewes, so stray lambs would dominate a mean over
+        all approaches.
         """
         with np.errstate(invalid="ignore"):
             total, own = (
@@ -97,8 +97,8 @@ class Watch(System):
 
 
 def nearest_ewe(table: Any, world: Any, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the distance [m] of each lamb to the nearest ewe before its step, and the speed at which the
-    step approached it [m/s]."""
+    """Return each lamb's distance [m] to the nearest ewe before its step, and the speed at which the step
+    approached that ewe [m/s]."""
     ewes, size, at = world.table("ewe"), world.space.size, table[Position]
     speed, heading, living = table[Velocity].speed[rows], at.heading[rows], ewes.rows()
     ways = zip(
@@ -119,8 +119,8 @@ def nearest_ewe(table: Any, world: Any, rows: np.ndarray) -> tuple[np.ndarray, n
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Run one world; return how many lambs survive to the end, when and why the others died, and what they
-    did."""
+    """Run one world; return how many lambs survive to the end, when and why the others died, and the lambs'
+    behavior."""
     from ecs_eco import World
     from ecs_eco.config import load
 
@@ -155,8 +155,8 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return shares of survivors and causes of death by arm, and the differences between arms; intervals
-    are over worlds."""
+    """Return shares of survivors and causes of death by arm, and differences between arms, with intervals
+    over worlds."""
     from ecs_eco.analysis.survival import bootstrap_difference
 
     def values(arm: tuple[str, str], of: Any) -> list[float]:
@@ -293,13 +293,13 @@ def _row(arm: tuple[str, str], values: Any) -> list[Any]:
 
 
 def _is_submodel(part: ast.stmt) -> bool:
-    """Return whether a statement of a class is its `submodel`."""
+    """Return whether a statement in a class body defines its `submodel`."""
     return isinstance(part, ast.Assign) and ast.unparse(part.targets[0]) == "submodel"
 
 
 def identity() -> dict[str, str]:
-    """Return a hash of the world and of its systems, independent of their imports and of their formatting:
-    a study of a different world is a different study."""
+    """Return a hash of the world and its systems that ignores imports and formatting, because a study of a
+    different world is a different study."""
     import hashlib
 
     from ecs_eco.config import load
@@ -307,7 +307,7 @@ def identity() -> dict[str, str]:
 
     tree = ast.parse(Path(systems.__file__).read_bytes())
     tree.body = [part for part in tree.body if isinstance(part, ast.FunctionDef | ast.ClassDef | ast.Assign)]
-    for part in tree.body:  # the texts of `ecs-eco describe` do not affect results
+    for part in tree.body:  # `ecs-eco describe` texts do not affect results
         if isinstance(part, ast.ClassDef):
             part.body = [one for one in part.body if not _is_submodel(one)]
     return {

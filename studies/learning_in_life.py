@@ -1,7 +1,8 @@
-"""Do grass, deer and wolves persist when learning continues in life, as in the paper, for any training seed?
+"""Do grass, deer and wolves persist when learning continues during life, as in the paper, for any training
+seed?
 
-The study runs the grid of persistence.py in two ways: with the hyperparameters of pre-training, as in the
-world file; and slowly, with wolves that stay ahead of deer, the best protocol found
+The study runs the grid of persistence.py with two protocols: the hyperparameters of pre-training, as in the
+world file; and slow learning with wolves that stay ahead of deer, the best protocol found
 (docs/explanation/learning.md).
 """
 

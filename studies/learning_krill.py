@@ -1,15 +1,16 @@
-"""Do krill learn to hunt, and do copepods still migrate among krill that learned, both with frozen policies
-and while both species continue to learn?
+"""Do krill learn to hunt, and do copepods still migrate among krill that have learned, both with frozen
+policies and while both species continue to learn?
 
-In the world learning-krill, both species are trained at the same time from random weights, each in response
-to the other; a training seed is a replicate.
+In the world learning-krill, both species are trained at the same time from random weights, each responding to
+the other; training seeds are the replicates.
 
     hunt      krill among untrained copepods, with population sizes held constant: their catch,
               the energy they use, and when they chase
     life      20 days after the first: cosinor of mean depth of copepods
 
-`learned` are the trained policies, `untrained` are random weights, `reflex` are the krill of diel-migration,
-for which speed costs less. A training takes about a minute of CPU and is stored; a case takes 3 to 20 s.
+`learned` arms use the trained policies, `untrained` arms random weights, and `reflex` arms the krill of
+diel-migration, for which speed costs less. Training takes about a minute of CPU time and is stored; a case
+takes 3 to 20 s.
 """
 
 from typing import Any
@@ -32,7 +33,7 @@ TRAINING_SEEDS, SEEDS = tuple(range(1, 7)), (301, 302)
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Train or find the policies, run one world, and measure."""
+    """Train or reuse the policies, run one world, and measure."""
     from ecs_eco import World
     from ecs_eco.config import load
     from studies.common.sea import life, policies_of
@@ -60,7 +61,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
             World.from_config(load(name, config["set"]), seed=seed, policies=policies, learn=arm["learn"]),
             config["days"],
         )
-    seed += 1000 * case["training"]  # the seed of the world draws untrained networks
+    seed += 1000 * case["training"]  # the world's seed draws untrained networks
     return hunts(
         World.from_config(
             load(name, config["set"] | held), seed=seed, policies=policies, learn=False, training=True
@@ -70,8 +71,8 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def hunts(world: Any, days: int) -> dict[str, Any]:
-    """Return what krill catch and the energy they use per day, and how often they are fast with and
-    without a copepod in sight."""
+    """Return the krill's catch and energy use per day, and how often they are fast with and without a copepod
+    in sight."""
     from ecs_eco.components import Nervous
     from ecs_eco.nervous.thoughts import thinkers
 
@@ -100,7 +101,7 @@ def hunts(world: Any, days: int) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return verdicts on hunting and migration, and a table of what krill do."""
+    """Return verdicts on hunting and migration, and a table of krill behavior."""
     there = {c["case"]["arm"] for c in cases}
     out = []
     words = {
@@ -180,7 +181,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def depends(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Return the parts of the configuration that a case depends on: its arm and both worlds."""
+    """Return the configuration entries that a case depends on: its arm and both worlds."""
     from ecs_eco.config import load
 
     return {

@@ -1,7 +1,7 @@
-"""The ledgers of energy and of every substance close in every tick, in random worlds and in shipped worlds.
+"""Do the ledgers of energy and every substance balance in every tick, in random worlds and in shipped worlds?
 
-For each world, the largest imbalance of a ledger is compared with the stock; so are the flows between bodies,
-objects and fields, which must sum to zero.
+For each world, the largest ledger imbalance is compared with the stock, as is the sum of flows between
+bodies, objects and fields, which must be zero.
 """
 
 from typing import Any
@@ -15,7 +15,7 @@ CHUNK = 10  # worlds per case
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Run one chunk of worlds, or one shipped world, and return the errors of their ledgers."""
+    """Run one chunk of worlds, or one shipped world, and return their ledger errors."""
     if "world" in case:
         world = World.from_config(case["world"], policies="random").run(config["shipped_ticks"])
         return {"worlds": 1, **furthest_off(world)}

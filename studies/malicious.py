@@ -1,9 +1,9 @@
 """Loading a file or message never runs code: malicious worlds, checkpoints, manifests, recordings, policies,
-journals, messages to the viewer, land data, and modules in the working folder of a command.
+journals, messages to the viewer, land data, and modules in a command's working folder.
 
 Each carries payloads that leave a mark (a file) if they ever run: names of code at every key that accepts
-code, pickles in the place of every file, texts that a shell, a template or TeX would run, addresses that a
-reader of land data would request. Each is checked, run, resumed, forked, repeated, reported, drawn, searched,
+code, pickles in place of every file, texts that a shell, a template or TeX would run, and addresses that a
+land data reader would request. Each is checked, run, resumed, forked, repeated, reported, drawn, searched,
 trained, compared or watched. In a control, the same payloads are run on purpose and must leave their marks.
 """
 
@@ -36,7 +36,7 @@ BY_MUTATION: dict[str, Any] = {
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Try the attacks of one kind, or the controls."""
+    """Test the attacks of one kind, or the controls."""
     with ground() as place:
         if case["what"] == "control":
             imported = surroundings.imported(place)  # before any code is trusted
@@ -60,7 +60,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Count marks, and how attempts ended, by kind of attack."""
+    """Count marks and outcomes of attempts, by kind of attack."""
     tried = [c for c in cases if c["case"]["what"] != "control"]
     control = next(
         (c["result"] for c in cases if c["case"]["what"] == "control"), {"controls": [], "imported": {}}

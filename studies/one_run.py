@@ -1,5 +1,5 @@
 """If two processes claim one folder, one gets it and the other is refused or gets a separate folder; files
-of other runs are refused."""
+from other runs are refused."""
 
 import json
 import os
@@ -27,7 +27,7 @@ SEEDS = (1, 2)
 
 
 def run_words(config: dict[str, Any], seed: int) -> list[str]:
-    """Return a command that runs the world of this study."""
+    """Return a command that runs this study's world."""
     changes = [word for key, value in LIVES.items() for word in ("--set", f"{key}={value}")]
     every = ["--checkpoint-every", str(config["checkpoint_every"])]
     return [
@@ -45,17 +45,17 @@ def run_words(config: dict[str, Any], seed: int) -> list[str]:
 
 
 def resume_words(out: str, config: dict[str, Any]) -> list[str]:
-    """Return a command that resumes a run to its end."""
+    """Return a command that resumes a run and completes it."""
     return ["resume", out, "--until", str(config["ticks"]), "--no-report", "--quiet"]
 
 
 def together(
     place: Path, commands: list[list[str]], kill: tuple[int, float] | None = None
 ) -> list[tuple[int, str]]:
-    """Start commands at once, each in a separate process, and wait for them; return their exit codes and
-    output.
+    """Start commands at the same time, each in a separate process, and wait for them; return their exit codes
+    and output.
 
-    `kill` names the command to kill, and after how many seconds.
+    `kill` gives the command to kill, and the delay in seconds.
     """
     gate, key = os.pipe()
     children = [_start(words, gate, key, place / f"said-{i}") for i, words in enumerate(commands)]
@@ -69,8 +69,8 @@ def together(
 
 
 def apart(work: Callable[[], Any], place: Path) -> Any:
-    """Return the result of some work as JSON, done in a separate process: threads that it starts would be
-    lost in forks."""
+    """Do some work in a separate process, because threads that it starts would be lost in forks; return its
+    result as JSON."""
     child = os.fork()
     if not child:
         try:
@@ -80,13 +80,13 @@ def apart(work: Callable[[], Any], place: Path) -> Any:
             os._exit(1)
         os._exit(0)
     if code := os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]):
-        raise RuntimeError(f"work in a process of its own ended with {code}")
+        raise RuntimeError(f"work in a separate process ended with {code}")
     return json.loads((place / "answer.json").read_text(encoding="utf-8"))
 
 
 def _start(words: list[str], gate: int, key: int, log: Path) -> int:
-    """Fork a process that waits at the gate and then becomes the command, in the folder of `said`; return
-    its id."""
+    """Fork a process that waits at the gate and then becomes the command, in the folder that contains `said`;
+    return its id."""
     child = os.fork()
     if child:
         return child
@@ -110,7 +110,7 @@ def _start(words: list[str], gate: int, key: int, log: Path) -> int:
         os._exit(code)
 
 
-# --- pairs; each returns what is wrong ("" if nothing is), and whether the two met during a write
+# --- pairs; each returns the fault ("" if none), and whether the two met during a write
 
 
 Pair = Callable[[Path, dict[str, Any], np.random.Generator, dict[int, Any]], tuple[str, bool]]
@@ -119,7 +119,7 @@ Pair = Callable[[Path, dict[str, Any], np.random.Generator, dict[int, Any]], tup
 def same_out(
     place: Path, config: dict[str, Any], rng: np.random.Generator, whole: dict[int, Any]
 ) -> tuple[str, bool]:
-    """Run two seeds with the same named folder."""
+    """Run two seeds with the same folder name."""
     ended = together(place, [[*run_words(config, seed), "--out", "out"] for seed in SEEDS])
     wrong = _refused_but_one(ended)
     winner = next((seed for seed, (code, _) in zip(SEEDS, ended, strict=True) if code == 0), None)
@@ -129,7 +129,7 @@ def same_out(
 def default_out(
     place: Path, config: dict[str, Any], rng: np.random.Generator, whole: dict[int, Any]
 ) -> tuple[str, bool]:
-    """Run one seed twice without a named folder."""
+    """Run one seed twice without naming a folder."""
     seed = int(rng.choice(SEEDS))
     ended = together(place, [run_words(config, seed)] * 2)
     if [code for code, _ in ended] != [0, 0]:
@@ -141,7 +141,7 @@ def default_out(
     return (
         ""
         if named and not any(_differs(p, whole, seed) for p in folders)
-        else "what they left is not what they said",
+        else "the folders differ from the reported outcome",
         True,
     )
 
@@ -215,7 +215,7 @@ def _met(ended: list[tuple[int, str]]) -> bool:
 
 
 def _differs(out: Path, whole: dict[int, Any], seed: int | None) -> str:
-    """Return how a folder differs from the complete run of a seed without half-written files."""
+    """Return how a folder differs from a seed's complete run, without half-written files."""
     if seed is None or not out.is_dir():
         return "nothing is left"
     if left := [p.name for p in out.rglob("*") if p.name.endswith((".tmp", ".lock"))]:
@@ -231,7 +231,7 @@ def _differs(out: Path, whole: dict[int, Any], seed: int | None) -> str:
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Try pairs of one kind, or every kind of foreign file, each in a temporary folder."""
+    """Test pairs of one kind, or every kind of foreign file, each in a temporary folder."""
     rng = np.random.default_rng(case.get("seed", 0))
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder)
@@ -256,8 +256,8 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def _warm() -> None:
-    """Import and compile what the commands need, without starting a thread, so that forked processes start
-    at the critical point."""
+    """Import and compile everything that the commands need, without starting a thread, so that forked
+    processes start at the critical point."""
 
     from ecs_eco import World
     from ecs_eco.config import load

@@ -1,10 +1,10 @@
 """Which optimizer finds a food chain that persists?
 
-The test uses a numerical food chain, thousands of times cheaper than a world: the chain of three levels of
-Rosenzweig and MacArthur (1963) with demographic noise. A run stops at an extinction, and poor candidates are
-dropped after a short first stage, as in `ecs-eco search`; scores therefore jump, and differ between seeds.
-Eight parameters vary over a factor of thirty each; about one random chain in thirty persists. An optimizer's
-best candidate is evaluated by 200 fresh runs.
+The test uses a numerical food chain, which is thousands of times cheaper than a world: the three-level chain
+of Rosenzweig and MacArthur (1963) with demographic noise. As in `ecs-eco search`, a run stops at an
+extinction, and poor candidates are dropped after a short first stage; scores are therefore discontinuous and
+differ between seeds. Eight parameters each vary by a factor of thirty; about one random chain in thirty
+persists. An optimizer's best candidate is evaluated in 200 fresh runs.
 """
 
 from typing import Any
@@ -14,7 +14,7 @@ import numpy as np
 from ecs_eco.compiled.jit import njit
 from studies.common.study import Study, verdict
 
-# ruff: noqa: NPY002 (numba knows this generator, and each run seeds it)
+# ruff: noqa: NPY002 (numba supports this generator, and each run seeds it)
 
 NAMES = ("regrowth", "grazing", "handling", "yield", "hunting", "satiation", "gain", "mortality")
 CENTRE = (0.04, 1.5e-4, 6.0, 0.15, 4e-4, 3.0, 0.12, 0.012)
@@ -23,8 +23,8 @@ STAGES, RUNS, KEPT = ((1000, 1), (2000, 2), (4000, 6)), 6, 0.4
 
 @njit
 def live(p, ticks, seed):
-    """Return the ticks until a level goes extinct, and the lowest share of its mean that any level fell
-    to."""
+    """Return the ticks until a level goes extinct, and the lowest level reached, as a share of that level's
+    mean."""
     np.random.seed(seed)
     g, d, w = 3000, 500, 60
     low, total = np.array([g, d, w]), np.zeros(3)
@@ -57,7 +57,7 @@ def parameters() -> Any:
 
 
 def evaluate(values: dict[str, float], least: list[float]) -> dict[str, Any]:
-    """Evaluate a candidate as ecs_eco.lab.searching.evaluate does, with the chain in place of a world."""
+    """Evaluate a candidate like ecs_eco.lab.searching.evaluate, with the chain instead of a world."""
     p, spent, scores = np.array([values[n] for n in NAMES]), 0, []
     for stage, (ticks, n) in enumerate(STAGES):
         runs = [live(p, ticks, seed) for seed in range(n)]
@@ -70,8 +70,8 @@ def evaluate(values: dict[str, float], least: list[float]) -> dict[str, Any]:
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Search for a chain with one optimizer; return the quality of its best candidate after various numbers
-    of candidates."""
+    """Search for a chain with one optimizer; return the quality of its best candidate after various candidate
+    counts."""
     import time
 
     from ecs_eco.lab.searching.optimise import Optimiser, merit
@@ -107,7 +107,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return the shares that persist, by optimizer and number of candidates."""
+    """Return the shares that persist, by optimizer and candidate count."""
     kinds = list(dict.fromkeys(c["case"]["optimiser"] for c in cases))
     of = {k: [c["result"] for c in cases if c["case"]["optimiser"] == k] for k in kinds}
     judged = list(of[kinds[0]][0]["share"])

@@ -4,14 +4,14 @@
 
 The world is examples/grazing.toml, with population sizes held constant. Three learners get 131,072
 transitions each: the built-in PPO; Stable-Baselines3's PPO on slots (examples/rl_slots.py); and single-file
-PPO on PettingZoo's dicts (examples/rl_parallel.py). All have two hidden layers of 64 and the same settings
-where they share them. A hand-written function (examples/rl_function.py) and random actions serve as
-references. Policies learned outside are loaded into the world by `from_torch`, and all policies are measured
-there in the same way: the energy that a deer takes in per 100 ticks, over 300 ticks of a world with another
-seed. The settings were tried with seed 1 of the built-in PPO; the others were not tuned.
+PPO on PettingZoo's dicts (examples/rl_parallel.py). All have two hidden layers of 64 units and, where
+applicable, the same settings. A hand-written function (examples/rl_function.py) and random actions serve as
+baselines. `from_torch` loads externally learned policies into the world, where all policies are measured in
+the same way: a deer's energy intake per 100 ticks, over 300 ticks of a world with a different seed. The
+settings were tested with seed 1 of the built-in PPO; the other learners were not tuned.
 
-1. At the end, each learner's mean over seeds is at least 0.9 of the built-in learner's.
-2. For all of 1,000 observations, a loaded policy chooses as its original module does.
+1. At the end, each learner's mean over seeds is at least 0.9 times the built-in learner's.
+2. For all of 1,000 observations, a loaded policy makes the same choice as its original module.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ OTHERS = ("function", "chance")
 
 
 def intake(seed: int, ticks: int, policies: Any = "random", **changes: Any) -> float:
-    """Return the energy that a deer takes in per 100 ticks with a policy."""
+    """Return a deer's energy intake per 100 ticks with a policy."""
     world = World.from_config(
         load(GRAZING, changes), seed=1000 + seed, policies=policies, training=True, learn=False
     )
@@ -48,7 +48,7 @@ def intake(seed: int, ticks: int, policies: Any = "random", **changes: Any) -> f
 
 
 def built_in(config: dict[str, Any], seed: int, look: Any) -> Any:
-    """Train by the world's own recipe."""
+    """Train with the world's own recipe."""
     world = World.from_config(
         load(GRAZING, {"species.deer.ppo": PPO}),
         seed=seed,
@@ -66,8 +66,8 @@ def built_in(config: dict[str, Any], seed: int, look: Any) -> Any:
 
 
 def same_choices(module: Any, seed: int) -> int:
-    """Return for how many of 1,000 observations the most probable choices in the world equal those of the
-    module."""
+    """Return the number of observations, of 1,000, for which the most probable choices in the world equal the
+    module's."""
     from ecs_eco.learning.vector_env import act
 
     world = World.from_config(GRAZING, policies={"deer": module}, record=False)
@@ -102,7 +102,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
         built_in(config, seed, look)
         same = 0
     else:
-        train = import_module(f"examples.{LEARNERS[arm]}").train  # its dependencies are optional
+        train = import_module(f"examples.{LEARNERS[arm]}").train  # it has optional dependencies
         same = same_choices(from_torch(train(config["steps"], seed, look)), seed)
     seconds = time.process_time() - start - watching
     return {

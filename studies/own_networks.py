@@ -4,18 +4,18 @@
 
 These hypotheses were written before the deciding run. The task counts as solved if the mean return of the
 last 100 episodes is at least 475, within 100,000 steps.
-1. With velocities, the built-in network's twin through autograd needs at most 1.2 times the steps of the
+1. With velocities, the built-in network's twin, trained by autograd, needs at most 1.2 times the steps of the
    built-in network (ratio of medians over 5 seeds).
 2. Without velocities (only the positions of cart and pole are observed), a GRU solves the task for at least 4
    of 5 seeds, and the built-in network for none.
-3. The median over seeds of the best mean return of 100 episodes that the GRU reaches is 475, or at least that
-   of the recurrent PPO of sb3-contrib (two seeds: it is slow), with the same settings and environments in
-   the same run.
+3. The GRU's best mean return of 100 episodes, as the median over seeds, is 475 or at least that of
+   sb3-contrib's recurrent PPO (two seeds, because it is slow), with the same settings and environments in the
+   same run.
 
-Settings of the first task are those of ppo_cartpole.py. Settings of the second are those tuned for
-sb3-contrib's recurrent PPO (rl-baselines3-zoo). Those scale rewards by a running estimate; here all arms
-divide rewards by 20, so that the bounded memory of a network can represent values (undivided, seed 100
-reached 260 at most). Seed 100 was seen before. The cases of sb3-contrib require that package.
+The first task uses the settings of ppo_cartpole.py. The second uses settings tuned for sb3-contrib's
+recurrent PPO (rl-baselines3-zoo). Those settings scale rewards by a running estimate; here all arms divide
+rewards by 20, so that a network's bounded memory can represent values (undivided, seed 100 reached at most
+260). Seed 100 had been seen before. Cases with sb3-contrib require that package.
 """
 
 from __future__ import annotations
@@ -59,8 +59,8 @@ ARMS: dict[str, Callable[..., Any] | None] = {
 
 
 def without_velocities(env: Any) -> Any:
-    """Return CartPole with only the positions of cart and pole observed, in units of the limits that end
-    an episode, with rewards of 1 / DIVISOR."""
+    """Return CartPole with rewards of 1 / DIVISOR and only the positions of cart and pole observed, in units
+    of the limits that end an episode."""
     import gymnasium
     import numpy as np
 
@@ -75,7 +75,7 @@ def without_velocities(env: Any) -> Any:
 
 
 def run(config: dict[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
-    """Train one arm with one seed until the task is solved or the steps are over."""
+    """Train one arm with one seed until the task is solved or the steps are used up."""
     masked, start = case["arm"] not in (BUILT_IN, TWIN), time.process_time()
     ppo = from_hashed(config["masked" if masked else "seen"])
     if case["arm"] == CONTRIB:
@@ -107,7 +107,7 @@ def run(config: dict[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def sb3_contrib(seed: int, steps: int, ppo: PPO) -> tuple[Training, float, int]:
-    """Train sb3-contrib's recurrent PPO; return its episodes, the unit of its returns and its steps."""
+    """Train sb3-contrib's recurrent PPO; return its episodes, their return unit and its steps."""
     import torch
     from sb3_contrib import RecurrentPPO
     from stable_baselines3.common.env_util import make_vec_env
@@ -130,7 +130,7 @@ def sb3_contrib(seed: int, steps: int, ppo: PPO) -> tuple[Training, float, int]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Report how soon each arm solved its task, and its speed."""
+    """Report the steps each arm took to solve its task, and its speed."""
     arms = {arm: [c["result"] for c in cases if c["case"]["arm"] == arm] for arm in ARMS}
     took = {arm: [r["steps_to_solve"] or NEVER for r in runs] for arm, runs in arms.items()}
     solved = {arm: sum(t < NEVER for t in steps) for arm, steps in took.items()}

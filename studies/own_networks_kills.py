@@ -1,4 +1,4 @@
-"""A run with torch modules as brains is killed repeatedly, and ends with the same bytes."""
+"""Does a run with torch modules as brains end with the same bytes after being killed repeatedly?"""
 
 from typing import Any
 
@@ -9,7 +9,7 @@ NETWORKS = ("ByAutograd", "Remembering")
 
 
 def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Count the kills, and the runs that ended differently."""
+    """Count kills, and runs that ended differently."""
     results = [c["result"] for c in cases]
     n, wrong = sum(r["kills"] for r in results), sum(not r["same"] for r in results)
     left = sum(r["left behind"] for r in results)

@@ -1,10 +1,10 @@
 """Does portable mode give the same bytes on every x86-64 machine, while native mode does not?
 
 Every shipped world runs with learning, in separate processes, on this machine and on others: processors
-emulated by qemu's user mode (a Nehalem of 2008, without AVX; a Haswell of 2013, with AVX2 and fused
-multiply-add), and this machine with variables that make compilers and libraries assume a lesser processor,
-which the mode must ignore. One of these variables, GLIBC_TUNABLES, affects the C library itself, which no
-mode controls. Kernels for "variables" are compiled in a separate cache. Native mode is the control.
+emulated in qemu's user mode (a 2008 Nehalem without AVX; a 2013 Haswell with AVX2 and fused multiply-add),
+and this machine with variables that make compilers and libraries assume a less capable processor, which
+portable mode must ignore. One of these variables, GLIBC_TUNABLES, affects the C library, which no mode
+controls. Kernels for "variables" are compiled in a separate cache. Native mode is the control.
 """
 
 import json
@@ -27,7 +27,7 @@ WORLDS = (
     "predator-prey",
     "reflexes",
 )
-LESSER = {  # variables that make this processor appear lesser
+LESSER = {  # variables that make this processor appear less capable
     "NUMBA_CPU_NAME": "nehalem",
     "NUMBA_CPU_FEATURES": "",
     "ATEN_CPU_CAPABILITY": "default",
@@ -40,7 +40,7 @@ LESSER = {  # variables that make this processor appear lesser
 QEMU = {
     "Nehalem": ["-cpu", "Nehalem"],
     "Haswell": ["-cpu", "Haswell,-pcid,-x2apic,-tsc-deadline,-hle,-invpcid,-rtm"],
-}  # features that it lacks
+}  # features that qemu lacks
 CHILD = """
 import json, sys
 import ecs_eco
@@ -110,7 +110,7 @@ def summarise(entries: list[dict]) -> dict:
                     "same" if equal else "other",
                 ]
             )
-    # omitted in the short form: kernels would be compiled twice more
+    # omitted in the short form, because kernels would be compiled twice more
     controls = len(digests.get("native", {}))
     changing = [w for w, on in digests["portable"].items() if len(set(next(iter(on.values())))) < 3]
     verdicts = [

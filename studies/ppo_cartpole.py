@@ -3,9 +3,9 @@
     python -m studies.ppo_cartpole [--short]
 
 The task counts as solved if the mean return of the last 100 episodes is at least 475. Each program learns
-with its own settings and with the other's, from the same kind of environments and the same seeds, in turn, in
-one thread. Speed is environment steps per second of processor time, training and environments together. The
-cases of Stable-Baselines3 require stable-baselines3.
+with its own settings and with the other program's, with the same kind of environments and the same seeds, in
+turn, in one thread. Speed is environment steps per second of processor time, for training and environments
+together. Cases with Stable-Baselines3 require stable-baselines3.
 """
 
 import os
@@ -41,7 +41,7 @@ OURS = replace(THEIRS, minibatch_size=64, epochs=10, gae_lambda=0.9)
 
 
 def ours(seed: int, steps: int, ppo: PPO) -> dict[str, Any]:
-    """Train until solved or `steps` are over."""
+    """Train until solved, for at most `steps` steps."""
     import gymnasium
 
     envs, start = gymnasium.make_vec("CartPole-v1", N_ENVS, vectorization_mode="sync"), time.process_time()
@@ -92,7 +92,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Report how soon each arm solved the task, and its speed."""
+    """Report the steps each arm took to solve the task, and its speed."""
     arms = {arm: {c["case"]["seed"]: c["result"] for c in cases if c["case"]["arm"] == arm} for arm in ARMS}
     rows, took = [], {}
     for arm, runs in arms.items():

@@ -1,9 +1,10 @@
-"""Why does the outcome of a world depend on the training seed, and which training protocol reduces this?
+"""Why does a world's outcome depend on the training seed, and which training protocol reduces this
+dependence?
 
-Each protocol trains policies from separate seeds; they live frozen in a world of half the area, which is less
-forgiving than the shipped one: if a policy evades slightly too well, deer strip the grass and wolves starve.
-Besides persistence, the table reports the spread between training seeds of the smallest number of wolves, the
-outcome that fails first.
+Each protocol trains policies from separate seeds; frozen, they live in a world with half the area, which is
+less forgiving than the shipped one: if a policy evades slightly too well, deer strip the grass and wolves
+starve. Besides persistence, the table reports the spread between training seeds in the smallest number of
+wolves, the outcome that fails first.
 """
 
 from collections.abc import Sequence
@@ -44,7 +45,7 @@ WIDE = {
 
 
 def plan(**of: Any) -> dict[str, Any]:
-    """Return the changes that an arm makes in training."""
+    """Return the changes that an arm makes to training."""
     return {f"training.{key}": value for key, value in of.items()}
 
 
@@ -54,7 +55,7 @@ def both(key: str, value: Any) -> dict[str, Any]:
 
 
 VARIED = plan(worlds=4, vary=RANGES, set=SMALL)
-# the baseline of the other arms; the shipped recipe uses only the average
+# the other arms' baseline; the shipped recipe uses only the average
 OLD = both("entropy", 0.01) | plan(average=0.2)
 PROTOCOLS: dict[str, dict[str, Any]] = {
     "as shipped before": {},

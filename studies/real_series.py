@@ -1,8 +1,8 @@
-"""Are the cycles of shipped worlds like measured ones: lynx and hares, wolves and moose, mites, protozoa?
+"""Are shipped worlds' cycles like measured cycles (lynx and hares, wolves and moose, mites, protozoa)?
 
-The hypotheses, and the criterion for a pair to be like a world, are in registered/real_series.toml. Each
-world runs with seeds that no other study uses; its series are cut into windows that are as long as a measured
-series, in periods, and sampled as often. `python -m studies.draw_real_series` draws the figure from the
+The hypotheses, and the criterion for a pair to resemble a world, are in registered/real_series.toml. Each
+world runs with seeds that no other study uses; its series are cut into windows with the length (in periods)
+and sampling frequency of a measured series. `python -m studies.draw_real_series` draws the figure from the
 result.
 """
 
@@ -22,11 +22,11 @@ DATA = Path(__file__).parent / "data"
 SERIES: dict[str, dict[str, str]] = REGISTERED.content["series"]
 MEASURES: list[str] = REGISTERED.content["statistic"]["measures"]
 PAIRS = {"predator-prey": [("deer", "wolf"), ("grass", "deer")], "island": [("deer", "wolf")]}
-BLOCK = 5  # ticks per stored mean
+BLOCK = 5  # ticks averaged per stored mean
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Run a world; return its numbers as means over blocks of ticks, one line for each."""
+    """Run a world; return its numbers as means over blocks of ticks, one line per species."""
     from ecs_eco import World
     from ecs_eco.analysis.runs import load_series
     from studies.common.goats import text
@@ -45,7 +45,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def measured(name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return the prey and predator of a measured pair: f64[samples] each."""
+    """Return a measured pair's prey and predator series: f64[samples] each."""
     of = SERIES[name]
     with open(DATA / of["file"], encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
@@ -70,9 +70,10 @@ def longest(rows: np.ndarray) -> np.ndarray:
 
 
 def inside(values: list[float], value: float, measure: str) -> tuple[float, float, bool]:
-    """Return the 2.5 and 97.5 percentiles of a measure of windows, and whether a value lies between them.
+    """Return the 2.5th and 97.5th percentiles of a measure over windows, and whether a value lies between
+    them.
 
-    Lags are angles: they are taken within half a period of the windows' circular mean.
+    Lags are angles, taken within half a period of the windows' circular mean.
     """
     x = np.array(values)
     if measure == "lag":
@@ -83,8 +84,8 @@ def inside(values: list[float], value: float, measure: str) -> tuple[float, floa
 
 
 def compare(cases: list[dict[str, Any]]) -> dict[tuple[str, str, str], dict[str, Any]]:
-    """Return for each world, each of its pairs and each measured pair: the values, those of the windows,
-    and which measured values are inside."""
+    """Return, for each world, each of its pairs and each measured pair, the measured values, the windows'
+    values, and which measured values lie inside."""
     from studies.common.goats import numbers
     from studies.common.signature import signature, windows
 
@@ -113,7 +114,7 @@ def compare(cases: list[dict[str, Any]]) -> dict[tuple[str, str, str], dict[str,
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Decide the registered hypotheses; return them with a table of all pairs."""
+    """Test the registered hypotheses; return them with a table of all pairs."""
     compared = compare(cases)
     lynx, isle, gause = (
         compared.get(("predator-prey", "deer→wolf", name), {})

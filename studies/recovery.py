@@ -1,8 +1,8 @@
-"""Does a sampling search recover the parameters of a world from 21 counts each of hares and lynx?
+"""Does a sampling search recover a world's parameters from 21 counts each of hares and lynx?
 
 The hypotheses are in registered/recovery.toml. Candidates are drawn once from the ranges of data/hares.toml
-and run; ten worlds with known parameters, and then the pelt counts of the Hudson's Bay Company, are compared
-with the same candidates. `python -m studies.draw_recovery` draws the figure from the result.
+and run; ten worlds with known parameters and the Hudson's Bay Company's pelt counts are compared with the
+same candidates. `python -m studies.draw_recovery` draws the figure from the result.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from studies.common.study import Study, verdict
 REGISTERED = registration("recovery")
 WORLD = Path(__file__).parent / "data" / "hares.toml"
 CHANCE, RATE = "species.lynx.diet.0.chance", "species.lynx.reproduction.rate"
-MOST = 50  # draws until a true world survives
+MOST = 50  # maximum number of draws until a true world survives
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Run a block of candidates, or a world whose parameters are to be recovered; return parameters and
+    """Run a block of candidates, or a world whose parameters should be recovered; return parameters and
     statistics."""
     from ecs_eco.lab.searching.evaluate import Job, evaluate
     from ecs_eco.lab.searching.sampler import statistics_of
@@ -64,7 +64,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def plan_of(config: dict[str, Any]) -> Any:
-    """Return the plan of the search of the world."""
+    """Return the world's search plan."""
     from ecs_eco.config import load
     from ecs_eco.lab.searching import plan
 
@@ -93,8 +93,8 @@ def sampler_of(plan: Any, candidates: list[dict[str, Any]], folder: str) -> Any:
 def posterior(
     config: dict[str, Any], candidates: list[dict[str, Any]], observed: dict[str, float] | None = None
 ) -> tuple[dict[str, Any], Any]:
-    """Return the summary in search.json of the posterior given observed statistics (by default those of
-    the pelts), and the posterior itself."""
+    """Return the posterior given observed statistics (by default the pelts'), and its summary as in
+    search.json."""
     from ecs_eco.lab.searching.posterior import summary
 
     plan = plan_of(config)
@@ -113,8 +113,7 @@ def within(of: dict[str, Any], truth: dict[str, float], name: str) -> bool:
 
 
 def widths(found: list[dict[str, Any]], name: str) -> float:
-    """Return the median over trials of the width of an interval divided by that of the range, of log
-    parameters."""
+    """Return the median over trials of an interval's width as a share of the range, both on a log scale."""
     parts = [
         np.log(n["high"] / n["low"]) / np.log(n["range"][1] / n["range"][0])
         for n in (of["numbers"][name] for of in found)
@@ -123,13 +122,13 @@ def widths(found: list[dict[str, Any]], name: str) -> float:
 
 
 def inside(of: dict[str, Any]) -> int:
-    """Return how many measured statistics lie within those of the posterior's runs; lags are taken around
+    """Return how many measured statistics lie within the posterior runs' statistics; lags are taken around
     the measured lag."""
     return sum(bool(s["low"] <= s["observed"] <= s["high"]) for s in of["statistics"].values())
 
 
 def split(cases: list[dict[str, Any]]) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
-    """Return the candidates, and the true worlds."""
+    """Return the candidates and the true worlds."""
     results = [(e["case"]["arm"], e["result"]) for e in cases]
     return (
         [c for arm, of in results if arm == "prior" for c in of["candidates"]],
@@ -138,8 +137,8 @@ def split(cases: list[dict[str, Any]]) -> tuple[list[dict[str, Any]], list[dict[
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Decide the registered hypotheses; return them with a table of the trials, whose last row is that of
-    the pelts."""
+    """Test the registered hypotheses; return them with a table of the trials, whose last row is for the
+    pelts."""
     candidates, truths = split(cases)
     found = [posterior(CONFIG, candidates, truth["statistics"])[0] for truth in truths]
     pelts = posterior(CONFIG, candidates)[0]

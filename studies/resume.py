@@ -1,5 +1,5 @@
-"""A run of a + b ticks gives the same bytes as a run of a ticks that a new process resumes for b ticks,
-for every shipped world."""
+"""Does a run of a + b ticks give the same bytes as a run of a ticks that a new process resumes for b ticks,
+for every shipped world?"""
 
 import json
 import subprocess
@@ -25,8 +25,8 @@ WORLDS = [
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Run one world whole, then once for each split point: the first part, a new process, the rest;
-    compare all results."""
+    """Run one world without interruption, then once for each split point, where a new process runs the second
+    part; compare all results."""
     from ecs_eco.record import run_to_folder
 
     world = small(case["world"], config["share"], case["brains"])
@@ -60,7 +60,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Count the split points after which any result differed."""
+    """Count the split points after which any result differs."""
     tried = sum(len(c["result"]["splits"]) for c in cases)
     wrong = sum(len(c["result"]["different"]) for c in cases)
     fewest = min(len(c["result"]["splits"]) for c in cases)

@@ -2,11 +2,11 @@
 
     python -m studies.roaming [--short]
 
-The world is examples/roaming.toml. These hypotheses were written before the deciding run (seeds 1-10;
-100-103 were seen before):
-1. Deer whose policy was pre-trained from the seed of their world by the world's own recipe, and that continue to
-   learn, persist for 6,000 ticks, never fewer than ten, in at least 9 of 10 worlds.
-2. Deer that draw speed and turn uniformly at random go extinct in at least 9 of 10.
+The world is examples/roaming.toml. These hypotheses were written before the deciding run (seeds 1-10; seeds
+100-103 had been seen before):
+1. Deer whose policy was pre-trained from their world's seed with the world's own recipe, and that continue to
+   learn, persist for 6,000 ticks, with never fewer than ten deer, in at least 9 of 10 worlds.
+2. Deer that draw speed and turn uniformly at random go extinct in at least 9 of 10 worlds.
 """
 
 import tempfile
@@ -22,7 +22,7 @@ from ecs_eco.lab.pretraining import pretrain
 from studies.common.study import Study, verdict
 
 WORLD = Path(__file__).parents[1] / "examples" / "roaming.toml"
-EVERY = 20  # ticks between two counts
+EVERY = 20  # ticks between counts
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
@@ -32,7 +32,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
         if case["arm"] == "trained":
             pretrain(loaded, seed, config["training"], folder)
         policies = folder if case["arm"] == "trained" else case["arm"]
-        living = load(str(WORLD), {"species.deer.ppo.anneal": 0})  # the learning rate is constant in life
+        living = load(str(WORLD), {"species.deer.ppo.anneal": 0})  # the learning rate is constant during life
         world = World.from_config(living, seed=seed, policies=policies, record=False)
     deer, counts = world.table("deer"), []
     while world.tick < config["ticks"] and (not counts or counts[-1]):

@@ -1,11 +1,11 @@
-"""From a world that goes extinct on nearly every seed to one that persists: `ecs-eco search`, compared with
-random candidates.
+"""Does `ecs-eco search` turn a world that goes extinct on nearly every seed into one that persists, and is it
+better than random candidates?
 
-Both have the same processor time (ten minutes for candidates: five on two otherwise idle cores), ranges,
+Both have the same processor time (ten minutes for candidates, or five on two otherwise idle cores), ranges,
 stages and seeds; each candidate trains its own policies. The measure is the share of runs in which all
 species persist on fresh training seeds and world seeds. The searches were extended once, with 12 finalists
 instead of 3, after the best of 3 had persisted in 12 and 7 (Gaussian process) and 11 and 12 (random) of 12
-runs. Searches keep their folders in the temporary folder, and resume there if the study is interrupted.
+runs. Searches keep their files in the temporary folder, and resume from there if the study is interrupted.
 """
 
 import hashlib
@@ -20,7 +20,7 @@ WORLD = Path(__file__).parent.parent / "examples" / "dying_world.toml"
 
 
 def identity() -> str:
-    """Return the hash of the file at the time of the study: keys of the same world were renamed later."""
+    """Return the file's hash at the time of the study, because the world's keys were renamed later."""
     from ecs_eco.config import load
 
     same = load(WORLD).config_hash.startswith("450e51ddfa8a4f0b")
@@ -28,7 +28,7 @@ def identity() -> str:
 
 
 def folder(config: dict[str, Any], case: dict[str, Any]) -> Path:
-    """Return the folder of a search, which resumes only in the same world."""
+    """Return a search's folder; a search resumes only in the same world."""
     from ecs_eco.config import load
 
     asked = canonical(config) + load(WORLD).config_hash
@@ -37,7 +37,7 @@ def folder(config: dict[str, Any], case: dict[str, Any]) -> Path:
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Run one search; return its result, and the load of the machine."""
+    """Run one search; return its result, and the machine's load."""
     from ecs_eco.lab import search
 
     before = os.getloadavg()[0]
@@ -67,7 +67,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return the shares that persist, by optimizer, over all repeats."""
+    """Return the shares of runs that persist, by optimizer, over all repeats."""
     from ecs_eco.analysis.survival import wilson
 
     kinds = list(dict.fromkeys(c["case"]["optimiser"] for c in cases))

@@ -1,11 +1,11 @@
 """Which seas reward migration, escape and a sense of smell for krill?
 
 Scripted copepods live in many seas; no policy is trained. A sea is worth training in only if following an
-isolume (a surface of equal light) costs fewer lives, by a factor, than staying at the surface, at mid-depth
-or in the deep; if fleeing pays; and if avoiding the smell of krill pays. Each script lives some days in the
-world file's sea with other parameters, drawn at random from the ranges below; population sizes are held
-constant as in training. Deaths are per copepod and day, by krill and by hunger together. A script takes about
-a second.
+isolume (a surface of equal light) costs fewer lives, by a given factor, than staying at the surface, at
+mid-depth or in the deep, and if fleeing and avoiding the smell of krill also pay. Each script lives some days
+in the world file's sea with different parameters, drawn at random from the ranges below; population sizes are
+held constant as in training. Deaths are per copepod per day, from krill and hunger combined. A script takes
+about a second.
 """
 
 from typing import Any
@@ -14,7 +14,7 @@ import numpy as np
 
 from studies.common.study import Study, verdict
 
-SCRIPTS = {  # depth, whether it flees approaching krill, whether it avoids their smell
+SCRIPTS = {  # depth; flees approaching krill; avoids their smell
     "isolume": ("isolume", True, True),
     "surface": ("surface", True, True),
     "middle": ("middle", True, True),
@@ -37,7 +37,7 @@ RANGES: dict[str, tuple[float, float]] = {
 
 
 class Script:
-    """A copepod's behavior as a reflex: rows of observations to actions."""
+    """A copepod's behavior as a reflex, which maps observations to actions."""
 
     def __init__(
         self,
@@ -58,7 +58,7 @@ class Script:
         )
 
     def __call__(self, x: np.ndarray) -> np.ndarray:
-        """Decide: f32[n, channels] to f32[n, actions], of which the sign counts."""
+        """Decide: map f32[n, channels] to f32[n, actions], of which only the sign counts."""
         get = {name: x[:, i] for name, i in self.at.items()}
         depth = (get["pressure"] - 101_325.0) / (1025.0 * 9.81)
         up = np.where(get["food_near"] > 0, np.sign(get["food_up"]) * (np.abs(get["food_up"]) > 0.2), 0.0)
@@ -97,7 +97,7 @@ class Script:
 
 
 def live(numbers: dict[str, float], script: str, seed: int, days: int) -> dict[str, float]:
-    """Run scripted copepods in one sea; return deaths per copepod and day, and mean depths by night and by
+    """Run scripted copepods in one sea; return deaths per copepod per day, and mean depths by night and by
     day."""
     from ecs_eco import World
     from ecs_eco.components import Position
@@ -122,7 +122,7 @@ def live(numbers: dict[str, float], script: str, seed: int, days: int) -> dict[s
     }
     world = World.from_config(data, seed=seed, training=True)
     day = round(data["sun"]["day"] / data["dt"])
-    world.run(day)  # time for phytoplankton to reach its depth
+    world.run(day)  # time for phytoplankton to settle at its depth
     table, depths = world.tables["copepod"], []
     for _ in range(days * 8):
         world.run(day // 8)
@@ -145,14 +145,14 @@ def live(numbers: dict[str, float], script: str, seed: int, days: int) -> dict[s
 
 
 def drawn(candidate: int) -> dict[str, float]:
-    """Return the parameters of a sea, log-uniform over their ranges; candidate 0 is the shipped world."""
+    """Return a sea's parameters, drawn log-uniformly from their ranges; candidate 0 is the shipped world."""
     generator = np.random.Generator(np.random.Philox(key=[2, candidate]))
     numbers = {k: float(np.round(np.exp(generator.uniform(*np.log(r))), 4)) for k, r in RANGES.items()}
     return numbers | {"krill.count": int(numbers["krill.count"])} if candidate else {}
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Return the results of all scripts in one sea."""
+    """Return all scripts' results in one sea."""
     numbers = drawn(case["candidate"])
     return {
         "numbers": numbers,
@@ -163,8 +163,8 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def score(result: dict[str, Any]) -> float:
-    """Return the deaths of the best other script divided by those of the script that follows an isolume,
-    flees and avoids the smell."""
+    """Return the best other script's deaths divided by those of the script that follows an isolume, flees and
+    avoids the smell."""
     scripts = result["found"]
     return min(v["deaths"] for k, v in scripts.items() if k != "isolume") / max(
         scripts["isolume"]["deaths"], 0.02

@@ -1,4 +1,5 @@
-"""A small world runs a million ticks: memory, ledger, ids and speed at the end compared with the start."""
+"""A small world runs a million ticks; memory, ledger, ids and speed at the end are compared with the
+start."""
 
 import gc
 import resource
@@ -45,7 +46,7 @@ WORLD = {
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Run the world with its recording and its checkpoints; measure memory and time every block of ticks."""
+    """Run the world with recording and checkpoints; measure memory and time for every block of ticks."""
     from ecs_eco import World
     from ecs_eco.record import Recorder
     from ecs_eco.record.folder import Folder
@@ -58,7 +59,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
         folder = Folder(Path(place) / "run", world)
         folder.path.mkdir()
         Recorder(world, folder.sink)
-        world.run(block)  # time for compilation and for buffers to reach their size
+        world.run(block)  # time to compile and for buffers to reach full size
         for done in range(block, ticks, block):
             start = time.perf_counter()
             world.run(min(block, ticks - done))
@@ -96,7 +97,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Report which measures stayed constant."""
+    """Report which measures remained constant."""
     r = cases[0]["result"]
     first, last = r["ticks/s first tenth, last tenth"]
     growth = r["memory slope [B/tick]"] * r["ticks"] / 1e6 / r["memory first, last [MB]"][0]

@@ -1,6 +1,6 @@
-"""Which processes depend on the length of a tick: each process at five lengths, in present and earlier code.
+"""Which processes depend on the tick length? Each runs at five lengths, in current and earlier code.
 
-The page docs/explanation/steps.md shows the table; `python tools/make_steps.py` writes it there.
+`python tools/make_steps.py` writes the table to docs/explanation/steps.md.
 """
 
 import json
@@ -18,9 +18,9 @@ import numpy as np
 from studies.common.study import Study, verdict
 
 ROOT = Path(__file__).parents[1]
-BEFORE = "3f8a42e4d81e629dc209c54d5505460a6e75557f"  # the commit that present code is compared with
+BEFORE = "3f8a42e4d81e629dc209c54d5505460a6e75557f"  # the commit that current code is compared with
 STEPS = (2.0, 1.0, 0.5, 0.25, 0.1)  # [s]
-EXACT = 0.02  # relative error, besides random error, up to which a process counts as exact
+EXACT = 0.02  # relative error, beyond random error, up to which a process counts as exact
 
 
 def world(
@@ -32,8 +32,8 @@ def world(
     food: Any = None,
     **sections: Any,
 ) -> Any:
-    """Return a world with one species, `one`, of small transparent bodies, and optionally another species
-    as food."""
+    """Return a world with one species, `one`, with small transparent bodies, and optionally a food
+    species."""
     from ecs_eco import World
 
     one = {"count": 1, "body": {"radius": 0.1, "opaque": False}} | species
@@ -53,7 +53,7 @@ def lived(seconds: float, made: Any) -> Any:
 
 
 def flow(made: Any, column: str, after: float = 0.0) -> float:
-    """Return the sum of a column of the series after a time [s]."""
+    """Return a series column's sum after a time [s]."""
     series = made.series().to_pandas()
     return float(series.loc[series.tick >= after / made.dt, column].sum()) if column in series else 0.0
 
@@ -64,7 +64,7 @@ RICH = {"energy": 0.0, "energy_max": 1e4}
 
 
 def meals(dt: float, seed: int) -> float:
-    """Return the meals per second of animals that move straight ahead."""
+    """Return meals per second of animals that move straight ahead."""
     diet = [{"eats": "food", "reach": 0.2, "gain": 1.0}]
     made = lived(
         60, world(dt, seed, GO | {"count": 30, "metabolism": RICH, "diet": diet}, objects={"food": FOOD})
@@ -75,7 +75,7 @@ def meals(dt: float, seed: int) -> float:
 def at_the_table(
     dt: float, seed: int, seconds: float, digestion: float, chance: float = 1.0, toughness: float = 0.0
 ) -> float:
-    """Return the meals, in a given time, of animals surrounded by food."""
+    """Return meals in a given time of animals surrounded by food."""
     small = {"radius": 0.1, "opaque": False}
     grass = {"count": 20_000, "body": small, "defence": {"toughness": toughness}}
     one = {
@@ -88,7 +88,7 @@ def at_the_table(
 
 
 def births(dt: float, seed: int, fertility: float = 1.0, age_min: float = 500.0) -> tuple[Any, float]:
-    """Return a world of well-fed parents after 8 s, and the births per founder and second."""
+    """Return a world of well-fed parents after 8 s, and births per founder per second."""
     way = {"kind": "asexual", "rate": 0.25, "energy_min": 0.01, "energy_given": 0.001, "age_min": age_min}
     made = lived(
         8,
@@ -109,7 +109,7 @@ def births(dt: float, seed: int, fertility: float = 1.0, age_min: float = 500.0)
 
 
 def conceived(dt: float, seed: int) -> float:
-    """Return the share of couples that have conceived after 2 s."""
+    """Return the share of couples that conceive within 2 s."""
     from ecs_eco.components import Gestation
     from ecs_eco.testing import arrange
 
@@ -128,7 +128,7 @@ def conceived(dt: float, seed: int) -> float:
 
 
 def smell(dt: float, seed: int) -> float:
-    """Return the content of a field with one source, in equilibrium with its decay."""
+    """Return the content of a field with one source at equilibrium with decay."""
     made = lived(
         40,
         world(
@@ -143,7 +143,7 @@ def smell(dt: float, seed: int) -> float:
 
 
 def air(dt: float, seed: int) -> float:
-    """Return the equilibrium concentration of a substance that decays and is renewed."""
+    """Return the equilibrium concentration of a substance that decays and is replenished."""
     field = {"cell": 5.0, "decay": 0.5, "substance": "oxygen", "initial": 3.0, "renewal": 0.25}
     made = lived(40, world(dt, seed, {}, 10.0, substances={"oxygen": "dissolved"}, fields={"air": field}))
     return float(made.fields["air"].value.mean())
@@ -157,7 +157,7 @@ def spread(dt: float, seed: int) -> float:
 
 
 def burnt_sugar(dt: float, seed: int) -> float:
-    """Return the amount of a substance that a reaction leaves after 8 s (Michaelis and Menten)."""
+    """Return the amount of a substance left by a Michaelis–Menten reaction after 8 s."""
     from ecs_eco.components import Chemistry
 
     reaction = {"from": {"sugar": 1.0}, "to": {}, "rate": 0.2, "half": {"sugar": 0.5}}
@@ -171,8 +171,7 @@ def burnt_sugar(dt: float, seed: int) -> float:
 
 
 def walk(dt: float, seed: int) -> float:
-    """Return the distance after 32 s of animals that choose turns at random and move straight in between
-    [m]."""
+    """Return the distance [m] after 32 s of animals that turn at random and move straight in between."""
     from ecs_eco.components import Position
 
     one = {
@@ -193,7 +192,7 @@ def walk(dt: float, seed: int) -> float:
 
 
 def circle(dt: float, seed: int) -> float:
-    """Return the diameter of the circle of an animal that turns all the time [m]."""
+    """Return the diameter [m] of the circle of an animal that turns constantly."""
     from ecs_eco.components import Position
 
     made = world(
@@ -217,14 +216,14 @@ def circle(dt: float, seed: int) -> float:
 
 
 def value(made: Any, component: str, field: str) -> float:
-    """Return a value of the only organism."""
+    """Return a value of the sole organism."""
     from ecs_eco import components
 
     return float(made.table("one").field(getattr(components, component), field)[0])
 
 
 def dragged(dt: float, seed: int) -> float:
-    """Return the distance that an animal covers in 2 s against drag [m]."""
+    """Return the distance [m] that an animal covers in 2 s against drag."""
     made = world(dt, seed, GO | {"locomotion": {"speed": {"go": 1.0}, "drag": 1.0}})
     x, y = value(made, "Position", "x"), value(made, "Position", "y")
     lived(2, made)
@@ -234,7 +233,7 @@ def dragged(dt: float, seed: int) -> float:
 
 
 def cooled(dt: float, seed: int) -> float:
-    """Return the temperature of a body after 8 s, above its surroundings [K]."""
+    """Return a body's temperature after 8 s, relative to its surroundings [K]."""
     one = {
         "body": {"radius": 0.1, "mass": 1.0},
         "properties": {"temperature": 310.0},
@@ -247,7 +246,7 @@ def cooled(dt: float, seed: int) -> float:
 
 
 def grown(dt: float, seed: int) -> float:
-    """Return the mass of a young animal after 4 s of growth, as a share of the adult mass."""
+    """Return a young animal's mass after 4 s of growth, as a share of adult mass."""
     from ecs_eco.components import Body
 
     made = world(dt, seed, {"body": {"radius": 0.1, "mass": 1.0}, "growth": {"rate": 0.2, "newborn": 0.05}})
@@ -256,7 +255,7 @@ def grown(dt: float, seed: int) -> float:
 
 
 def left_of(dt: float, seed: int, what: str) -> float:
-    """Return the amount left after 4 s of carrion that rots, or of fish that are caught."""
+    """Return the amount left after 4 s of rotting carrion, or of harvested fish."""
     from ecs_eco.components import Metabolism
 
     if what == "carrion":
@@ -277,13 +276,13 @@ def left_of(dt: float, seed: int, what: str) -> float:
 
 
 def planted(dt: float, seed: int) -> float:
-    """Return the number of plants planted in ten years of 10 s with a season of 4 s, at one per second."""
+    """Return the number of plants planted in ten 10 s years with a 4 s season, at one per second."""
     use = {"kind": "plant", "species": "one", "rate": 1.0, "period": 10.0, "season": [0.2, 0.6]}
     return flow(lived(100, world(dt, seed, {"count": 0}, land_use=[use])), "births")
 
 
 def died_at(dt: float, seed: int) -> float:
-    """Return the age at death of an animal with a maximum age of 10.3 s [s]."""
+    """Return the age at death [s] of an animal with a maximum age of 10.3 s."""
     made = world(dt, seed, {"lethal": [{"property": "age", "max": 10.3}]})
     while made.run(1).table("one").n:
         pass
@@ -358,7 +357,7 @@ SHORT = ("smell in balance", "share of sites taken (`spread`)", "energy after fa
 
 @lru_cache(1)
 def former(commit: str) -> Path:
-    """Return a folder with the package at a commit, and these studies."""
+    """Return a folder with the package at a given commit, and the current studies."""
     place = Path(tempfile.mkdtemp(prefix="ecs-eco-steps-"))
     code = subprocess.run(["git", "archive", commit, "ecs_eco"], cwd=ROOT, check=True, capture_output=True)
     subprocess.run(["tar", "-x"], cwd=place, check=True, input=code.stdout)
@@ -367,7 +366,7 @@ def former(commit: str) -> Path:
 
 
 def run(config: dict[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
-    """Measure one process at all lengths of a tick; earlier code runs in a separate process."""
+    """Measure one process at all tick lengths; earlier code runs in a separate process."""
     given = case["process"], config["steps"], config["seeds"]
     if case["code"] == "now":
         return measured(*given)
@@ -380,7 +379,7 @@ def run(config: dict[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def measured(process: str, steps: list[float], seeds: list[int]) -> dict[str, Any]:
-    """Return, by length of a tick, the mean over seeds and its standard error."""
+    """Return, by tick length, the mean over seeds and its standard error."""
     out = {}
     for dt in steps:
         values = [PROCESSES[process][0](dt, seed) for seed in seeds]
@@ -390,7 +389,7 @@ def measured(process: str, steps: list[float], seeds: list[int]) -> dict[str, An
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return a row for each process and code, and whether processes called exact are exact."""
+    """Return a row for each process and code version, and whether processes labeled exact are exact."""
     found = {(c["case"]["process"], c["case"]["code"]): c["result"] for c in cases}
     rows, exact, met = [], 0, 0
     for name, (_, expected, order) in PROCESSES.items():
@@ -433,7 +432,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
 STUDY = Study(
     name="steps",
-    claim="Processes that are solved exactly do not depend on the length of a tick; how the others do is known.",
+    claim="Exactly solved processes do not depend on the tick length; how the others depend on it is known.",
     config={"seeds": [1, 2, 3], "steps": list(STEPS), "before": BEFORE},
     cases=[{"process": name, "code": code} for code in ("before", "now") for name in PROCESSES],
     run=run,

@@ -1,9 +1,10 @@
-"""Whose policy determines whether a world persists: that of the deer or that of the wolves?
+"""Whose policy determines whether a world persists: the deer's or the wolves'?
 
 The study swaps deer and wolves between two training seeds whose worlds go extinct under the earlier recipe
-(studies/protocols.py) and two whose worlds persist: every deer policy meets every wolf policy, in a world of
-half the area. The seeds were chosen by their outcome, and there is one world seed: the study shows where the
-outcome comes from in these four cases, but neither how often nor how; it did not measure how well deer evade.
+(studies/protocols.py) and two whose worlds persist: every deer policy meets every wolf policy, in a world
+with half the area. The seeds were chosen by their outcome, and there is only one world seed: the study shows
+what determines the outcome in these four cases, but neither how often nor how; it did not measure how well
+deer evade.
 """
 
 from typing import Any
@@ -18,7 +19,7 @@ DIE, LIVE, WORLD = (3, 32), (21, 22), 6101
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Run the deer of one training seed with the wolves of another."""
+    """Run one training seed's deer with another's wolves."""
     from ecs_eco.config import load
 
     of = {
@@ -31,7 +32,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return how much of the survival time depends on the deer's seed, and how much on the wolves'."""
+    """Return the shares of variance in survival time explained by the deer's seed and by the wolves'."""
 
     def share(species: str, seeds: tuple[int, ...]) -> tuple[int, int]:
         mine = [c["result"]["persisted"] for c in cases if c["case"][species] in seeds]
@@ -102,8 +103,8 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
 STUDY = Study(
     name="swapped",
-    claim="Of four training seeds that were chosen by the fate of their worlds, those of the deer explain more "
-    "of that fate than those of the wolves.",
+    claim="Among four training seeds chosen by their worlds' fate, "
+    "the deer's seed explains more of that fate than the wolves' seed.",
     config={"train": OLD, "life": HALF, "ticks": 8000, "short training": None},
     cases=[{"deer": d, "wolf": w, "seed": WORLD} for d in DIE + LIVE for w in DIE + LIVE],
     run=run,

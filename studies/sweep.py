@@ -1,7 +1,7 @@
-"""A sweep ends with the same digests on every engine, whichever process is killed during it.
+"""Does a sweep end with the same digests on every engine, whichever process is killed during it?
 
-The same plan runs on local processes, of which one is killed; on a Ray cluster of two nodes on this machine,
-where a worker is killed and then a node; and as a job array of a stand-in for SLURM, where running jobs are
+The same plan runs on local processes, one of which is killed; on a Ray cluster of two nodes on this machine,
+where a worker is killed and then a node; and as a job array on a stand-in for SLURM, where running jobs are
 preempted and later asked to stop. Engines that are not installed are skipped with a note.
 """
 
@@ -35,7 +35,7 @@ ENGINES = ("bare", "local", "ray", "slurm")
 
 
 def plan_of(config: dict[str, Any]) -> dict[str, Any]:
-    """Return the plan: a grid of two numbers, with seeds."""
+    """Return the plan: a grid of two parameters, with seeds."""
     return {
         "world": "predator-prey",
         "ticks": config["ticks"],
@@ -51,7 +51,7 @@ def plan_of(config: dict[str, Any]) -> dict[str, Any]:
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Run the sweep on one engine; return its digests in the order of jobs, and the events."""
+    """Run the sweep on one engine; return its digests in job order, and the events."""
     engine = case["engine"]
     if engine == "ray" and importlib.util.find_spec("ray") is None:
         return {"note": "ray is not installed", "digests": []}
@@ -87,7 +87,7 @@ def bare(plan: dict[str, Any], folder: Path, config: dict[str, Any]) -> dict[str
 
 
 def collected(folder: Path) -> list[str]:
-    """Return the digests in the table of a sweep."""
+    """Return the digests in a sweep's table."""
     from ecs_eco.lab.folder import read_sweep
     from ecs_eco.lab.table import rows_of
 
@@ -95,7 +95,7 @@ def collected(folder: Path) -> list[str]:
 
 
 def local(plan: dict[str, Any], folder: Path, config: dict[str, Any]) -> dict[str, Any]:
-    """Run on two local processes; kill one of them at a third of the jobs."""
+    """Run on two local processes; kill one of them after a third of the jobs."""
     from ecs_eco.lab import run_sweep
     from ecs_eco.lab.pool import Pool
 
@@ -184,7 +184,7 @@ def on_slurm(plan: dict[str, Any], folder: Path, config: dict[str, Any]) -> dict
 
 @contextmanager
 def stand_in(place: Path) -> Iterator[Path]:
-    """Put the commands of a stand-in for SLURM on the path; return the folder of its state."""
+    """Put the commands of a stand-in for SLURM on the path; return its state folder."""
     place.mkdir()
     root = Path(__file__).parents[1]
     for name in ("sbatch", "squeue", "scontrol", "preempt", "notice"):
@@ -212,7 +212,7 @@ def stand_in(place: Path) -> Iterator[Path]:
 
 
 def wait_for(folder: Path, config: dict[str, Any], what: Callable[[], Any]) -> Any:
-    """Wait until a share of the jobs is done and a function returns a result; return that result."""
+    """Wait until a share of the jobs is done and the function returns a result; return that result."""
     until = time.monotonic() + config["patience"]
     enough = config.get("at", 1 / 3) * config["seeds"] * len(config["rates"]) * len(config["basal"])
     while time.monotonic() < until:
@@ -223,7 +223,7 @@ def wait_for(folder: Path, config: dict[str, Any], what: Callable[[], Any]) -> A
 
 
 def pid_of_running(folder: Path, but: int = 0) -> int:
-    """Return a process that has a job, or 0."""
+    """Return the id of a process that runs a job, or 0."""
     from ecs_eco.record.claim import owner_of
 
     owners = (owner_of(lock.parent) for lock in folder.glob("jobs/*/.lock"))

@@ -2,13 +2,13 @@
 
     python -m studies.three_networks [--short]
 
-Predator-prey is pre-trained by its own recipe, from the same seeds for each network of the deer; wolves
-keep the built-in network. The Sequential is the built-in network as a torch user would write it, trained by
-autograd. Curves of food intake and deaths of deer go to docs/img/three_networks.png. These hypotheses were
-written before the deciding run (seeds 1-5; 100 was seen before). "At the end" is the last third.
+Predator-prey is pre-trained with its own recipe, from the same seeds for each deer network; wolves keep the
+built-in network. The Sequential is the built-in network as a torch user would write it, trained by autograd.
+Curves of deer's food intake and deaths are drawn in docs/img/three_networks.png. These hypotheses were
+written before the deciding run (seeds 1-5; seed 100 had been seen before). "At the end" is the last third.
 1. With the Sequential, deer eat as much at the end as with the built-in network: the 95% interval of the
    ratio, paired by seed, contains 1 and lies between 0.9 and 1.1.
-2. With the GRU they eat at least 0.8 times as much: it has more to learn, from fewer steps.
+2. With the GRU, which has more to learn from fewer steps, they eat at least 0.8 times as much.
 3. With each network, deer of all seeds eat at the end at least 1.75 times as much as at the start (the first
    of 30 parts).
 """
@@ -32,7 +32,7 @@ from studies.common.study import Study, verdict
 
 ARMS: dict[str, Any] = {"built-in": None, "Sequential, by autograd": Plain, "GRU, by autograd": Remembering}
 FIGURE = Path(__file__).parents[1] / "docs" / "img" / "three_networks.png"
-T_95 = 2.776  # Student's t of four degrees of freedom
+T_95 = 2.776  # Student's t with four degrees of freedom
 
 
 def run(config: dict[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
@@ -108,7 +108,7 @@ def _end(curve: list[float]) -> float:
 
 
 def _ratio(ratios: np.ndarray) -> tuple[float, float, float]:
-    """Return the geometric mean of five ratios with its 95% interval (Student's t of the logarithms)."""
+    """Return the geometric mean of five ratios with its 95% interval (Student's t on the logarithms)."""
     logs = np.log(ratios)
     half = T_95 * logs.std(ddof=1) / np.sqrt(logs.size)
     low, middle, high = np.exp(logs.mean() + half * np.array([-1, 0, 1]))

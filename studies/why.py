@@ -1,10 +1,10 @@
-"""Does `ecs-eco why` identify what was done to a world?
+"""Does `ecs-eco why` identify the change made to a world?
 
-The study stages five disasters and healthy worlds, each many times at random. The label of a world is the
-change made to it (studies/common/disasters.py). A world is drawn again if the intended event did not happen:
-a disaster whose target species survived, or a healthy world in which an animal species fell below 5. The
-limits in ecs_eco.analysis.why were chosen on variants with other seeds (1000 to 1007 and 2000 to 2007), and
-finally gave the right answer for all of those; test seeds were first examined after the limits were fixed.
+The study stages five kinds of disaster and healthy worlds, each many times at random. A world's label is the
+change made to it (studies/common/disasters.py). A world is redrawn if the intended event did not happen: the
+target species of a disaster survived, or an animal species in a healthy world fell below 5. The limits in
+ecs_eco.analysis.why were chosen on variants with different seeds (1000 to 1007 and 2000 to 2007), for all of
+which they finally gave the right answer; test seeds were examined only after the limits were fixed.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from studies.common.disasters import CLASSES, web
 from studies.common.study import Study, verdict
 
 TEST = 50_000
-DRAWS = 20  # maximum of worlds drawn until the intended event happened
+DRAWS = 20  # maximum number of worlds drawn until the intended event happened
 
 
 def staged(label: str, seed: int, ticks: int, out: Path) -> tuple[Any, dict[str, Any], int]:
-    """Record the first world of a label and seed in which the intended event happened; return the case,
+    """Record the first world with this label and seed in which the intended event happened; return the case,
     its draws, and its number."""
     from ecs_eco.analysis.why import Case
     from ecs_eco.config import load
@@ -41,11 +41,11 @@ def staged(label: str, seed: int, ticks: int, out: Path) -> tuple[Any, dict[str,
         }
         if min(least.values()) >= 5 if label == "healthy" else least[drawn["who"]] == 0:
             return case, drawn | {"lost": [s for s, n in least.items() if n == 0]}, draw
-    raise RuntimeError(f"{label} did not come to pass in {DRAWS} worlds of seed {seed}")
+    raise RuntimeError(f"{label} did not happen in {DRAWS} worlds of seed {seed}")
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Stage one variant and have it explained."""
+    """Stage one variant and have `why` explain it."""
     from ecs_eco.analysis.why import diagnose
 
     with tempfile.TemporaryDirectory(prefix="ecs-eco-why-") as folder:
@@ -62,8 +62,8 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def confusion(cases: list[dict[str, Any]], which: str) -> tuple[list[list[Any]], int, int]:
-    """Return rows of the confusion matrix of one set of variants, the number of right answers, and the
-    number of variants."""
+    """Return the confusion matrix rows for one set of variants, the number of right answers, and the number
+    of variants."""
     used = [c for c in cases if c["case"]["set"] == which]
     heard = list(dict.fromkeys([*CLASSES, *(c["result"]["said"] for c in used)]))
     rows = []
@@ -81,7 +81,7 @@ def confusion(cases: list[dict[str, Any]], which: str) -> tuple[list[list[Any]],
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return the confusion matrix of each set, and the share of right answers."""
+    """Return each set's confusion matrix and share of right answers."""
     from ecs_eco.analysis.survival import wilson
 
     rows, out = [], []

@@ -1,10 +1,10 @@
-"""Wild states: memory remains intact for any numbers in a world. Every kernel runs with bounds checks.
+"""Does memory remain intact for any numbers in a world? Every kernel runs with bounds checks.
 
-A small form of each world has some of its numbers replaced by extreme values (NaN, infinities, denormals,
+In a small version of each world, some numbers are replaced by extreme values (NaN, infinities, denormals,
 1e38, −0, positions far outside, unknown codes, equal and descending rows): in columns between ticks, in
-spawned organisms, by a system within a tick, behind the validation gate, and in sealed checkpoints. Then it
-runs for 2 ticks, and kernels that no tick calls are called with its numbers. Compiled with
-NUMBA_BOUNDSCHECK=1, a kernel raises an error before it leaves an array.
+spawned organisms, by a system within a tick, behind the validation gate, and in sealed checkpoints. The world
+then runs for 2 ticks, and kernels that ticks never call are called with its numbers. Compiled with
+NUMBA_BOUNDSCHECK=1, a kernel raises an error before it accesses memory outside an array.
 """
 
 import os
@@ -31,7 +31,7 @@ WORLDS = (
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Try one chunk of states."""
+    """Test one chunk of states."""
     import numba
 
     if not numba.config.BOUNDSCHECK:  # type: ignore[attr-defined]
@@ -40,7 +40,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Count the outcomes of the states, by the path of the numbers."""
+    """Count the outcomes, by the path that the numbers took."""
     total: dict[str, dict[str, int]] = {way: {} for way in wild.WAYS}
     for case in cases:
         for way, kinds in case["result"]["kinds"].items():
@@ -93,7 +93,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
 STUDY = Study(
     name="wild_states",
-    claim="A world with any values at all is refused or runs: no kernel leaves its arrays.",
+    claim="Whatever its values, a world is refused or runs: no kernel accesses memory outside its arrays.",
     config={"states": 200},
     cases=[{"source": source, "seed": seed} for source in WORLDS for seed in range(1, 6)],
     run=run,

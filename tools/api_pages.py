@@ -1,8 +1,8 @@
 """Pages of the Python API: the names on each page, and their entries. Used by tools/site_pages.py.
 
-Every function or class named here is on its page, whatever its docstring. A method is on the page of its
-class if its docstring has a section (Parameters, Returns, Examples …); methods with one-line docstrings are
-internal.
+Every function or class named here appears on its page, whatever its docstring. A method appears on its
+class's page if its docstring has a section (Parameters, Returns, Examples …); methods with one-line
+docstrings are internal.
 """
 
 import inspect
@@ -18,7 +18,7 @@ TYPES = ("boolean", "f32", "f64", "i8", "i16", "i32", "i64", "u8", "u16", "u32",
 API: dict[str, tuple[str, str, tuple[str, ...]]] = {  # page: (title, opening, names as `module:name`)
     "world": (
         "World, tables and systems",
-        "Build a world, run it, look at it, and add components and systems of your own.",
+        "Build a world, run and view it, and add your own components and systems.",
         (
             "ecs_eco:World",
             "ecs_eco:Table",
@@ -36,13 +36,13 @@ API: dict[str, tuple[str, str, tuple[str, ...]]] = {  # page: (title, opening, n
     ),
     "config": (
         "World files",
-        "Load and check world files, and declare keys of your own. Every built-in key is in "
+        "Load and check world files, and declare your own keys. Every built-in key is in "
         "[the world file](../world/index.md).",
         ("ecs_eco.config:*", "ecs_eco.engine.errors:ConfigError", "ecs_eco.odd:describe"),
     ),
     "runs": (
         "Runs and their records",
-        "Run a world into a folder, resume, fork or repeat it, and read what it recorded.",
+        "Run a world and record it to a folder; resume, fork or repeat a run; and read its records.",
         (
             "ecs_eco.runs.run:run_to_folder",
             "ecs_eco.runs.run:resume",
@@ -59,7 +59,7 @@ API: dict[str, tuple[str, str, tuple[str, ...]]] = {  # page: (title, opening, n
     ),
     "lab": (
         "Experiments: many runs",
-        "Compare treatments, sweep values, search for numbers, train policies and connect islands; see "
+        "Compare treatments, sweep values, search for parameters, train policies and connect islands; see "
         "[comparing](../../how-to/compare.md), [searching](../../how-to/searching.md) and "
         "[measurements](../../how-to/measurements.md).",
         (
@@ -122,7 +122,7 @@ API: dict[str, tuple[str, str, tuple[str, ...]]] = {  # page: (title, opening, n
         ("ecs_eco.testing:*",),
     ),
 }
-ANALYSIS = (  # modules; after a colon the names, where the module has no public ones of its own
+ANALYSIS = (  # modules; after a colon, the names, if the module itself defines no public ones
     "why:write_why,explain",
     "report:write_report",
     "nervous_figure:draw_nervous_system,save",
@@ -146,30 +146,30 @@ ANALYSIS = (  # modules; after a colon the names, where the module has no public
 DATA = {  # constants, which are neither functions nor classes
     "PHASES": "The phases of a tick in order: environment, sense, feel, learn, decide, move, interact, metabolise, "
     "die, reproduce, record. Deaths take effect at the end of `die`, births at the end of `reproduce`.",
-    "ANEW": "For `about(change=…)`: the value cannot change during a run; build a new one.",
+    "ANEW": "For `about(change=…)`: the value cannot change during a run; build a new world.",
     "FREE": "For `about(change=…)`: the value may change during a run.",
     "Count": "Type of a key: an integer from 1 to 50,000,000.",
-    "Name": "Type of a key: a name of letters, digits and underscores that begins with a letter.",
-    "NonNegative": "Type of a key: a finite number, at least 0.",
+    "Name": "Type of a key: a name made of letters, digits and underscores that begins with a letter.",
+    "NonNegative": "Type of a key: a finite number of at least 0.",
     "Positive": "Type of a key: a finite number above 0.",
     "Real": "Type of a key: a finite number.",
     "Share": "Type of a key: a number from 0 to 1.",
-    "CONTINUOUS": "Stands for a continuous group of actions among the `groups` of a network.",
-    "ENVIRONMENTS": "World and species of each environment that `gymnasium.make` knows, by its name.",
-    "CHOICES": "The rules of mate choice, by their numbers: nearest, random, richest, oldest.",
+    "CONTINUOUS": "Represents a continuous action group among a network's `groups`.",
+    "ENVIRONMENTS": "World and species of each registered Gymnasium environment, by name.",
+    "CHOICES": "The mate choice rules, by number: nearest, random, richest, oldest.",
     "DNA": "The alphabet ACGT.",
 }
 
 
 def pages() -> dict[str, str]:
-    """Return the text of each page by its name."""
+    """Return the pages' text by name."""
     texts = {name: _page(title, opening, names) for name, (title, opening, names) in API.items()}
     texts["world"] += _types()
     return texts | {"analysis": _analysis()}
 
 
 def entries() -> Iterator[tuple[str, str, str]]:
-    """Yield (page, module, name) of every function, class and constant of the API."""
+    """Yield (page, module, name) for every function, class and constant in the API."""
     for page, (_, _, names) in API.items():
         yield from ((page, module, one) for name in names for module, one in _wanted(name))
     yield from (("analysis", *entry) for _, names in _phenomena() for entry in names)
@@ -182,7 +182,7 @@ def _wanted(name: str) -> Iterator[tuple[str, str]]:
 
 
 def is_public(member: object) -> bool:
-    """Return whether a member of a class is for users: a property, or a method that is documented in full."""
+    """Return whether a class member is public: a property, or a fully documented method."""
     if isinstance(member, property):
         return True
     return SECTION.search(inspect.getdoc(member) or "") is not None
@@ -194,7 +194,7 @@ def _page(title: str, opening: str, names: tuple[str, ...]) -> str:
 
 
 def thing_of(module: str, name: str) -> object:
-    """Return the object of an entry; None if it belongs to an extra that is not installed."""
+    """Return an entry's object; None if it belongs to an extra that is not installed."""
     try:
         return getattr(import_module(module), name)
     except ModuleNotFoundError:
@@ -212,7 +212,7 @@ def _entry(module: str, name: str) -> str:
         return _directive(
             "autoclass", f"{module}.{name}", members + INHERITED * (name in ("World", "Brain", "ModuleBrain"))
         )
-    return _directive("autofunction", f"{module}.{name}", "")  # also for an extra, which autodoc replaces
+    return _directive("autofunction", f"{module}.{name}", "")  # also for an extra, which autodoc mocks
 
 
 def _directive(kind: str, name: str, options: str) -> str:
@@ -220,7 +220,7 @@ def _directive(kind: str, name: str, options: str) -> str:
 
 
 def _types() -> str:
-    """Return the types of columns, one line for each."""
+    """Return the column types, one per line."""
     import ecs_eco
 
     data = [
@@ -239,7 +239,7 @@ def _phenomena() -> Iterator[tuple[str, list[tuple[str, str]]]]:
 
 def _analysis() -> str:
     parts = [
-        "# Analysis\n\nStatistics and figures of recorded runs, one phenomenon per module; see "
+        "# Analysis\n\nStatistics and figures for recorded runs, one phenomenon per module; see "
         "[running](../../how-to/running.md#from-python)."
     ]
     for name, names in _phenomena():
@@ -265,6 +265,6 @@ def index() -> str:
     """Return the page that lists the other pages."""
     names = ["world", "components", *(n for n in API if n != "world"), "analysis"]
     return (
-        "# Python\n\nThe classes and functions that you import, generated from their docstrings.\n\n"
+        "# Python\n\nThe classes and functions that you can import, documented from their docstrings.\n\n"
         "```{toctree}\n:maxdepth: 2\n\n" + "\n".join(names) + "\n```\n"
     )

@@ -1,10 +1,9 @@
-"""Measure the size of the package: lines, files that a feature touches, arguments of kernels, calls of a
-build.
+"""Measure the package's size: lines, files that a feature touches, kernel arguments, calls in a build.
 
     python tools/budget.py [--write]
 
 Prints each number next to its limit in tests/budget.toml, which tests/test_budget.py enforces. --write saves
-the present numbers as limits: you may always lower a limit, and raise it only with a line in CHANGELOG.md
+the current numbers as limits: you may always lower a limit, but raise it only with a line in CHANGELOG.md
 that gives the reason.
 """
 
@@ -22,10 +21,10 @@ sys.path.insert(0, str(ROOT))
 from tools.sizes import PACKAGE, annotations_of, code_lines, functions_of  # noqa: E402
 
 LIMITS = ROOT / "tests" / "budget.toml"
-NAMES = {  # words of a feature: its keys, classes and modules
+NAMES = {  # words that belong to a feature: its keys, classes and modules
     "eggs": {"eggs", "hatch", "hatching", "incubation", "Eggs", "Hatch", "Hatching", "Incubation"},
     "building": {"builds", "building", "Build", "Building"},
-    # not "carry" and "carrying": mothers carry young, currents carry bodies
+    # not "carry" or "carrying": mothers carry young, and currents carry bodies
     "carrying": {"carries", "Carry", "Carrying", "Carrier", "Load"},
     "heat": {"heat", "Heat", "BodyHeat", "Warmth", "HeatExchange", "ExchangeHeat", "Coat", "exchange_heat"},
     "ectothermy": {"ectothermy", "Ectothermy", "SlowDown", "slow_down"},
@@ -34,7 +33,7 @@ KERNEL = {"njit", "lone_njit", "jit", "vectorize", "guvectorize"}
 
 
 def sources() -> dict[str, str]:
-    """Return the texts of the package's files, by path."""
+    """Return the package's source files as text, by path."""
     files = sorted((ROOT / PACKAGE).rglob("*.py"))
     return {file.relative_to(ROOT).as_posix(): file.read_text(encoding="utf-8") for file in files}
 
@@ -60,9 +59,8 @@ def measure() -> dict[str, dict[str, int]]:
 
 
 def named_in(tree: ast.Module) -> set[str]:
-    """Return all names in a file: of variables, attributes, classes, fields and modules, and strings that
-    are a single name; not keyword arguments, which belong to other functions (such as hatch in
-    matplotlib)."""
+    """Return all names in a file: variables, attributes, classes, fields, modules, and strings that are a
+    single name; not keyword arguments, which belong to other functions (such as hatch in matplotlib)."""
     found = set()
     for node in ast.walk(tree):
         match node:
@@ -76,7 +74,7 @@ def named_in(tree: ast.Module) -> set[str]:
 
 
 def lines(texts: dict[str, str]) -> dict[str, int]:
-    """Return the lines of code of each folder, and of the package."""
+    """Return the number of lines of code in each folder and in the package."""
     rooms: Counter[str] = Counter()
     for path, text in texts.items():
         _, *parts = path.split("/")
@@ -85,7 +83,7 @@ def lines(texts: dict[str, str]) -> dict[str, int]:
 
 
 def kernels(trees: dict[str, ast.Module]) -> dict[str, int]:
-    """Return the number of kernels and of their arguments."""
+    """Return the numbers of kernels and of kernel arguments."""
     sizes = [
         len(node.args.args) for tree in trees.values() for _, node in functions_of(tree) if compiled(node)
     ]
@@ -122,7 +120,7 @@ def passes(call: ast.Call) -> bool:
 
 
 def anys(tree: ast.Module) -> int:
-    """Return how many parameters of functions are annotated as Any alone."""
+    """Return how many function parameters are annotated only as Any."""
     found = 0
     for _, node in functions_of(tree):
         results = [] if node.returns is None else [node.returns]
@@ -132,14 +130,14 @@ def anys(tree: ast.Module) -> int:
 
 
 def late_imports(tree: ast.Module) -> int:
-    """Return the number of imports within functions."""
+    """Return the number of imports inside functions."""
     inner = {node for _, function in functions_of(tree) for node in ast.walk(function)}
     return sum(isinstance(node, ast.Import | ast.ImportFrom) for node in inner)
 
 
 def build() -> dict[str, int]:
-    """Return the number of calls of the package's functions in one build of predator-prey, after an
-    earlier build, and their files."""
+    """Return the number of calls to the package's functions in one build of predator-prey, after an earlier
+    build, and the number of files involved."""
     from ecs_eco import World
 
     World.from_config("predator-prey", policies="untrained", seed=1)
@@ -164,7 +162,7 @@ def limits() -> dict[str, dict[str, int]]:
 
 
 def rows() -> Iterator[tuple[str, str, int, int | None]]:
-    """Yield table, name, present number, and its limit."""
+    """Yield table, name, current number, and limit."""
     kept = limits() if LIMITS.is_file() else {}
     for table, numbers in measure().items():
         for name, number in numbers.items():
@@ -172,7 +170,7 @@ def rows() -> Iterator[tuple[str, str, int, int | None]]:
 
 
 def main() -> int:
-    """Print all numbers; write them if requested."""
+    """Print all numbers, and write them if requested."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--write", action="store_true")
     write = parser.parse_args().write

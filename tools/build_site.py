@@ -1,11 +1,11 @@
-"""Build the site of the documentation from docs/, docstrings and the READMEs of the shipped worlds.
+"""Build the documentation site from docs/, docstrings and the shipped worlds' READMEs.
 
     python tools/build_site.py [--out DIR] [--no-notebooks]
 
-All pages go through a staged copy in build/site-source: links to files outside docs/ become pages there, and
-the generated pages (API, commands, components, shipped worlds) are added. Warnings are errors. Without --out,
-the site goes into ecs_eco/_site, from which the wheel includes it and `ecs-eco docs` opens it. The output of
-notebooks is kept in build/notebooks until they change.
+All pages are staged in build/site-source, where files outside docs/ that pages link to become pages, and the
+generated pages (API, commands, components, shipped worlds) are added. Warnings are errors. Without --out, the
+site is written to ecs_eco/_site, where the wheel includes it and `ecs-eco docs` opens it. Notebook output is
+kept in build/notebooks until the notebooks change.
 """
 
 import argparse
@@ -21,7 +21,7 @@ from site_pages import generated  # a file in this folder
 ROOT = Path(__file__).parents[1]
 DOCS, OUT = ROOT / "docs", ROOT / "ecs_eco" / "_site"
 STAGE, BUILT = ROOT / "build" / "site-source", ROOT / "build" / "site"
-# including the text, if it is the name of a page; the page's title then replaces it
+# including the link text if it is a page's name, which the page's title then replaces
 LINK = re.compile(r"(?:(?<=\[)([\w/-]+\.md))?\]\(([^)#:\s]+)(#[^)\s]*)?(?=\))")
 FENCE = re.compile(r"^(```|~~~|:::).*?^\1", re.MULTILINE | re.DOTALL)
 BESIDE = {
@@ -32,19 +32,18 @@ BESIDE = {
 PLAIN = "---\norphan: true\nnosearch: true\nhtml_theme.sidebar_secondary.remove: true\n---\n\n"
 LANGUAGE = {".py": "python", ".toml": "toml", ".js": "javascript", ".json": "json", ".md": "markdown"}
 CELL = "```{code-cell} ipython3"
-LONGEST = 400  # number of lines shown of a file: all of every Python file, the start of results
+LONGEST = 400  # number of lines shown of a file: enough for every Python file and for the start of results
 SHIPPED_WORLDS = ROOT / "ecs_eco" / "worlds"
 
 
 def shipped_worlds() -> dict[Path, str]:
-    """Return the page of the site for each README of a shipped world."""
+    """Return the site page for each shipped world's README."""
     pages = sorted(SHIPPED_WORLDS.glob("*/README.md"))
     return {path: f"reference/shipped/{path.parent.name}.md" for path in pages}
 
 
 class Stage:
-    """The staged copy: `add` takes a page, and turns its links to files of the project into links to
-    pages."""
+    """The staged copy: `add` takes a page and turns its links to project files into links to pages."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -52,7 +51,7 @@ class Stage:
         self.sources: dict[Path, str] = {}  # files and folders that pages link to → their page
 
     def add(self, place: str, text: str, home: Path) -> None:
-        """Write a page at a path of the site; its links are relative to the folder `home`."""
+        """Write a page at a site path; its links are relative to the folder `home`."""
         kept: list[str] = []
 
         def keep(match: re.Match[str]) -> str:  # a fenced block contains no links
@@ -64,7 +63,7 @@ class Stage:
         self.write(place, text)
 
     def write(self, place: str, text: str) -> None:
-        """Write a page; an unchanged page is not written, because Sphinx compares modification times."""
+        """Write a page unless it is unchanged, because Sphinx compares modification times."""
         path = self.folder / place
         path.parent.mkdir(parents=True, exist_ok=True)
         if not path.is_file() or path.read_text(encoding="utf-8") != text:
@@ -88,7 +87,7 @@ class Stage:
         return os.path.relpath(self.folder / self.sources[path], at)
 
     def show_sources(self) -> None:
-        """Write the page of each linked file and folder."""
+        """Write a page for each linked file and folder."""
         for path, place in self.sources.items():
             self.write(place, _folder(path) if path.is_dir() else _file(path))
 
@@ -96,7 +95,7 @@ class Stage:
 def _file(path: Path) -> str:
     name, lines = path.relative_to(ROOT), path.read_text(encoding="utf-8").rstrip().split("\n")
     shown, more = "\n".join(lines[:LONGEST]), len(lines) - LONGEST
-    left = f"\n{more:,} more lines are in the sources.\n" if more > 0 else ""
+    left = f"\n{more:,} more lines are in the source file.\n" if more > 0 else ""
     return f"{PLAIN}# {_escaped(name)}\n\n````{LANGUAGE[path.suffix]}\n{shown}\n````\n{left}"
 
 
@@ -111,7 +110,7 @@ def _escaped(name: Path) -> str:
 
 
 def stage(folder: Path = STAGE, notebooks: bool = True) -> Stage:
-    """Fill the staged copy; without `notebooks`, their cells are plain snippets."""
+    """Fill the staged copy; without `notebooks`, notebook cells become plain snippets."""
     staged = Stage(folder)
     for path in sorted(DOCS.rglob("*")):
         place = path.relative_to(DOCS).as_posix()
@@ -130,7 +129,7 @@ def stage(folder: Path = STAGE, notebooks: bool = True) -> Stage:
 
 
 def build(out: Path, notebooks: bool) -> int:
-    """Run Sphinx over the staged copy; return its exit status."""
+    """Run Sphinx on the staged copy; return its exit status."""
     trees = ROOT / "build" / "site-trees"
     command = [
         sys.executable,
@@ -163,7 +162,7 @@ def main() -> int:
     sys.path.insert(0, str(ROOT))
     shutil.rmtree(STAGE, ignore_errors=True)
     stage(notebooks=not asked.no_notebooks)
-    if status := build(BUILT, not asked.no_notebooks):  # notebooks leave a folder next to it
+    if status := build(BUILT, not asked.no_notebooks):  # notebooks leave a folder next to the output
         return status
     shutil.rmtree(asked.out, ignore_errors=True)
     shutil.copytree(BUILT, asked.out)

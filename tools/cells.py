@@ -1,10 +1,10 @@
-"""Values and tables as Markdown, in the typography of the pages: 0.5 (0.4 to 0.6), −0.5, 95%."""
+"""Values and tables as Markdown, in the pages' typography: 0.5 (0.4 to 0.6), −0.5, 95%."""
 
 import re
 from typing import Any
 
 TYPOGRAPHY = (
-    (re.compile(r"(?<=[\d.]) … (?=[-−\d])"), " to "),  # ends of an interval
+    (re.compile(r"(?<=[\d.]) … (?=[-−\d])"), " to "),  # bounds of an interval
     (re.compile(r"\[(-?[\d.]+), (-?[\d.]+)\]"), r"(\1 to \2)"),
     (re.compile(r"(?<![\d.\w/])\.(?=\d)"), "0."),
     (re.compile(r"(?<=\d) %"), "%"),
@@ -18,7 +18,7 @@ TYPOGRAPHY = (
 
 
 def text(x: Any) -> str:
-    """Return a value for a cell of a Markdown table; three numbers are an estimate with its interval."""
+    """Return a value as a cell of a Markdown table; three numbers are an estimate with its interval."""
     if x is None:
         return "–"
     if isinstance(x, bool):
@@ -38,14 +38,14 @@ def text(x: Any) -> str:
 
 
 def typeset(words: str) -> str:
-    """Return stored words in the typography of the pages."""
+    """Return stored text in the pages' typography."""
     for pattern, by in TYPOGRAPHY:
         words = pattern.sub(by, words)
     return words
 
 
 def shown(x: Any) -> str:
-    """Return a stored value in the typography of the pages."""
+    """Return a stored value in the pages' typography."""
     return typeset(x if isinstance(x, str) else text(x))
 
 

@@ -2,8 +2,8 @@
 
     python tools/check_wheel.py
 
-Dependencies of the wheel are installed in the versions of constraints.txt, from pip's cache if possible. The
-script exits with 1 if a file is missing.
+The wheel's dependencies are installed in the versions given in constraints.txt, from pip's cache if possible.
+The script exits with 1 if a file is missing.
 """
 
 import os
@@ -43,14 +43,14 @@ def run(*command: object, cwd: Path) -> None:
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         env=os.environ | {"XDG_CONFIG_HOME": str(cwd)},
-    )  # the folder of the list of trusted code
+    )  # the folder with the list of trusted code
     print(done.stdout[-1000 if done.returncode == 0 else -10_000 :])
     if done.returncode:
         sys.exit(f"exit code {done.returncode}")
 
 
 def left(folder: str, names: list[str]) -> set[str]:
-    """Return the files of the checkout that do not belong in an sdist."""
+    """Return the files in the checkout that do not belong in an sdist."""
     return set(LEFT(folder, names)) | (LEFT_AT_TOP & set(names) if Path(folder) == ROOT else set())
 
 
@@ -69,7 +69,7 @@ def build(folder: Path) -> Path:
     with tarfile.open(sdist) as file:
         missing += [name for name in IN_SDIST if not any(n.endswith(f"/{name}") for n in file.getnames())]
     if missing:
-        sys.exit(f"not in wheel or sdist: {', '.join(missing)}")
+        sys.exit(f"missing from the wheel or sdist: {', '.join(missing)}")
     return wheel
 
 

@@ -1,7 +1,7 @@
-"""The claims on the pages of docs/evidence/: each claim, and the line of a study that supports it.
+"""The claims on the pages in docs/evidence/, each with the study line that supports it.
 
 A claim is registered if its line belongs to a hypothesis in studies/registered/, a test if it is a promise of
-the program, and otherwise exploratory: found before it was stated, or with a goal set after a look at the
+the program, and otherwise exploratory: stated after it was found, or with a goal set after a look at the
 results.
 """
 
@@ -19,7 +19,7 @@ KEYS = ("id", "says", "study", "line", "of", "kind", "failed")
 
 
 def read(path: Path = CLAIMS) -> list[dict[str, Any]]:
-    """Return the claims. Raises ValueError that names the missing or surplus key of a claim."""
+    """Return the claims. Raises a ValueError that names a claim's missing or unknown key."""
     claims: list[dict[str, Any]] = tomllib.loads(path.read_text(encoding="utf-8"))["claim"]
     for claim in claims:
         name = claim.get("id", claim)
@@ -34,8 +34,8 @@ def read(path: Path = CLAIMS) -> list[dict[str, Any]]:
 
 
 def section(claim: Mapping[str, Any], record: Mapping[str, Any]) -> str:
-    """Return a claim under a heading whose anchor is claim-ID. Raises ValueError if its line or its cases
-    are not in the result."""
+    """Return a claim under a heading with the anchor claim-ID. Raises a ValueError if its line or cases are
+    missing from the result."""
     line = line_of(claim, record)
     how = claim.get("kind", "registered" if "registered" in line else "exploratory")
     note = f" {claim['failed']}" if "failed" in claim and not line["met"] else ""
@@ -63,8 +63,8 @@ def line_of(claim: Mapping[str, Any], record: Mapping[str, Any]) -> Mapping[str,
 
 
 def replicates(claim: Mapping[str, Any], record: Mapping[str, Any]) -> str:
-    """Return how many seeds of each kind a claim's cases have, or the `lives` in their results, and the
-    kind of replicate."""
+    """Return how many seeds of each kind a claim's cases, or the `lives` in their results, have, and the kind
+    of replicate."""
     wanted = claim.get("of", {})
     cases = [
         life

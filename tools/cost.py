@@ -1,4 +1,4 @@
-"""The cost of a tick, fitted to benchmarks: a fixed part and a part for each organism."""
+"""The cost of a tick, fitted to benchmarks: a fixed part and a part per organism."""
 
 from typing import Any, NamedTuple
 
@@ -16,7 +16,7 @@ FITS = {  # name: (result, number of organisms, cost per organism and tick [ns],
 
 
 class Cost(NamedTuple):
-    """A total of `fixed + each * n`, and the largest relative error of the fit."""
+    """A total cost of `fixed + each * n`, and the fit's largest relative error."""
 
     fixed: float
     each: float
@@ -28,7 +28,7 @@ class Cost(NamedTuple):
 
 
 def fit(n: list[float], total: list[float]) -> Cost:
-    """Return the line through totals over n by least squares of relative errors."""
+    """Fit a line to totals over n by least squares of relative errors."""
     y = np.asarray(total, float)
     design = np.column_stack([1 / y, np.asarray(n, float) / y])
     (fixed, each), *_ = np.linalg.lstsq(design, np.ones(len(y)), rcond=None)
@@ -37,7 +37,7 @@ def fit(n: list[float], total: list[float]) -> Cost:
 
 
 def of_ticks(name: str) -> Cost:
-    """Return the cost of a tick [ms], by result."""
+    """Return a tick's cost [ms], by result."""
     result, organisms, wanted, _ = FITS[name]
     rows = [row for row in rows_of(result) if wanted.items() <= row.items()]
     n = [row[organisms] for row in rows]
@@ -46,14 +46,14 @@ def of_ticks(name: str) -> Cost:
 
 
 def of_memory() -> Cost:
-    """Return the memory of a process on one thread without learning [B]."""
+    """Return a process's memory [B] on one thread without learning."""
     rows = rows_of("animals_pairs") + rows_of("animals_pairs_million")
     alike = [row for row in rows if row["threads"] == 1 and not row["learning"]]
     return fit([row["animals"] for row in alike], [row["GiB now"] * 2**30 for row in alike])
 
 
 def number(name: str, part: str) -> str:
-    """Return a part of a cost as text: "fixed" [ms or MiB], "each" [µs or B], or "rate N" [ticks/s at N]."""
+    """Return part of a cost as text: "fixed" [ms or MiB], "each" [µs or B], or "rate N" [ticks/s at N]."""
     if name == MEMORY:
         cost = of_memory()
         return f"{cost.fixed / 2**20:.0f}" if part == "fixed" else f"{cost.each:,.0f}"
@@ -65,7 +65,7 @@ def number(name: str, part: str) -> str:
 
 
 def costs() -> str:
-    """Return the table of all fits."""
+    """Return a table of all fits."""
     head = ["a tick of", "fixed [ms]", "each [µs]", "error", "10,000 [ticks/s]", "1,000,000 [ticks/s]"]
     return table(
         head,
@@ -84,5 +84,5 @@ def costs() -> str:
 
 
 def rows_of(name: str) -> list[dict[str, Any]]:
-    """Return the rows of a result."""
+    """Return a result's rows."""
     return list(read_result(BENCHMARKS, name)["rows"])

@@ -1,8 +1,8 @@
-"""Find names on pages that do not exist: links, files, modules, classes and functions, attributes of a world.
+"""Find nonexistent names on pages: links, files, modules, classes and functions, and attributes of a world.
 
     python tools/doc_names.py [PAGE …]
 
-Checks code spans and links; the tests run fenced blocks. Prints missing names, and exits with 1 if there are
+Checks code spans and links; tests run the fenced blocks. Prints missing names, and exits with 1 if there are
 any.
 """
 
@@ -22,8 +22,8 @@ ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 FOLDERS = {path.name for path in ROOT.iterdir() if path.is_dir()} - {"components", "systems", "genomes"}
 ROOMS = {path.name for path in (ROOT / "ecs_eco").iterdir() if path.is_dir()}
-YOURS = {"flock.py", "helpers.py", "sir.py"}  # files of the reader, in examples
-# words of Python, of HTTP, of torch
+YOURS = {"flock.py", "helpers.py", "sir.py"}  # the reader's files, in examples
+# names from Python, HTTP and torch
 ELSEWHERE = {"Any", "None", "Host", "Origin", "Sequential", "Linear", "Tanh"}
 LINK = re.compile(r"\]\(([^)#:\s]+)(?:#[^)]*)?\)")
 NAMED_IN = re.compile(r"\]\(([^)#:\s]+\.py)\), `(\w+)`")  # [a file](its path), `what is defined there`
@@ -31,7 +31,7 @@ DOTTED = re.compile(r"\b(ecs_eco(?:\.\w+)+)")
 
 
 def problems(page: Path) -> list[str]:
-    """Return the names on a page that do not exist, in page order."""
+    """Return a page's nonexistent names, in page order."""
     text = re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
     missing = [f"no file {target}" for target in LINK.findall(text) if not (page.parent / target).exists()]
     missing += [
@@ -45,7 +45,7 @@ def problems(page: Path) -> list[str]:
 
 
 def defined(path: Path) -> set[str]:
-    """Return the names of classes, functions, methods and module constants of a file."""
+    """Return the names of a file's classes, functions, methods and module constants."""
     nodes = list(ast.walk(ast.parse(path.read_text(encoding="utf-8"))))
     names = {n.name for n in nodes if isinstance(n, ast.FunctionDef | ast.ClassDef)}
     return names | {n.id for n in nodes if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
@@ -82,7 +82,7 @@ def _is_there(path: str) -> bool:
     first, _, rest = path.partition("/")
     if first in FOLDERS and rest:
         return any(ROOT.glob(path.rstrip("/")))
-    if first in ROOMS and rest and not rest.startswith("part-"):  # these belong to a run
+    if first in ROOMS and rest and not rest.startswith("part-"):  # files in a run folder
         return any((ROOT / "ecs_eco").glob(path.rstrip("/")))
     if path.endswith(".py") and not rest and path not in YOURS:
         tops = ("ecs_eco", "tools", "tests", "examples")
@@ -107,7 +107,7 @@ def _resolves(dotted: str) -> bool:
 
 
 def _has(owner: Any, names: list[str]) -> bool:
-    """Return whether a chain of attributes exists; None and attributes set later may have any attribute."""
+    """Return whether an attribute chain exists; None and attributes set later may have any attribute."""
     for name in names:
         if owner is None:
             return True

@@ -1,10 +1,10 @@
-"""Draw random sentences from all texts that a person reads, for an editor to judge one by one.
+"""Draw random sentences from all texts that people read, for an editor to judge one by one.
 
     python -m tools.draw_sentences [--seed 1] [--count 150]
 
-Pages, docstrings, comments, and texts of the program (errors, help, labels) are drawn in proportion to their
-number of sentences. Generated pages and stored results are left out, because their sentences come from the
-sources. `sentences_read.json` is the latest independent reading (seed 39): an editor would rewrite 42 of 150.
+Pages, docstrings, comments and program texts (errors, help, labels) are drawn in proportion to their number
+of sentences. Generated pages and stored results are omitted, because their sentences come from the sources.
+`sentences_read.json` contains the latest independent reading (seed 39): an editor would rewrite 42 of 150.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ END = re.compile(r"(?<=[.!?:])\s+(?=[A-Z`*\"])|\n\s*\n|\n\s*(?=[-*|#>]|\d+\. )")
 
 
 def sentences() -> Iterator[tuple[str, str, str]]:
-    """Yield the place, the kind and the words of each sentence of at least four words."""
+    """Yield the location, kind and words of each sentence with at least four words."""
     for path in files([ROOT / place for place in PLACES]):
         for line, kind, text in texts(path):
             prose = re.sub(r"^```.*?^```$", "\n\n", text, flags=re.M | re.S)
@@ -36,7 +36,7 @@ def sentences() -> Iterator[tuple[str, str, str]]:
 
 
 def main() -> None:
-    """Print the drawn sentences as JSON lines: number, place, kind, sentence."""
+    """Print the drawn sentences as JSON lines: number, location, kind, sentence."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--count", type=int, default=150)

@@ -1,4 +1,4 @@
-"""Fields of a template and the numbers that they stand for.
+"""Template fields and the numbers they represent.
 
 {study | how a statement begins}            the value of that line of studies/results/study.json
 {study | how a statement begins | goal}     its goal
@@ -25,8 +25,8 @@ PLACE = re.compile(r"\{([^{}\n]+)\}")
 
 
 def written(template: str, more: Callable[[str], str | None] = lambda place: None) -> str:
-    """Return the page; `more` may fill fields first. Raises ValueError for a field without a matching
-    number, with the nearest match."""
+    """Return the page; `more` may fill fields first. Raises a ValueError for a field without a matching
+    number, naming the nearest match."""
 
     def fill(found: re.Match[str]) -> str:
         own = more(found.group(1))
@@ -36,7 +36,7 @@ def written(template: str, more: Callable[[str], str | None] = lambda place: Non
 
 
 def number(place: str) -> str:
-    """Return the text for a field."""
+    """Return a field's text."""
     words = [word.strip() for word in place.split("|")]
     if place in ("goals", "not met"):
         return str(total(place))
@@ -48,8 +48,7 @@ def number(place: str) -> str:
 
 
 def value(study: str, begins: str, key: str = "value", other: str = "") -> str:
-    """Return the value of the only line of a study that begins this way, its goal, or words for its
-    outcome."""
+    """Return the value, the goal or outcome words of the only line of a study that begins this way."""
     record = read_result(RESULTS, study)
     lines = {line["statement"]: line for line in record["verdicts"]}
     found = [line for statement, line in lines.items() if statement.startswith(begins)]
@@ -79,7 +78,7 @@ def share(line: dict[str, Any]) -> str:
 
 
 def cell(benchmark: str, where: str, column: str) -> str:
-    """Return a cell of a benchmark's table: the first row with these values."""
+    """Return a cell of a benchmark's table, from the first row with these values."""
     rows = read_result(BENCHMARKS, benchmark)["rows"]
     wanted = dict(part.strip().split("=") for part in where.split(","))
     for row in rows:
@@ -91,7 +90,7 @@ def cell(benchmark: str, where: str, column: str) -> str:
 
 
 def show(number: Any) -> str:
-    """Return a value of a benchmark as a cell."""
+    """Return a benchmark value as a cell."""
     if isinstance(number, bool):
         return "yes" if number else "no"
     if isinstance(number, int):
@@ -110,7 +109,7 @@ def total(what: str) -> int:
 
 
 def read_result(folder: Path, name: str) -> dict[str, Any]:
-    """Return a stored result. Raises ValueError for a missing result, with the nearest name."""
+    """Return a stored result. Raises a ValueError for a missing result, with the nearest name."""
     path = folder / f"{name}.json"
     if not path.is_file():
         near = get_close_matches(name, [p.stem for p in folder.glob("*.json")], 1)

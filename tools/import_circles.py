@@ -1,9 +1,9 @@
-"""Count circles of imports in the package, including imports within functions and under TYPE_CHECKING.
+"""Count circular imports in the package, including imports inside functions and under TYPE_CHECKING.
 
     python tools/import_circles.py
 
-Prints the circles of files and of packages (the folders of ecs_eco, and its files outside any folder); exits
-with 1 if there are any.
+Prints the circles among files and among packages (the folders of ecs_eco, and its files outside any folder);
+exits with 1 if there are any.
 """
 
 import ast
@@ -18,7 +18,7 @@ PACKAGE = "ecs_eco"
 
 
 def modules() -> dict[str, Path]:
-    """Return the files of the package by module name."""
+    """Return the package's files by module name."""
     paths = {}
     for path in sorted((ROOT / PACKAGE).rglob("*.py")):
         parts = path.relative_to(ROOT).with_suffix("").parts
@@ -27,7 +27,7 @@ def modules() -> dict[str, Path]:
 
 
 def imported(module: str, path: Path, known: dict[str, Path]) -> Iterator[str]:
-    """Yield the modules of the package that a file imports, anywhere in it."""
+    """Yield the package's modules that a file imports, anywhere in it."""
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         names: list[str] = []
         if isinstance(node, ast.Import):
@@ -42,7 +42,7 @@ def imported(module: str, path: Path, known: dict[str, Path]) -> Iterator[str]:
 
 
 def room(module: str, path: Path) -> str:
-    """Return the folder of a module, or the module itself if it is in none."""
+    """Return a module's folder, or the module itself if it is not in one."""
     return module if path.parent == ROOT / PACKAGE else ".".join(module.split(".")[:2])
 
 

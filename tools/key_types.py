@@ -1,4 +1,4 @@
-"""Types, ranges and defaults of the keys of a world file in words. Used by tools/make_reference.py."""
+"""Types, ranges and defaults of world-file keys, in words. Used by tools/make_reference.py."""
 
 from __future__ import annotations
 
@@ -14,13 +14,12 @@ from pydantic_core import PydanticUndefined
 from ecs_eco.inputs.section import Function, Section
 
 WORDS = {float: "number", int: "integer", bool: "boolean", str: "text"}
-LARGEST = 1e6  # a larger limit only keeps numbers finite, or lists within memory
+LARGEST = 1e6  # larger limits only keep numbers finite or lists within memory
 Metadata = tuple[Any, ...]
 
 
 def models_in(kind: Any, around: str = "") -> Iterator[tuple[type[Section], str]]:
-    """Yield the sections that a type contains, each with .NAME if it is in a table and [] if it is in a
-    list."""
+    """Yield the sections that a type contains, each with .NAME if in a table and [] if in a list."""
     if isinstance(kind, type) and issubclass(kind, Section):
         yield kind, around
         return
@@ -31,7 +30,7 @@ def models_in(kind: Any, around: str = "") -> Iterator[tuple[type[Section], str]
 
 
 def type_of(kind: Any, metadata: Metadata, links: Mapping[type[Section], str]) -> str:
-    """Return a type in words; `links` has the word for each section."""
+    """Return a type in words; `links` contains the word for each section."""
     origin, parts = typing.get_origin(kind), typing.get_args(kind)
     if kind == Function or any(m in Function.__metadata__ for m in metadata):
         return " or ".join(["`module:name`", *(links[model] for model, _ in models_in(kind))])
@@ -55,7 +54,7 @@ def _union(parts: tuple[Any, ...], metadata: Metadata, links: Mapping[type[Secti
 
 
 def range_of(kind: Any, metadata: Metadata) -> str:
-    """Return the valid values of a type: choices, limits, lengths of lists."""
+    """Return a type's valid values: choices, limits, list lengths."""
     origin, parts = typing.get_origin(kind), typing.get_args(kind)
     if origin is typing.Annotated:
         return range_of(parts[0], parts[1:])
@@ -97,12 +96,12 @@ def _length(metadata: Metadata) -> str:
 
 
 def _flat(metadata: Metadata) -> list[Any]:
-    """Return the limits of a type, including those that pydantic wraps."""
+    """Return a type's limits, including those wrapped by pydantic."""
     return [inner for m in metadata for inner in getattr(m, "metadata", (m,))]
 
 
 def default_of(info: FieldInfo) -> str:
-    """Return the default of a key as TOML, "required" or "absent"."""
+    """Return a key's default as TOML, "required" or "absent"."""
     if info.is_required():
         return "required"
     value = info.default_factory() if info.default_factory else info.default  # type: ignore[call-arg]
@@ -112,7 +111,7 @@ def default_of(info: FieldInfo) -> str:
 
 
 def written(value: Any) -> str:
-    """Return a value as TOML writes it; multiples of π are cut."""
+    """Return a value as TOML; multiples of π are shortened."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, float):

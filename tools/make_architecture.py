@@ -1,4 +1,4 @@
-"""Write the layers into docs/explanation/architecture.md, from the import contract and docstrings.
+"""Write the layers to docs/explanation/architecture.md, from the import contract and docstrings.
 
     python tools/make_architecture.py [--check]
 
@@ -24,7 +24,7 @@ WIDTH, HEIGHT, GAP, LEFT = 860, 38, 6, 44  # [px]: picture, layer, gap between l
 
 
 def layers() -> list[list[str]]:
-    """Return the packages of each layer of the import contract, from top to bottom."""
+    """Return the packages in each layer of the import contract, from top to bottom."""
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"]
     (contract,) = (c for c in settings["contracts"] if c["type"] == "layers")
     return [[package.strip() for package in layer.split("|")] for layer in contract["layers"]]
@@ -55,7 +55,7 @@ def table(stack: list[list[str]]) -> str:
 
 
 def picture(stack: list[list[str]]) -> str:
-    """Return the layers as an SVG; packages of the same layer may not import each other."""
+    """Return the layers as an SVG; packages in the same layer must not import each other."""
     height = len(stack) * (HEIGHT + GAP) + GAP
     arrow = f"M16 {GAP}V{height - 16}M9 {height - 26}L16 {height - 14}L23 {height - 26}"
     parts = [
@@ -96,7 +96,7 @@ def between(page: str, marks: tuple[str, str], text: str) -> str:
 
 
 def main() -> int:
-    """Write the page and its picture; print what is out of date or missing."""
+    """Write the page and its picture; print outdated or missing items."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--check", action="store_true", help="write nothing; fail if the page is out of date")
     check = parser.parse_args().check

@@ -1,7 +1,8 @@
-"""Write docs/explanation/definitions.md: each clause of the paper's definitions and the tests that show it.
+"""Write docs/explanation/definitions.md: each clause in the paper's definitions and the tests that
+demonstrate it.
 
-Tests are marked with the clauses that they show: `@pytest.mark.definition("1 temperature", …)`. A clause
-without a test is listed as such, and a mark with an unknown clause is an error. --check only compares.
+Tests are marked with the clauses that they demonstrate: `@pytest.mark.definition("1 temperature", …)`. A
+clause without a test is listed as such; a mark with an unknown clause is an error. --check only compares.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ PARTS = {
     "4": "Ecosystems (Definition 4)",
     "5": "Decisions and learning",
 }
-CLAUSES = {  # clause: (its content, the part that is missing)
+CLAUSES = {  # clause: (its content, the missing part)
     "1 temperature": ("A body may have a temperature [K]", ""),
     "1 mass": ("A body has a mass [kg]", ""),
     "1 pressure": ("A body may have a pressure [Pa]", ""),
@@ -56,14 +57,14 @@ CLAUSES = {  # clause: (its content, the part that is missing)
     "3 policy": ("A policy network maps the sensors to the actions", ""),
     "3 happiness": ("A happiness network maps the sensors to one number", ""),
     "3 hyperparameters": ("An organism has hyperparameters for learning, reproduction and death", ""),
-    "3 physical rules": ("Physical properties change by rules: position by moving, temperature by heat", ""),
+    "3 physical rules": ("By rules, movement changes position and heat changes temperature", ""),
     "3 chemical rules": (
-        "Chemical properties change by rules: eating, breathing, moving and decay change substances",
+        "Chemical properties follow rules: eating, breathing, moving and decay change substances",
         "",
     ),
     "3 reproduction": ("Reproduction is sexual or asexual, with crossover and mutation", ""),
     "3 biological rules": (
-        "Biological properties change by rules: age by time, fertility by age and season, size by growing",
+        "Biological properties follow rules: age depends on time, fertility on age and season, size on growth",
         "",
     ),
     "3 eggs": ("Newborns may start as eggs, which can be eaten until they hatch", ""),
@@ -88,14 +89,14 @@ CLAUSES = {  # clause: (its content, the part that is missing)
     "5 reflex": ("The reflex network blocks (−1), leaves (0) or forces (1) each action: y", ""),
     "5 choice": ("The policy chooses actions: z", ""),
     "5 decision": ("The decision is H(y + z): none, one or several actions", ""),
-    "5 reward": ("The reward is the change of happiness", ""),
+    "5 reward": ("The reward is the change in happiness", ""),
     "5 learning": ("The policy learns by PPO with the animal's hyperparameters", ""),
     "5 evolution alone": ("Reflex and happiness do not change during life", ""),
 }
 
 
 def marks(path: Path) -> Iterator[str]:
-    """Yield the clauses of the marks in a file; raise ValueError for an unknown clause."""
+    """Yield the clauses marked in a file; raise a ValueError for an unknown clause."""
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         for call in node.decorator_list if isinstance(node, ast.FunctionDef) else ():
             if not (isinstance(call, ast.Call) and ast.unparse(call.func) == "pytest.mark.definition"):
@@ -110,7 +111,7 @@ def marks(path: Path) -> Iterator[str]:
 
 
 def page(tests: Path) -> str:
-    """Return the page for the marks in a folder of tests."""
+    """Return the page for the marks in a test folder."""
     shown: dict[str, list[str]] = {clause: [] for clause in CLAUSES}
     for path in sorted(tests.rglob("test_*.py")):
         where = path.relative_to(tests.parent).as_posix()

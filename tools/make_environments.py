@@ -1,6 +1,6 @@
-"""Write the pages of the environments of `gymnasium.make("ecs_eco/…")` into docs/reference/environments.
+"""Write the pages on `gymnasium.make("ecs_eco/…")` environments to docs/reference/environments.
 
-Each world has a page: observations, actions, rewards and the end of episodes. --check only compares.
+Each world has a page with observations, actions, rewards and the end of episodes. --check only compares.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ INDEX = f"""# Environments
 
 {NOTE}
 
-On these pages you can look up the observations, actions and rewards of Gymnasium environments: species of shipped
-worlds.
+On these pages you can look up the observations, actions and rewards of the Gymnasium environments,
+which are species in shipped worlds.
 
 ```python
 import gymnasium
@@ -35,14 +35,14 @@ x, reward, terminated, truncated, info = env.step(env.action_space.sample())
 ```
 
 To control any other species, use `ecs_eco.rl.body(world, species)`, `slots` or `parallel_env`
-([bring your own learner](../../how-to/bring_your_own_learner.md)). All other organisms, including the other
-members of the species, decide by the policies of the world.
+([bring your own learner](../../how-to/bring_your_own_learner.md)). All other organisms, including other members
+of the species, follow the world's policies.
 
 """
 
 
 def pages() -> dict[str, str]:
-    """Return the text of each page by its name."""
+    """Return the pages' text by name."""
     worlds: dict[str, list[tuple[str, str]]] = {}
     for name, (world, species) in ENVIRONMENTS.items():
         worlds.setdefault(world, []).append((name, species))
@@ -74,7 +74,7 @@ def pages() -> dict[str, str]:
 
 
 def _environment(name: str, door: External, config: WorldConfig) -> str:
-    """Return the section of one environment."""
+    """Return one environment's section."""
     species = config.species[door.species]
     happiness = species.happiness
     assert happiness is not None
@@ -118,7 +118,7 @@ This environment is the life of one {door.species}: `gymnasium.make("ecs_eco/{na
 |---|---|---|
 {chosen}
 
-**Reward.** The reward is the change of happiness since the last tick; happiness is `{told}`,
+**Reward.** The reward is the change in happiness since the last tick; happiness is `{told}`,
 at least {happiness.minimum:g}. At death, happiness falls to {happiness.minimum:g}.
 
 **An episode ends** with death (terminated): {deaths or "no cause of death"}.
@@ -145,7 +145,7 @@ def _number(value: float) -> str:
 
 
 def main() -> int:
-    """Write the pages, or compare them."""
+    """Write or compare the pages."""
     parser = argparse.ArgumentParser(description=str(__doc__).split("\n")[0])
     parser.add_argument("--check", action="store_true", help="only compare")
     check = parser.parse_args().check

@@ -1,9 +1,9 @@
-"""Write the list of kernels that the shipped worlds call, with their types: `ecs_eco/worlds/kernels.txt`.
+"""Write ecs_eco/worlds/kernels.txt, the list of kernels that the shipped worlds call, with their types.
 
     python tools/make_kernels.py [--check]
 
-At a first start, a second process compiles from this list, so a slightly outdated list only costs a little
-time. `--check` therefore tests whether its lines can be read and most of its kernels exist.
+At the first start, a second process compiles the kernels on this list, so a slightly outdated list only costs
+a little time. `--check` therefore tests whether its lines are readable and most of its kernels exist.
 """
 
 import json
@@ -34,7 +34,7 @@ print(json.dumps([(f"{k.py_func.__module__}:{k.py_func.__qualname__}", signature
 
 
 def calls(world: str) -> list[tuple[str, str]]:
-    """Return (function, types) of a world's kernels in the order of first calls, in a separate process."""
+    """Return (function, types) of a world's kernels in order of first call, from a separate process."""
     done = subprocess.run(
         [sys.executable, "-c", CALLS, world, str(TICKS)], capture_output=True, text=True, check=True
     )
@@ -48,7 +48,7 @@ def calls(world: str) -> list[tuple[str, str]]:
 
 
 def write() -> None:
-    """Run each shipped world for some ticks, and write the kernels that it called."""
+    """Run each shipped world for some ticks, and write the kernels that they call."""
     from ecs_eco.config.shipped import shipped
 
     worlds = sorted(shipped())
@@ -61,7 +61,7 @@ def write() -> None:
 
 
 def check() -> int:
-    """Return 1 if a line cannot be read or a fifth of the kernels no longer exists."""
+    """Return 1 if a line is unreadable or a fifth of the kernels no longer exist."""
     lines, gone = LIST.read_text(encoding="utf-8").splitlines()[1:], []
     for line in lines:
         _, function, types = line.split("\t")

@@ -1,5 +1,5 @@
-"""Write the ODD description of each shipped world into docs/reference/odd, from `ecs_eco.odd`; --check:
-only compare."""
+"""Write each shipped world's ODD description to docs/reference/odd, using `ecs_eco.odd`; with --check, only
+compare."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ INDEX = """# ODD descriptions
 
 {note}
 
-These pages describe each shipped world by the ODD protocol (Grimm et al. 2020). `ecs-eco describe WORLD`
-writes such a page for any world ([how to](../../how-to/describe.md)).
+These pages describe the shipped worlds, following the ODD protocol (Grimm et al. 2020).
+`ecs-eco describe WORLD` writes such a page for any world ([how to](../../how-to/describe.md)).
 
 | world | |
 |---|---|
@@ -32,7 +32,7 @@ writes such a page for any world ([how to](../../how-to/describe.md)).
 
 
 def pages() -> dict[str, str]:
-    """Return the text of each page by its file name."""
+    """Return the pages' text by file name."""
     files = {name: name.replace("-", "_") for name in shipped()}
     texts = {f"{file}.md": describe(name).markdown() for name, file in files.items()}
     texts = {file: text.replace("\n", f"\n\n{NOTE}\n", 1) for file, text in texts.items()}
@@ -41,7 +41,7 @@ def pages() -> dict[str, str]:
 
 
 def main() -> int:
-    """Write the pages, or compare them."""
+    """Write or compare the pages."""
     parser = argparse.ArgumentParser(description=str(__doc__).partition(";")[0])
     parser.add_argument("--check", action="store_true", help="only compare")
     check = parser.parse_args().check
@@ -50,9 +50,7 @@ def main() -> int:
     if check:
         stale = sorted(name for name in wanted.keys() | there if wanted.get(name) != there.get(name))
         for name in stale:
-            print(
-                f"docs/reference/odd/{name} is not up to date: run python tools/make_odd.py", file=sys.stderr
-            )
+            print(f"docs/reference/odd/{name} is out of date: run python tools/make_odd.py", file=sys.stderr)
         return bool(stale)
     PAGES.mkdir(exist_ok=True)
     for name in there.keys() - wanted.keys():

@@ -1,4 +1,4 @@
-"""Write docs/paper.md from tools/paper.md, whose fields are replaced by numbers of the results; see
+"""Write docs/paper.md from tools/paper.md, replacing fields with numbers from the results; see
 tools/fields.py.
 
     python tools/make_paper.py [--check]

@@ -1,7 +1,7 @@
-"""Write the reference of the world file, docs/reference/world, from its models; with --check, only compare.
+"""Write the world-file reference (docs/reference/world) from its models; with --check, only compare.
 
-Each section has a page with its keys, their type, range, unit, default and meaning, and an example from
-tools/world_examples. The index keeps the text above its mark, which is written by hand.
+Each section has a page with its keys (type, range, unit, default and meaning) and an example from
+tools/world_examples. In the index, the handwritten text above the mark is kept.
 """
 
 from __future__ import annotations
@@ -28,40 +28,41 @@ EXAMPLES = ROOT / "tools" / "world_examples"
 MARK = "<!-- below: written by tools/make_reference.py -->"
 NOTE = "<!-- Written by tools/make_reference.py from the models of ecs_eco.config: change those, not this page. -->"
 HEAD = "| key | type | range | unit | default | meaning |\n|---|---|---|---|---|---|\n"
-TOP = "The top of the file"
-TITLES = {"functions": "Functions of your own"}  # pages with too many paths for a title
+TOP = "Top level"
+TITLES = {"functions": "Custom functions"}  # pages with too many paths for a title
 PARENTS = ("species", "objects")  # their sections have separate pages
 
 
 @dataclasses.dataclass(frozen=True)
 class Place:
-    """A place in the file where a section may be."""
+    """A path in the file where a section may appear."""
 
-    path: str  # dotted, with NAME for names that users choose and [] for entries of a list; "" is the top
-    about: str  # meaning of the key that contains it
+    path: str  # dotted, with NAME for user-chosen names and [] for list entries; "" is the top level
+    about: str  # meaning of the key that contains the section
 
 
 @dataclasses.dataclass
 class Part:
-    """A section: its model and all places where it may be."""
+    """A section: its model and all paths where it may appear."""
 
     model: type[Section]
     places: list[Place]
 
     @property
     def page(self) -> str:
-        """The name of its page."""
+        """The name of the section's page."""
         return "functions" if self.model is Use else page_of(self.places[0].path)
 
     @property
     def title(self) -> str:
-        """Its places, and its kind if several kinds exist."""
+        """The section's paths, and its kind if there are several kinds."""
         kind = kind_of(self.model)
         return joined(self.places) + (f', `kind = "{kind}"`' if kind else "")
 
 
 def page_of(path: str) -> str:
-    """Return the page of a path, named after its first key or, in a species or an object, after the next."""
+    """Return the page that documents a path, named after its first key or, inside a species or object, after
+    the next key."""
     keys = path.replace("[]", "").split(".")
     return (keys[2] if keys[0] in PARENTS and len(keys) > 2 else keys[0]) or "file"
 
@@ -88,14 +89,14 @@ def _sections(model: type[Section], place: Place) -> Iterator[tuple[type[Section
 
 
 def kind_of(model: type[Section]) -> str:
-    """Return the only value of the key `kind`, "" for a section with several kinds or none."""
+    """Return the only value of the key `kind`; "" for a section with several kinds or none."""
     info = model.model_fields.get("kind")
     choices = getattr(info.annotation, "__args__", ()) if info else ()
     return choices[0] if len(choices) == 1 else ""
 
 
 def pages() -> dict[str, str]:
-    """Return the text of each page by the name of its file."""
+    """Return the pages' text by file name."""
     of_page: dict[str, list[Part]] = {}
     for part in parts():
         of_page.setdefault(part.page, []).append(part)
@@ -119,7 +120,7 @@ def pages() -> dict[str, str]:
 
 
 def _page(name: str, listed: list[Part], homes: dict[type[Section], Part]) -> str:
-    """Return a page: the sections of one key, the outermost first."""
+    """Return a page: the sections of one key, outermost first."""
     shallowest = min(_depth(part) for part in listed)
     outer = [part for part in listed if _depth(part) == shallowest]
     title = outer[0].title if len(outer) == 1 else joined([p for part in outer for p in part.places])
@@ -141,7 +142,7 @@ def _example(name: str) -> str:
 
 
 def examples_of(page: str) -> list[Path]:
-    """Return the examples of a page: PAGE.toml, then PAGE.WORD.toml."""
+    """Return a page's examples: PAGE.toml, then PAGE.WORD.toml."""
     return [EXAMPLES / f"{page}.toml", *sorted(EXAMPLES.glob(f"{page}.*.toml"))]
 
 
@@ -188,7 +189,7 @@ def _row(name: str, info: FieldInfo, part: Part, homes: dict[type[Section], Part
 
 
 def _link(home: Part, part: Part) -> str:
-    """Return a link to a section: to its page, or to its heading if it is on this page."""
+    """Return a link to a section's page, or to its heading if it is on this page."""
     if home.page != part.page:
         return f"[section]({home.page}.md)"
     slug = "".join(c for c in home.title.lower() if c.isalnum() or c in " _-").replace(" ", "-")
@@ -223,7 +224,7 @@ def _ppo() -> str:
 
 
 def main() -> int:
-    """Write the pages, or list outdated pages."""
+    """Write the pages, or list outdated ones."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n\n")[0])
     parser.add_argument("--check", action="store_true", help="write nothing; fail if a page is out of date")
     check = parser.parse_args().check

@@ -1,5 +1,5 @@
 """Write docs/evidence/ from studies/results/*.json: index.md from tools/evidence.md, a page for each study,
-and docs/results.md, which redirects to them.
+and docs/results.md, which redirects to these pages.
 
     python tools/make_results.py            writes the pages
     python tools/make_results.py --check    fails if a page is out of date
@@ -38,13 +38,12 @@ orphan: true
 
 # Results
 
-The results are in [Evidence](evidence/index.md), with a page for each study. Links to claims that once led here
-continue below."""
+The results are in [Evidence](evidence/index.md), with a page for each study. Links to claims on this former
+page continue below."""
 
 
 def read(results: Path) -> dict[str, dict[str, Any]]:
-    """Return results by the name of their study, without incomplete and short results and files without a
-    claim."""
+    """Return results by study name, excluding incomplete and short results and files without a claim."""
     paths = [path for path in sorted(results.glob("*.json")) if not path.name.endswith(".partial.json")]
     records = [_read(path) for path in paths]
     return {r["name"]: r for r in records if "claim" in r and r["complete"] and not r["short"]}
@@ -59,7 +58,7 @@ def _read(path: Path) -> dict[str, Any]:
 
 
 def pages(records: dict[str, dict[str, Any]], template: str) -> dict[str, str]:
-    """Return the text of each page by its place in docs/."""
+    """Return the pages' text by path in docs/."""
     claims = [claim for claim in read_claims() if claim["study"] in records]
     written_pages = {f"evidence/{name}.md": page(record, claims) for name, record in records.items()}
     written_pages["evidence/index.md"] = index(records, template)
@@ -68,7 +67,7 @@ def pages(records: dict[str, dict[str, Any]], template: str) -> dict[str, str]:
 
 
 def index(records: dict[str, dict[str, Any]], template: str) -> str:
-    """Return the index: the template with its fields filled, and the list of all studies."""
+    """Return the index: the filled template and the list of all studies."""
 
     def own(place: str) -> str | None:
         kind, _, names = place.partition(":")
@@ -78,30 +77,33 @@ def index(records: dict[str, dict[str, Any]], template: str) -> str:
             return origin([records[name.strip()] for name in names.split(",")])
         return listed(records) if place == "studies" else None
 
-    toctree = "\n".join(["```{toctree}", ":hidden:", "", *records, "```"])
+    toctree = "```{toctree}\n:hidden:\n:glob:\n\n*\n```"
     return f"{written(template, own).rstrip()}\n\n{toctree}\n"
 
 
 def origin(records: list[dict[str, Any]]) -> str:
-    """Return the last lines of a finding: registered or exploratory, its pages, and the command to run it
-    again."""
+    """Return a finding's last lines: registered or exploratory, the goals passed with links, and the command
+    to repeat it."""
     noted = [r["registration"]["file"] for r in records if "registration" in r]
     seen = (
         "*Registered*: " + " and ".join(f"[{Path(file).name}](../../{file})" for file in noted) + "."
         if len(noted) == len(records)
         else EXPLORED
     )
-    goals = " and ".join(f"[{r['name']}]({r['name']}.md) ({counted(r)} goals passed)" for r in records)
-    return f"{seen}\nAll numbers: {goals}.\nRun again: " + ", ".join(f"`{command(r)}`" for r in records) + "."
+    return (
+        f"{seen}\nGoals passed: {listed({r['name']: r for r in records})}.\nRun again: "
+        + ", ".join(f"`{command(r)}`" for r in records)
+        + "."
+    )
 
 
 def listed(records: dict[str, dict[str, Any]]) -> str:
-    """Return all studies with the number of goals passed."""
+    """Return all studies with the numbers of goals passed and set."""
     return ", ".join(f"[{name}]({name}.md) {counted(r).replace(' of ', '/')}" for name, r in records.items())
 
 
 def forward(records: dict[str, dict[str, Any]], claims: list[dict[str, Any]]) -> str:
-    """Return the page for former links: an anchor for each study and claim."""
+    """Return the page for former links, with an anchor for each study and claim."""
     lines = [FORWARD, "", NOTICE, ""]
     for name in records:
         lines += [f"## {name}", "", f"[The page of this study](evidence/{name}.md)", ""]

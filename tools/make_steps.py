@@ -1,4 +1,4 @@
-"""Write the table of docs/explanation/steps.md from studies/results/steps.json; --check: only compare.
+"""Write the table in docs/explanation/steps.md from studies/results/steps.json; with --check, only compare.
 
 python tools/make_steps.py [--check]
 """

@@ -1,5 +1,5 @@
-"""Write docs/benchmarks.md from tools/benchmarks.md, its chart, benchmarks/NOTES.md and the table of
-docs/explanation/speed.md, all from benchmarks/results; --check: only compare.
+"""Write docs/benchmarks.md (from tools/benchmarks.md), its chart, benchmarks/NOTES.md and the table in
+docs/explanation/speed.md, all from benchmarks/results; with --check, only compare.
 
 python tools/make_tables.py [--check]
 """
@@ -30,15 +30,15 @@ HEAD = """# All measurements of speed
 <!-- Written by tools/make_tables.py from benchmarks/: change its results and *.toml, not this page. -->
 
 [How fast it is](../docs/benchmarks.md) summarizes these tables. Machines are shared and noisy: trust ratios
-within one run; a time on its own can be off by half. "Load" is the load of all cores when a benchmark ended;
-with more processes than cores, every time is too long. "Before" and "now" of one table took turns on the same
-machine. Ratios of times below 1 are gains.
+within one run; an individual time can be off by half. "Load" is the load on all cores when a benchmark ended;
+with more processes than cores, all times are too long. "Before" and "now" in one table took turns on the same
+machine. Time ratios below 1 are gains.
 
 ## Goals
 
-From `goals.toml`. Goals were set from times on another machine, so the last columns also compare gains: the goal
-divided by the time when it was set (of a range, the end farther from the goal), and now divided by before (the
-median of turns).
+From `goals.toml`. Goals were set from times on another machine, so the last columns also compare gains: the
+goal divided by the time when it was set (for a range, the end farther from the goal), and now divided by
+before (the median over turns).
 """
 DROPPED = """## Tried and dropped
 
@@ -72,7 +72,7 @@ def page(results: dict[str, dict[str, Any]]) -> str:
 
 
 def times(rows: list[dict[str, Any]], one: str, other: str, animals: int) -> str:
-    """Return how many times as fast one peer is as another, to two digits."""
+    """Return how many times as fast one peer is as another, to two significant digits."""
     speed = {row["peer"]: row["k organism-steps/s"] for row in rows if row["animals"] == animals}
     ratio = speed[one] / speed[other]
     return f"{float(f'{ratio:.2g}'):,g}"
@@ -93,12 +93,12 @@ def notes(results: dict[str, dict[str, Any]]) -> str:
 
 
 def heading(name: str, result: dict[str, Any]) -> str:
-    """Return the heading of a result, by default its question."""
+    """Return a result's heading, by default its question."""
     return str(ADDED["headings"].get(name) or typeset(result["question"]))
 
 
 def measured(name: str, result: dict[str, Any], images: str) -> str:
-    """Return the command, table, figure, notes and machine of a result."""
+    """Return a result's command, table, figure, notes and machine."""
     drawn = PAGE.parent / "img" / f"{name}.svg"
     figure = f"\n![{heading(name, result)}]({images}/{drawn.name})\n" if drawn.is_file() else ""
     said = {k: v for k, v in result["notes"].items() if not k.startswith("tried")}  # in notes.toml
@@ -110,7 +110,7 @@ def measured(name: str, result: dict[str, Any], images: str) -> str:
 
 
 def machine(result: dict[str, Any]) -> str:
-    """Return the machine, commit and versions of a result."""
+    """Return a result's machine, commit and versions."""
     m = result["machine"]
     versions = ", ".join(f"{k} {v}" for k, v in m["versions"].items() if v != "not installed")
     commit = (m["commit"] or "unknown")[:12]
@@ -129,12 +129,13 @@ def table(rows: list[dict[str, Any]]) -> str:
 
 
 def script(name: str) -> str:
-    """Return the script that wrote a result: the longest script name that begins the result's name."""
+    """Return the script that wrote a result: the one with the longest name that the result's name begins
+    with."""
     return max((p.stem for p in BENCHMARKS.glob("*.py") if name.startswith(p.stem)), key=len)
 
 
 def within(path: Path, text: str) -> str:
-    """Return the content of a page with this text between its marks."""
+    """Return a page's content with this text between its marks."""
     content = path.read_text()
     begin, end = content.index(MARKS[0]) + len(MARKS[0]), content.index(MARKS[1])
     return f"{content[:begin]}\n{text}\n{content[end:]}"

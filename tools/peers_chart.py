@@ -12,7 +12,7 @@ OWN, OTHER, INK, PALE = "#0072b2", "#8a8a8a", "#222222", "#dddddd"
 
 
 def chart(rows: list[dict[str, Any]], animals: int) -> str:
-    """Return the SVG of the peers that ran the common task with this number of animals; the slowest last."""
+    """Return an SVG of the peers that ran the common task with this number of animals, slowest last."""
     alike = {row["peer"]: row for row in rows if row["animals"] == animals and row["task"] == "common"}
     order = sorted(NAMES, key=lambda peer: -(alike[peer]["k organism-steps/s"] or 0))
     bottom = TOP + len(order) * (BAR + GAP)
@@ -33,7 +33,7 @@ def chart(rows: list[dict[str, Any]], animals: int) -> str:
 
 
 def bar(name: str, row: dict[str, Any], y: int, color: str) -> list[str]:
-    """Return the bar of a peer, or the reason for a missing bar."""
+    """Return a peer's bar, or the reason for its absence."""
     weight = ' font-weight="bold"' if color == OWN else ""
     middle = y + BAR - 8
     parts = [f'<text x="{LEFT - 12}" y="{middle}" text-anchor="end"{weight}>{name}</text>']
@@ -47,6 +47,6 @@ def bar(name: str, row: dict[str, Any], y: int, color: str) -> list[str]:
 
 
 def at(speed: float) -> float:
-    """Return the position of a speed on the axis."""
+    """Return a speed's position on the axis."""
     share = (math.log10(speed) - LOWEST) / (HIGHEST - LOWEST)
     return LEFT + share * (WIDTH - LEFT - RIGHT)

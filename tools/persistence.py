@@ -1,10 +1,10 @@
-"""The first lines of every study of living worlds: the number of runs in which all species persisted, by
+"""The opening lines for every study of running worlds: the number of runs in which all species persisted, by
 arm, and the first species to go extinct."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
 
-SEEDS = ("seed", "training", "ticks")  # keys of a case that do not identify its arm
+SEEDS = ("seed", "training", "ticks")  # case keys that do not identify its arm
 NOTES = {"from_scratch": "Respawn holds numbers constant while policies learn, so no species can die out."}
 
 
@@ -17,7 +17,7 @@ def _none_extinct(result: Mapping[str, Any]) -> bool:
 
 
 def _all_at_the_end(result: Mapping[str, Any]) -> bool:
-    """A species that is absent (in an arm without grazers) cannot go extinct."""
+    """An absent species (in an arm without grazers) cannot go extinct."""
     return all(n > 0 for s, n in result["end"].items() if result["numbers"][s] > 0)
 
 
@@ -40,13 +40,13 @@ KINDS: tuple[tuple[tuple[str, ...], str, Callable[[Mapping[str, Any]], bool]], .
         "Lambs are a cohort without offspring, so all die in time. Some lived to the end",
         lambda r: r["alive"] > 0,
     ),
-)  # the keys of such a result, its label, and the test
+)  # the result's keys, its label, and the test
 
 
 def opening(record: Mapping[str, Any]) -> str:
-    """Return one or two sentences, or "" for a study that runs no world to its end.
+    """Return one or two sentences; "" for a study that runs no world to its end.
 
-    A study may provide its own text: record["persistence"].
+    A study may provide its own text as record["persistence"].
     """
     if note := record.get("persistence") or NOTES.get(record["name"]):
         return str(note)

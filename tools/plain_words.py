@@ -1,11 +1,12 @@
-"""Find words and turns of phrase that a native author would not write: in pages, docstrings, comments and texts.
+"""Find words and phrases that a native author would not write, in pages, docstrings, comments and program
+texts.
 
     python tools/plain_words.py [FILE or FOLDER …]  [--count]
 
-Prints FILE:LINE, what is there and what to write, and exits with 1 if there is any. `tools/plain_words.toml` lists
-the rules. Code, code spans and quoted text are ignored, and so are statements of claims and labels of results,
-which stay as they were registered and stored: pages of evidence, texts of studies that are not
-docstrings, and the code of shipped worlds, which their hashes cover.
+Prints FILE:LINE, the words found and a replacement, and exits with 1 if there are any.
+`tools/plain_words.toml` lists the rules. Code, code spans and quoted text are ignored. So are claims and
+result labels, which stay as registered and stored (evidence pages, and study texts other than docstrings and
+comments), and the shipped worlds' code, which their hashes cover.
 """
 
 from __future__ import annotations
@@ -63,7 +64,7 @@ def rules() -> list[Rule]:
 
 
 def texts(path: Path) -> Iterator[tuple[int, str, str]]:
-    """Yield the first line, the kind and the content of each text of a file that a person reads."""
+    """Yield the first line, kind and content of each human-readable text in a file."""
     content = path.read_text(encoding="utf-8")
     if path.suffix == ".md":
         yield 1, "page", content
@@ -106,7 +107,7 @@ def _of_python(content: str) -> Iterator[tuple[int, str, str]]:
 
 
 def findings(path: Path, among: list[Rule]) -> Iterator[tuple[int, str, str]]:
-    """Yield line, words and advice for each breach of a rule in a file."""
+    """Yield the line, words and advice for each rule violation in a file."""
     for first, kind, text in texts(path):
         if kind == "text" and "studies" in path.parts:
             continue
@@ -118,7 +119,7 @@ def findings(path: Path, among: list[Rule]) -> Iterator[tuple[int, str, str]]:
 
 
 def files(places: list[Path]) -> Iterator[Path]:
-    """Yield the files that hold texts below the given places."""
+    """Yield the files with texts at or below the given paths."""
     for place in places:
         inside = sorted(p for p in place.rglob("*") if p.suffix in {".md", ".py", ".toml", ".js", ".html"})
         yield from (
@@ -136,10 +137,10 @@ def files(places: list[Path]) -> Iterator[Path]:
 
 
 def main() -> int:
-    """Print the findings, or how many each rule has; return 1 if there are any."""
+    """Print the findings, or their number by rule; return 1 if there are any."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("places", nargs="*", type=Path, metavar="FILE")
-    parser.add_argument("--count", action="store_true", help="print only how often each rule is broken")
+    parser.add_argument("--count", action="store_true", help="print only how often each rule is violated")
     asked = parser.parse_args()
     among, counts, wheres = rules(), Counter[str](), Counter[str]()
     for path in files(asked.places or [ROOT / place for place in PLACES]):

@@ -1,4 +1,4 @@
-"""Add this machine's results of the self-test of `ecs-eco doctor` to the digests of the release.
+"""Add this machine's `ecs-eco doctor` self-test results to the release's digests.
 
     python tools/release_digests.py [--only]
 

@@ -3,9 +3,9 @@
     python tools/repeat_tests.py --runs 5 [--busy] [--chromium both]
                                  [--out studies/results/repeated_tests.json]
 
-Each run has an empty home, as on a fresh machine without compiled kernels. `--busy` keeps all processors busy
-during the runs; the load, which is also stored, shows other work on the machine. With `--chromium both`,
-every second run finds no Chromium. Runs are appended to those in the file.
+Each run has an empty home folder, as on a fresh machine without compiled kernels. `--busy` keeps all
+processors busy during the runs; the stored load shows other work on the machine. With `--chromium both`,
+every second run finds no Chromium. Runs are appended to the file.
 """
 
 import argparse
@@ -38,7 +38,7 @@ def command() -> str:
 
 @contextmanager
 def path_without_chromium() -> Iterator[str]:
-    """Return a PATH of one folder, with links to all programs on the user's PATH except Chromium."""
+    """Return a one-folder PATH with links to all programs on the user's PATH except Chromium."""
     with tempfile.TemporaryDirectory() as folder:
         for place in os.environ["PATH"].split(os.pathsep):
             for program in Path(place).glob("*"):
@@ -66,7 +66,7 @@ def busy(wanted: bool) -> Iterator[None]:
 
 
 def once(path: str, spinning: bool, log: Path) -> dict[str, Any]:
-    """Run the command with no variables but HOME, an empty folder, and PATH; write its output to `log`."""
+    """Run the command with only two variables, PATH and HOME (an empty folder); write its output to `log`."""
     loads, done, start = [os.getloadavg()[0]], threading.Event(), time.monotonic()
 
     def look() -> None:
@@ -102,7 +102,7 @@ def once(path: str, spinning: bool, log: Path) -> dict[str, Any]:
 
 
 def main() -> int:
-    """Run and store; return the number of runs that failed."""
+    """Run and store; return the number of failed runs."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--runs", type=int, default=5)
     parser.add_argument("--busy", action="store_true")

@@ -1,9 +1,9 @@
 """Resolve the version ranges in pyproject.toml for every platform and Python version, using only wheels.
 
     python tools/resolve_dependencies.py            # queries the package index; needs uv (pip install uv)
-    python tools/resolve_dependencies.py --page     # writes the page's table again from the stored result
+    python tools/resolve_dependencies.py --page     # rewrites the page's table from the stored result
 
-Writes tools/resolved.json (all packages of all platforms) and the table in docs/reference/supported.md.
+Writes tools/resolved.json (all packages for all platforms) and the table in docs/reference/supported.md.
 """
 
 import argparse
@@ -61,7 +61,7 @@ def resolve(platform: str, python: str) -> dict[str, str]:
 
 
 def table(found: dict[str, Any]) -> str:
-    """Return the page's table: the versions of the listed packages for each platform and Python version."""
+    """Return the page's table: the listed packages' versions for each platform and Python version."""
     head = ["platform", "Python", *SHOWN]
     lines = [f"| {' | '.join(head)} |", "|" + "---|" * len(head)]
     for platform, pythons in found["platforms"].items():
@@ -72,7 +72,7 @@ def table(found: dict[str, Any]) -> str:
 
 
 def main() -> None:
-    """Resolve, write, print; or write the table from the last result."""
+    """Resolve, write and print; or write the table from the last result."""
     plain = argparse.RawDescriptionHelpFormatter
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=plain)
     parser.add_argument("--page", action="store_true", help="write only the table")

@@ -1,9 +1,9 @@
-"""Take the pictures of the viewer's page that README and docs show, from the page itself, into docs/img.
+"""Take the screenshots of the viewer's page for README and docs, and write them to docs/img.
 
     python tools/screenshots.py [NAME …]
 
 Needs playwright and Chromium (Debian: apt-get install chromium). A live world stops close to the requested
-tick; how many ticks pass before the page stops it varies.
+tick; the number of ticks until the page stops it varies.
 """
 
 import argparse
@@ -24,19 +24,19 @@ LARGEST = 300_000  # [bytes]
 
 
 class Shot(NamedTuple):
-    """A picture: the world, the tick, the coloring, and the actions before it is taken."""
+    """A screenshot: the world, the tick, the coloring, and the actions before it is taken."""
 
     world: str
     tick: int
     pose: Callable[[Any], None]
     words: tuple[str, ...] = ()
     dark: bool = False
-    run: tuple[str, ...] = ()  # recorded first, with these options; then the recording is shown
+    run: tuple[str, ...] = ()  # record a run first, with these options, then show the recording
     map: bool = False  # whether it shows an archipelago
 
 
 def select(page: Any, kind: str, nth: int = 0) -> None:
-    """Click a visible organism, and run until its curves have a shape."""
+    """Click a visible organism, and run until its curves take shape."""
     clear = "([x, y]) => document.elementFromPoint(x, y)?.id === 'canvas'"
     seen = [
         at for uid in page.evaluate(f"ecs.uids('{kind}', 400)") if (at := page.evaluate(f"ecs.screen({uid})"))
@@ -58,7 +58,7 @@ def advance(page: Any, ticks: int) -> None:
 
 
 def survivor(page: Any, kind: str, ticks: int = 40) -> None:
-    """Select an organism that lives for a given number of ticks, with its curves."""
+    """Select an organism that lives for a given number of ticks, and show its curves."""
     for nth in range(20):
         select(page, kind, nth)
         for _ in range(ticks // 10):
@@ -77,7 +77,7 @@ def still(page: Any) -> None:
 
 
 def deer(page: Any) -> None:
-    """Show one deer with its curves, from the side."""
+    """Show one deer and its curves, from the side."""
     survivor(page, "deer")
 
 
@@ -109,12 +109,12 @@ def lamb(page: Any) -> None:
 
 
 def sea(page: Any) -> None:
-    """Show the water by night, with the curves of the preceding days."""
+    """Show the water at night, with the curves of the preceding days."""
     until(page, "ecs.still")
 
 
 def what_if(page: Any) -> None:
-    """Show the same world without wolves, from this tick on, side by side."""
+    """Show the same world without wolves side by side, from this tick."""
     page.locator("#whatif").click()
     page.get_by_role("button", name="without wolf").click()
     until(page, "ecs.second && ecs.second.frames > 0", 600)
@@ -123,7 +123,7 @@ def what_if(page: Any) -> None:
 
 
 def replayed(page: Any) -> None:
-    """Show a wolf of a recorded run, in its focal sample, at a chosen tick."""
+    """Show a wolf's focal sample in a recorded run at a chosen tick."""
     page.get_by_label("Time, in ticks").evaluate(
         "slider => { slider.value = 420; slider.dispatchEvent(new Event('input')) }"
     )
@@ -164,7 +164,7 @@ SHOTS = {
 
 @contextmanager
 def page_of(browser: Any, shot: Shot, address: str) -> Any:
-    """Yield the page of a world, stopped at its tick."""
+    """Yield a world's page, stopped at its tick."""
     context = browser.new_context(viewport=SIZE, color_scheme="dark" if shot.dark else "light")
     context.set_default_timeout(600_000)
     context.add_init_script("""localStorage.setItem("ecs-eco-hints", '["select", "pause", "why"]')""")
@@ -184,7 +184,7 @@ def page_of(browser: Any, shot: Shot, address: str) -> Any:
 
 
 def take(browser: Any, name: str, shot: Shot) -> Path:
-    """Take one picture; return its path."""
+    """Take one screenshot; return its path."""
     with tempfile.TemporaryDirectory() as folder:
         what = shot.world
         if shot.run:
@@ -208,7 +208,7 @@ def _run(shot: Shot, out: str) -> None:
 
 
 def small(png: bytes) -> bytes:
-    """Return a picture of about `LARGEST` bytes at most, with 255 colors if the full palette needs more."""
+    """Return a picture of at most about `LARGEST` bytes, with 255 colors if full color needs more."""
     from PIL import Image
 
     picture, out = Image.open(io.BytesIO(png)).convert("RGB"), io.BytesIO()
@@ -221,7 +221,7 @@ def small(png: bytes) -> bytes:
 
 
 def main() -> int:
-    """Take the requested pictures, or all whose worlds are available."""
+    """Take the requested screenshots, or all whose worlds are available."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(SHOTS))
     there = [name for name, shot in SHOTS.items() if shot.map or shot.world in shipped()]

@@ -1,5 +1,5 @@
-"""Generated pages of the site: the API from docstrings, components from their files, commands from the
-command line itself. Used by tools/build_site.py."""
+"""The site's generated pages: the API from docstrings, components from their files, and commands from the
+command line. Used by tools/build_site.py."""
 
 import inspect
 import re
@@ -16,7 +16,7 @@ FIELD = re.compile(r"^    (\w+): ([^=#]+?)(?: = ([^#]+?))?(?:\s+# (.*))?$", re.M
 
 
 def generated() -> dict[str, str]:
-    """Return the text of each generated page by its path in the site."""
+    """Return the generated pages' text by site path."""
     pages = {f"reference/api/{name}.md": text for name, text in api_pages.pages().items()}
     pages["reference/api/components.md"] = _components()
     pages["reference/api/index.md"] = api_pages.index()
@@ -74,12 +74,12 @@ def _commands() -> str:
     for name in sorted(COMMANDS):
         parts += _command(f"ecs-eco {name}", loaded(name))
     rows = _options(typer.main.get_command(app))
-    parts.append("## Options of all commands\n\nThey come before the command.\n\n" + "\n".join(rows))
+    parts.append("## Options of all commands\n\nThey precede the command.\n\n" + "\n".join(rows))
     return "\n\n".join(parts) + "\n"
 
 
 def _command(name: str, command: Any, level: int = 2) -> Iterator[str]:
-    """Yield the parts of a command's page, and of the pages of its subcommands."""
+    """Yield the parts of a command's page and of its subcommands' pages."""
     within = {sub: one for sub, one in getattr(command, "commands", {}).items() if not one.hidden}
     arguments = [p for p in command.params if p.param_type_name == "argument"]
     words = [name, *(_metavar(p) for p in arguments), "COMMAND" if within else "[OPTIONS]"]
@@ -93,7 +93,7 @@ def _command(name: str, command: Any, level: int = 2) -> Iterator[str]:
 
 
 def _options(command: Any) -> list[str]:
-    """Return the table of a command's arguments and options, or an empty string."""
+    """Return a command's table of arguments and options, or an empty string."""
     arguments = [p for p in command.params if p.param_type_name == "argument"]
     options = [p for p in command.params if p.param_type_name == "option" and not p.hidden]
     rows = [(_metavar(p), "", p.help) for p in arguments]

@@ -1,4 +1,4 @@
-"""Print the size of the code at one or more commits: functions, files, folders, and `Any` in signatures.
+"""Print the code size at one or more commits: functions, files, folders, and `Any` in signatures.
 
     python tools/sizes.py [COMMIT …] [--out studies/results/sizes.json]
 
@@ -6,9 +6,9 @@ Prints a Markdown table with a column for each commit (default: HEAD), then the 
 files of more than 300 lines and functions of more than 50. --out stores it for
 docs/explanation/architecture.md, which `python tools/make_architecture.py` then writes.
 
-A line of code is a row in which a statement begins, a row of a docstring, or a comment on its own: wrapping
-and empty rows do not count. The sections of a docstring (Parameters, Returns, Examples …) are the API
-reference, not code, and do not count.
+A line of code is a row in which a statement begins, a docstring row, or a comment on its own row; wrapped and
+empty rows do not count. Docstring sections (Parameters, Returns, Examples …) are the API reference, not code,
+and do not count.
 """
 
 import argparse
@@ -32,20 +32,20 @@ FILE_LIMIT, FUNCTION_LIMIT = 300, 50  # [lines of code]
 REASONS = {  # reasons for exceptions
     "ecs_eco/space/nearest.py::seek": "one kernel: its loops over cells and lanes share what they count"
 }
-SECTION = re.compile(r"\n\s*\n *[A-Z]\w+\n *-{3,}\n")  # the heading of a docstring's section
+SECTION = re.compile(r"\n\s*\n *[A-Z]\w+\n *-{3,}\n")  # the heading of a docstring section
 LAYOUT = {tokenize.INDENT, tokenize.DEDENT, tokenize.NL, tokenize.ENDMARKER}
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 
 
 class Size(NamedTuple):
-    """Lines of each file of a commit and of each function of the package; annotations that are `Any`."""
+    """Lines in each file of a commit and in each function of the package; `Any` annotations."""
 
     files: dict[str, int]
     functions: dict[str, int]  # by path::name, from `def` to the last line
-    rows: dict[str, int]  # rows of each file, however they are wrapped
-    annotations: int  # of parameters and results, in the package
+    rows: dict[str, int]  # physical rows of each file
+    annotations: int  # annotations of parameters and results in the package
     any_alone: int  # of these `Any`
-    any_within: int  # of these with `Any` within, as in list[Any]
+    any_within: int  # those containing `Any`, as in list[Any]
 
     @property
     def package(self) -> dict[str, int]:
@@ -54,7 +54,7 @@ class Size(NamedTuple):
 
 
 def measure(sources: dict[str, str]) -> Size:
-    """Return the sizes of files, by path."""
+    """Return file sizes, by path."""
     functions: dict[str, int] = {}
     notes: list[ast.expr] = []
     lines: dict[str, int] = {}
@@ -72,7 +72,7 @@ def measure(sources: dict[str, str]) -> Size:
 
 
 def code_lines(text: str) -> list[int]:
-    """Return the rows in which statements begin, and the rows of docstrings and separate comments."""
+    """Return the rows in which statements begin, and the rows of docstrings and standalone comments."""
     rows: list[int] = []
     begun = False
     for token in tokenize.generate_tokens(io.StringIO(text).readline):
@@ -85,7 +85,7 @@ def code_lines(text: str) -> list[int]:
 
 
 def _height(token: tokenize.TokenInfo) -> int:
-    """Return the number of rows that a token counts for; a string counts only up to its first section."""
+    """Return the number of rows that a token counts as; a string counts only up to its first section."""
     if token.type != tokenize.STRING:
         return 1
     section = SECTION.search(token.string)
@@ -93,7 +93,7 @@ def _height(token: tokenize.TokenInfo) -> int:
 
 
 def within(rows: list[int], node: Function) -> int:
-    """Return the number of rows, given in ascending order, that belong to a function."""
+    """Return how many of the rows, given in ascending order, belong to a function."""
     return bisect_right(rows, node.end_lineno or 0) - bisect_left(rows, node.lineno)
 
 
@@ -108,7 +108,7 @@ def functions_of(node: ast.AST, within: str = "") -> Iterator[tuple[str, Functio
 
 
 def annotations_of(node: Function) -> list[ast.expr]:
-    """Return the annotations of a function's parameters and of its result; strings are parsed."""
+    """Return the annotations of a function's parameters and result; strings are parsed."""
     a = node.args
     arguments = (*a.posonlyargs, *a.args, a.vararg, *a.kwonlyargs, a.kwarg)
     notes = [note for note in (*(one.annotation for one in arguments if one), node.returns) if note]
@@ -120,14 +120,14 @@ def annotations_of(node: Function) -> list[ast.expr]:
 
 
 def full(commit: str) -> str:
-    """Return the whole name of a commit."""
+    """Return a commit's full hash."""
     return subprocess.run(
         ["git", "rev-parse", commit], cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True
     ).stdout.strip()
 
 
 def sources_of(commit: str) -> dict[str, str]:
-    """Return the Python files of a commit, by path; links to folders are skipped."""
+    """Return the Python files in a commit, by path; links to folders are skipped."""
     packed = subprocess.run(["git", "archive", commit], cwd=ROOT, stdout=subprocess.PIPE, check=True).stdout
     sources = {}
     with tarfile.open(fileobj=io.BytesIO(packed)) as archive:
@@ -138,7 +138,7 @@ def sources_of(commit: str) -> dict[str, str]:
 
 
 def rows_of(size: Size) -> dict[str, str]:
-    """Return the column of the table for one commit: label → value."""
+    """Return the table column for one commit: label → value."""
     functions, files = sorted(size.functions.values()), list(size.package.values())
     p90 = functions[int(0.9 * (len(functions) - 1))]
     rows = {
@@ -163,10 +163,11 @@ def rows_of(size: Size) -> dict[str, str]:
 
 
 def summary(sizes: dict[str, Size]) -> dict[str, Any]:
-    """Return the stored summary: the commits, the table's column for each, and the exceptions at the last."""
+    """Return the stored summary: the commits, a table column for each, and the exceptions at the last
+    commit."""
     columns = [rows_of(size) for size in sizes.values()]
     labels = list(dict.fromkeys(label for column in columns for label in column))
-    # of all commits, in a common order
+    # labels of all commits, in a common order
     labels.sort(key=lambda label: label if label.startswith("lines: ") else "")
     last = list(sizes.values())[-1]
     over = [(name, lines) for name, lines in last.package.items() if lines > FILE_LIMIT]
@@ -188,7 +189,7 @@ def table(kept: dict[str, Any], rows: dict[str, list[str]]) -> str:
 
 
 def exceptions(kept: dict[str, Any]) -> str:
-    """Return the exceptions in words."""
+    """Return the exceptions as text."""
     limits = f"Above {kept['limits']['file']} lines a file, or {kept['limits']['function']} a function: "
     return (
         limits

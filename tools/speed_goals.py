@@ -1,4 +1,4 @@
-"""The table of goals of benchmarks/goals.toml, with the measured values."""
+"""The table of goals in benchmarks/goals.toml, with the measured values."""
 
 import json
 import tomllib
@@ -12,7 +12,7 @@ GOALS = Path(__file__).parents[1] / "benchmarks" / "goals.toml"
 
 
 def goal_number(goal: dict[str, Any], result: dict[str, Any], where: str, column: str) -> float | None:
-    """Return the number of a goal in its column of the row `where`, or None."""
+    """Return a goal's number, from its column in the row `where`, or None."""
     if "item" in goal:
         return float(result[goal["item"]]["s"][{"row_before": "before", "row": "after"}[where]])
     if column not in goal or (where not in goal and where != "row"):
@@ -52,7 +52,7 @@ def goals(folder: Path) -> str:
 
 
 def goal_row(goal: dict[str, Any], before: float | None, now: float, gain: float | None) -> dict[str, Any]:
-    """Return the row of a goal: the time against the goal, the gain against the required gain."""
+    """Return a goal's row: the time against the goal, and the gain against the required gain."""
     sign, aim = ("≥", goal["least"]) if "least" in goal else ("≤", goal["most"])
 
     def reached(value: float, wanted: float) -> bool:

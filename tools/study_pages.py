@@ -1,5 +1,5 @@
-"""The page of one study: its claim, its figure, the claims of other pages that rest on it, all
-measurements, and their provenance. `make_results.py` writes the pages."""
+"""The page of one study: its claim, its figure, the claims that rest on it, all measurements, and their
+provenance. `make_results.py` writes the pages."""
 
 import importlib
 import sys
@@ -16,16 +16,16 @@ NOTICE = "<!-- Written by tools/make_results.py: change studies/ or tools/, not 
 FIGURES = {  # other figures are named after their study; each entry is its caption
     "arms_race": (
         "arms_race.svg",
-        "Above: genes for pace and sight over time. Below: kills of hunters among prey of earlier and later times",
+        "Genes for pace and sight over time; kills by hunters among prey from other times",
     ),
     "cycle_causes": (
         "cycle_causes.svg",
-        "Shares of runs that persist and cycle for six kinds of deer, and worlds around the best of each",
+        "Shares of runs that persist and cycle, for six kinds of deer and nearby worlds",
     ),
     "cycles": ("predator_prey.png", "Numbers of grass, deer and wolves over 10,000 ticks: seven cycles"),
     "deer_that_flee": (
         "deer_that_flee.svg",
-        "Gain of running by its cost; shares of deer and wolves that run, by distance; numbers of deer over time",
+        "Gain from running by its cost; deer and wolves that run, by distance; deer over time",
     ),
     "diel_migration": (
         "diel_migration.png",
@@ -33,31 +33,29 @@ FIGURES = {  # other figures are named after their study; each entry is its capt
     ),
     "full_rate": (
         "full_rate.svg",
-        "Numbers of wolves while deer, wolves or both learn; catches in the arena; how far policies move",
+        "Wolf numbers while deer, wolves or both learn; catches in the arena; policy change",
     ),
     "goats": ("goats_carriers.png", "Carriers of genes against red, yellow and green grass over generations"),
     "goats_factorial": (
         "goats_factorial.svg",
-        "Selection coefficients of four genes, and how often newborns eat yellow grass, by inheritance",
+        "Selection coefficients of four genes, and yellow meals of newborns, by inheritance",
     ),
-    "happiness": ("happiness_genes.png", "Weights of happiness in the genomes of voles over generations"),
+    "happiness": ("happiness_genes.png", "Happiness weights in vole genomes over generations"),
     "isolation": ("isolation.svg", "Diversity of genes and policies with and without migration"),
-    "outside": ("outside.png", "Intake of deer while three learners train"),
+    "outside": ("outside.png", "Deer intake while three learners train"),
     "real_series": (
         "real_series.svg",
-        "Measured series of predators and prey, and their statistics against windows of the shipped world",
+        "Measured predator and prey series, and their statistics against the shipped world's",
     ),
-    "recovery": (
-        "recovery.svg",
-        "True and estimated parameters of ten worlds, and the posterior of the pelts",
-    ),
-    "three_networks": ("three_networks.png", "Intake of deer while three networks train"),
-    "why": ("why.png", "Verdicts of `ecs-eco why` against what was done to the world"),
+    "recovery": ("recovery.svg", "True and estimated parameters of ten worlds, and the pelts' posterior"),
+    "three_networks": ("three_networks.png", "Deer intake while three networks train"),
+    "why": ("why.png", "Verdicts of `ecs-eco why` against the change made to the world"),
 }
-STALE = "**The world or the study has changed since: this result must be renewed.**"
-SINCE = {  # changes since the commits of a study, if they concern its figures
-    "diel_migration": "Measured before krill lost their energy budget (commit `908e4ca`), which fell below 0 and "
-    "had no meaning. In three runs of 1,500 ticks copepods and phytoplankton then lived as before to the last bit, "
+STALE = "**The world or the study has since changed; this result must be recomputed.**"
+SINCE = {  # changes since a study's commits that affect its figures
+    "diel_migration": "Measured before the krill's energy budget, which fell below 0 and was meaningless, "
+    "was removed (commit `908e4ca`). In three runs of 1,500 ticks, copepods and phytoplankton then lived as "
+    "before, to the last bit, "
     "so their figures remain valid; figures for the energy of krill belong to the earlier world. Since then only "
     "the short form has been run.",
     "learning_krill": "Measured before krill that hunt by the scripted reflex lost their energy budget (commit "
@@ -67,7 +65,7 @@ SINCE = {  # changes since the commits of a study, if they concern its figures
 
 
 def page(record: dict[str, Any], claims: list[dict[str, Any]]) -> str:
-    """Return the page of a study."""
+    """Return a study's page."""
     name = record["name"]
     own = [claim for claim in claims if claim["study"] == name]
     blocks = [
@@ -93,13 +91,13 @@ def page(record: dict[str, Any], claims: list[dict[str, Any]]) -> str:
 
 
 def figure(name: str, folder: str) -> str:
-    """Return the image of a study, with its caption."""
+    """Return a study's image, with its caption."""
     file, shows = FIGURES[name]
     return f"![{shows}]({folder}/{file})"
 
 
 def measured(line: dict[str, Any]) -> list[str]:
-    """Return the row of a line; registered words stay as they are."""
+    """Return a line's row; registered words are not changed."""
     word = "reported" if is_reported(line) else "passed" if line["met"] else "**failed**"
     if "registered" in line:
         return [f"{word}, registered", line["statement"], shown(line["value"]), line["goal"]]
@@ -107,7 +105,7 @@ def measured(line: dict[str, Any]) -> list[str]:
 
 
 def typed(rows: list[list[Any]]) -> list[list[Any]]:
-    """Return rows of a stored table in the typography of the pages."""
+    """Return a stored table's rows in the pages' typography."""
     return [[typeset(x) if isinstance(x, str) else x for x in row] for row in rows]
 
 
@@ -120,7 +118,7 @@ def registered(noted: dict[str, str]) -> str:
 
 
 def origin(record: dict[str, Any]) -> str:
-    """Return the command, cases, seeds, commits, configuration and versions of a result."""
+    """Return a result's command, cases, seeds, commits, configuration and versions."""
     commits = ", ".join(f"`{c[:12]}`" for c in record["commits"])
     rows = [
         ["run it again", f"`{command(record)}`"],
@@ -141,25 +139,25 @@ def command(record: dict[str, Any]) -> str:
 
 
 def counted(record: dict[str, Any]) -> str:
-    """Return the number of goals passed and the number of goals."""
+    """Return the numbers of goals passed and set."""
     goals = [line for line in record["verdicts"] if not is_reported(line)]
     return f"{sum(line['met'] for line in goals)} of {len(goals)}"
 
 
 def stale(record: dict[str, Any]) -> bool:
-    """Return whether a result has a different configuration from its study's present one."""
+    """Return whether a result's configuration differs from its study's current one."""
     study = study_of(record["name"])
     return study is not None and bool(study.whole_config_hash() != record["config_hash"])
 
 
 def claim_of(record: dict[str, Any]) -> str:
-    """Return the present claim of a study."""
+    """Return a study's current claim."""
     study = study_of(record["name"])
     return str(record["claim"] if study is None else study.claim)
 
 
 def study_of(name: str) -> Any:
-    """Return the study of a result from its present script; None if studies/ has none."""
+    """Return a result's study from its current script; None if studies/ does not contain it."""
     return _module(name).STUDY if (ROOT / "studies" / f"{name}.py").is_file() else None
 
 
@@ -175,7 +173,7 @@ def _module(name: str) -> Any:
 
 
 def ranges(numbers: list[int]) -> str:
-    """Return whole numbers with consecutive ones as a range: 1–5, 9."""
+    """Return integers as text, with consecutive ones as a range: 1–5, 9."""
     out: list[list[int]] = []
     for x in sorted(numbers):
         if out and x == out[-1][1] + 1:

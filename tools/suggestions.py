@@ -1,4 +1,5 @@
-"""Print the suggestion that each broken input of tests/config/broken_inputs.toml gets, in one or two versions.
+"""Print the suggestion for each broken input in tests/config/broken_inputs.toml, in one or two versions of
+the program.
 
 PYTHONPATH=TREE python tools/suggestions.py > now.json        the answers of one version
 python tools/suggestions.py before.json now.json              a table of two versions
@@ -37,7 +38,8 @@ def world() -> str:
 
 
 def answer(case: dict[str, Any]) -> dict[str, Any]:
-    """Return exit code, number of problems, suggestion and message for a broken input, in an empty folder."""
+    """Return the exit code, number of problems, suggestion and message for a broken input, run in an empty
+    folder."""
     arguments = case.get("args") or ["check", "predator-prey", "--set", case.get("set", "")]
     if "old" in case:
         text = world()
@@ -58,14 +60,14 @@ def answer(case: dict[str, Any]) -> dict[str, Any]:
 
 
 def label(case: dict[str, Any]) -> str:
-    """Return a broken input in one line."""
+    """Return a broken input as one line."""
     if "args" in case:
         return "ecs-eco " + " ".join(case["args"])
     return f"--set {case['set']}" if "set" in case else case["new"].strip().replace("\n", "; ")
 
 
 def table(before: list[dict[str, Any]], now: list[dict[str, Any]]) -> str:
-    """Return the suggestions of two versions as Markdown."""
+    """Return two versions' suggestions as Markdown."""
     rows = ["| input | before | now |", "|---|---|---|"]
     rows += [f"| `{a['input']}` | {_cell(a)} | {_cell(b)} |" for a, b in zip(before, now, strict=True)]
     return "\n".join(rows)
@@ -80,7 +82,7 @@ def _cell(row: dict[str, Any]) -> str:
 
 
 def main() -> None:
-    """Print answers or a table."""
+    """Print the answers or a table."""
     if len(sys.argv) == 3:
         print(table(*(json.loads(Path(name).read_text()) for name in sys.argv[1:])))
         return

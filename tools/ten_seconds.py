@@ -1,4 +1,4 @@
-"""Take the pictures of the ten-second test, from the page itself, into docs/img/ten_seconds.
+"""Take the screenshots for the ten-second test, and write them to docs/img/ten_seconds.
 
     python tools/ten_seconds.py [NAME …]
 
@@ -17,15 +17,15 @@ from tools.screenshots import advance, still
 
 IMAGES = Path(__file__).parents[1] / "docs" / "img" / "ten_seconds"
 SIZE = {"width": 1400, "height": 800}
-PANELS = 710  # [px] size of the panels with charts next to each other
+PANELS = 710  # [px] size of the panels, with charts side by side
 SHADES = 255
 LAST = 6  # ticks, one frame each, before a picture
-LONGEST = 4000  # limit of ticks until an extinction
+LONGEST = 4000  # maximum number of ticks until an extinction
 
 
 class Moment(NamedTuple):
-    """A picture: the world and its options; the tick, or the species to go extinct; the species of the
-    selected organism, whether from near; the open panel."""
+    """A screenshot: the world and its options; the tick, or the species that goes extinct; the selected
+    organism's species, and whether to zoom in; the open panel."""
 
     world: str
     tick: int
@@ -37,7 +37,7 @@ class Moment(NamedTuple):
 
 
 def without(*settings: str) -> tuple[str, ...]:
-    """Return options that leave a species no means to survive."""
+    """Return options that make a species' survival impossible."""
     return ("--seed", "1", *(word for setting in settings for word in ("--set", setting)))
 
 
@@ -74,7 +74,7 @@ MOMENTS = {
 
 
 def go_to(page: Any, tick: int) -> None:
-    """Show this tick; go back in time if the world has passed it."""
+    """Show this tick; go back if the world has passed it."""
     if page.evaluate("ecs.tick") > tick:
         page.get_by_label("Time, in ticks").evaluate(
             "(slider, tick) => { slider.value = tick; slider.dispatchEvent(new Event('input')); "
@@ -89,7 +89,7 @@ def go_to(page: Any, tick: int) -> None:
 
 
 def die_out(page: Any, name: str) -> None:
-    """Run until a species is extinct, and a little longer."""
+    """Run until shortly after a species goes extinct."""
     while page.evaluate(f"ecs.counts['{name}']"):
         if page.evaluate("ecs.tick") > LONGEST:
             raise RuntimeError(f"{name} lives on")
@@ -99,14 +99,14 @@ def die_out(page: Any, name: str) -> None:
 
 
 def one(page: Any) -> None:
-    """Run one tick with its own frame, so that marks show the last ticks."""
+    """Run one tick with a separate frame, so that marks show the last ticks."""
     goal = page.evaluate("ecs.tick") + 1
     page.keyboard.press("Period")
     until(page, f"ecs.tick === {goal} && ecs.still", 600)
 
 
 def choose(page: Any, kind: str, near: int) -> None:
-    """Select an organism of a species that sees another organism, and zoom in."""
+    """Select an organism of the species that sees another organism, and zoom in."""
     for uid in page.evaluate(f"ecs.uids('{kind}', 60)"):
         page.evaluate(f"location.hash = 'uid={uid}&tab=organism'")
         until(page, f"ecs.selected === {uid} && ecs.still && ecs.messages.organism > 0")
@@ -161,7 +161,7 @@ def small(png: bytes) -> bytes:
 
 
 def main() -> int:
-    """Take the requested pictures, or all."""
+    """Take the requested screenshots, or all."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(MOMENTS))
     names = parser.parse_args().names or list(MOMENTS)

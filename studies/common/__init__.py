@@ -1,2 +1,2 @@
-"""Code that several studies share: the harness (`study`), grids of seeds, functions that run worlds, and
+"""Code shared by several studies: the harness (`study`), grids of seeds, functions that run worlds, and
 statistics."""

@@ -1,8 +1,8 @@
 """Small random food webs with hidden names, each with one deliberate fault or none.
 
-A healthy web is drawn first: size, population sizes, costs, diets, births and life spans are all random, and
-policies act at random. A disaster then changes one thing in it by a random factor. The label names the
-change, however the run looks.
+A healthy web is drawn first: size, population sizes, costs, diets, births and lifespans are random, and
+policies act at random. A disaster then changes one aspect of it by a random factor. The label names the
+change, not what happens in the run.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ WEBS = (  # producer, grazer, predator, a second producer
     ("weed", "aphid", "ladybird", "nettle"),
     ("alpha", "beta", "gamma", "delta"),
     ("p1", "h1", "c1", "p2"),
-    ("wolf", "grass", "deer", "otter"),  # names that mislead a reader
+    ("wolf", "grass", "deer", "otter"),  # misleading names
 )
 CAUSES = ("starved", "no energy left", "hunger", "energy too low")
 OLD = ("too old", "old age", "age too high")
 
 
 def web(seed: int, label: str) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return a world for a label, as a dict for `ecs_eco.config.load`, and the draws behind it: names,
-    web, factors."""
+    """Return a labeled world, as a dict for `ecs_eco.config.load`, and its random draws: names, web,
+    factors."""
     rng = np.random.default_rng([seed, CLASSES.index(label)])
     plant, grazer, predator, other = WEBS[int(rng.integers(1, len(WEBS))) if rng.random() < 0.7 else 0]
     levels = 3 if label in ("predators too good", "predators too few") or rng.random() < 0.6 else 2
@@ -54,7 +54,7 @@ def web(seed: int, label: str) -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 def about(rng: np.random.Generator, value: float, spread: float = 0.15) -> float:
-    """Return a random value within a factor of this one."""
+    """Return a random value within the given factor of this value."""
     return float(value * np.exp(rng.normal(0, spread)))
 
 
@@ -141,7 +141,7 @@ def _predator(rng: np.random.Generator, grazer: str, side: float, words: dict[st
 def _overgrazing(
     rng: np.random.Generator, species: dict[str, Any], drawn: dict[str, Any], other: str
 ) -> None:
-    """Make the grazer eat far faster than plants grow, and turn the food into more grazers."""
+    """Make the grazer eat far faster than plants grow, and reproduce on that food."""
     plant, grazer = species[drawn["plant"]], species[drawn["grazer"]]
     drawn["grows"], drawn["eats"], drawn["births"] = (
         rng.uniform(0.1, 0.4),
@@ -156,8 +156,7 @@ def _overgrazing(
 
 
 def _too_good(rng: np.random.Generator, species: dict[str, Any], drawn: dict[str, Any], other: str) -> None:
-    """Make the predator catch nearly all that it touches, from further away, never sated and without
-    territory."""
+    """Make the predator insatiable and non-territorial, with a longer reach and nearly certain catches."""
     hunter = species[drawn["predator"]]
     drawn["reach"], drawn["births"] = rng.uniform(1.5, 4), rng.uniform(1.5, 4)
     hunter["diet"][0] |= {"chance": float(rng.uniform(0.8, 1)), "reach": drawn["reach"], "satiation": 1.0}
@@ -167,7 +166,7 @@ def _too_good(rng: np.random.Generator, species: dict[str, Any], drawn: dict[str
 
 
 def _too_few(rng: np.random.Generator, species: dict[str, Any], drawn: dict[str, Any], other: str) -> None:
-    """Make predators rare, poor hunters or barren; in half of the webs grazers multiply fast."""
+    """Make predators rare, poor hunters or infertile; in half of the webs, grazers multiply fast."""
     hunter, grazer = species[drawn["predator"]], species[drawn["grazer"]]
     drawn["who"], drawn["how"] = drawn["predator"], str(rng.choice(["catch", "births", "handful"]))
     if drawn["how"] == "catch":
@@ -183,7 +182,7 @@ def _too_few(rng: np.random.Generator, species: dict[str, Any], drawn: dict[str,
 
 
 def _newborns(rng: np.random.Generator, species: dict[str, Any], drawn: dict[str, Any], other: str) -> None:
-    """Make parents give their newborn almost no energy."""
+    """Make parents give newborns almost no energy."""
     drawn["who"] = drawn["predator"] if drawn["levels"] == 3 and rng.random() < 0.4 else drawn["grazer"]
     drawn["given"] = float(rng.uniform(0.001, 0.01))
     who = species[drawn["who"]]
@@ -192,8 +191,8 @@ def _newborns(rng: np.random.Generator, species: dict[str, Any], drawn: dict[str
 
 
 def _poisoned(rng: np.random.Generator, species: dict[str, Any], drawn: dict[str, Any], other: str) -> None:
-    """Poison the food of the grazer or of the predator: it costs energy or kills, or a second, bad food
-    never leaves the diet."""
+    """Poison the grazer's or predator's food: it costs energy or kills, or a harmful second food stays in the
+    diet."""
     drawn["how"] = str(rng.choice(["poison", "deadly", "bad"]))
     plant, grazer = species[drawn["plant"]], species[drawn["grazer"]]
     if drawn["how"] == "poison":

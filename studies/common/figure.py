@@ -1,4 +1,4 @@
-"""The command-line entry point of the scripts that draw a figure from a result's JSON file."""
+"""The command-line entry point for scripts that draw a figure from a result's JSON file."""
 
 import argparse
 import json
@@ -11,7 +11,7 @@ ROOT = Path(__file__).parents[2]
 
 
 def draw_result(says: str, name: str, figure: str, draw: Callable[[dict[str, Any], Path], Any]) -> None:
-    """Read studies/results/NAME.json, or the file named on the command line, and let `draw` write its
+    """Read studies/results/NAME.json, or the file named on the command line, and call `draw` to write its
     figure to docs/img. `says` is the docstring of the calling module."""
     parser = argparse.ArgumentParser(description=says.partition("\n\n")[0])
     parser.add_argument("--results", type=Path, default=ROOT / "studies" / "results" / f"{name}.json")

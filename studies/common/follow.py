@@ -23,7 +23,8 @@ def follow(
     within: float = 10.0,
     each: Callable[[World], None] | None = None,
 ) -> Tracks:
-    """Run a world for some ticks; record what each prey animal does and its nearest predator within 10 m.
+    """Run a world for some ticks; record the actions of each prey animal and its nearest predator within 10
+    m.
 
     `each(world)` is called before each tick, for example to move objects as an experimenter would.
     """
@@ -48,8 +49,8 @@ def _where(world: World, name: str) -> Placed:
 
 
 def _nearest(world: World, prey: str, predator: str, within: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return distance f64[n] and offset f64[n, 3] from each prey animal to the nearest predator, in the
-    order of uids."""
+    """Return the distance f64[n] and offset f64[n, 3] from each prey animal to the nearest predator, in uid
+    order."""
     mine, other = world.index(world.tables[prey]), world.index(world.tables[predator])
     target, square = np.empty(mine.n, np.int32), np.empty(mine.n, np.float32)
     nearest(mine, other, within, target, square)

@@ -1,5 +1,5 @@
-"""Code that the studies of goats share: the world with one change, records of births, deaths and carriers,
-and statistics of the genes."""
+"""Code shared by the goat studies: the world with one change, records of births, deaths and carriers, and
+gene statistics."""
 
 from collections.abc import Callable
 from typing import Any
@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 GENES = ("red", "yellow", "green", "blue")
-ARMS: dict[str, dict[str, Any]] = {  # the change that each arm makes to the shipped world
+ARMS: dict[str, dict[str, Any]] = {  # each arm's change to the shipped world
     "goats": {},
     "frozen learning": {"learn": False},
     "no mutation": {"controls": ("no-mutation",)},
@@ -46,7 +46,7 @@ class Family:
             self.deaths.append((table.uid[rows], np.full(rows.size, self.world.tick), table.cause[rows]))
 
     def lineage(self, since: int = 0) -> Any:
-        """Return the Lineage of the animals born at this tick or later."""
+        """Return the Lineage of animals born at this tick or later."""
         from ecs_eco.analysis.lineage import Lineage
         from ecs_eco.record.genomes import genes_of
 
@@ -75,7 +75,7 @@ class Family:
 
 
 def identity() -> str:
-    """Return the hash of the shipped world: a study of a different world is a different study."""
+    """Return the hash of the shipped world, because a study of a different world is a different study."""
     import hashlib
 
     from ecs_eco.config import load
@@ -90,9 +90,9 @@ def live(
     also: dict[str, Any] | None = None,
     look: Callable[[Any], object] = lambda world: None,
 ) -> Family:
-    """Run the world of an arm; the run ends early if the goats die out.
+    """Run an arm's world; the run ends early if the goats die out.
 
-    `also` contains further changes of the world file; `look` is called with the world every 100 ticks.
+    `also` contains further changes to the world file; `look` is called with the world every 100 ticks.
     """
     from ecs_eco import World
     from ecs_eco.config import load
@@ -109,8 +109,8 @@ def live(
 
 
 def carriers(lineage: Any, every: int) -> dict[str, Any]:
-    """Return ticks, numbers of living goats, their mean generation, and carriers of each gene: arrays
-    [samples]."""
+    """Return ticks, numbers of living goats, their mean generation, and numbers of carriers of each gene:
+    arrays [samples]."""
     by_gene = {gene: lineage.frequencies("goat", gene, every) for gene in GENES}
     out = {
         "tick": by_gene["blue"].ticks,
@@ -121,16 +121,15 @@ def carriers(lineage: Any, every: int) -> dict[str, Any]:
 
 
 def mean_generation(lineage: Any, species: str, every: int) -> np.ndarray:
-    """Return the mean generation of the living animals of a species at each sample: f64, NaN if none are
-    alive."""
+    """Return the mean generation of a species' living animals at each sample: f64, NaN if none are alive."""
     mask, ticks = lineage.species == species, lineage.samples(every)
     n = lineage.living_sums(ticks, mask=mask)
     return lineage.living_sums(ticks, lineage.generation(), mask) / np.where(n, n, np.nan)
 
 
 def carry(frequencies: Any) -> np.ndarray:
-    """Return how many goats have a value other than 0 (the letter identifies a gene that can only code for
-    0): i64[samples]."""
+    """Return how many goats have a nonzero value (the letter identifies a gene that can only code for 0):
+    i64[samples]."""
     return (
         frequencies.count[:, -1]
         if len(frequencies.values) == 2
@@ -144,5 +143,5 @@ def text(x: np.ndarray) -> str:
 
 
 def numbers(line: str) -> np.ndarray:
-    """Return the numbers of such a line: f64."""
+    """Return the numbers in such a line: f64."""
     return np.array([float(v) for v in line.split()])

@@ -1,10 +1,10 @@
-"""Deer with hand-written decisions: they graze, and either run from wolves or ignore them."""
+"""Deer with hand-written policies: they graze, and either run from wolves or ignore them."""
 
 from __future__ import annotations
 
 import numpy as np
 
-# what deer in the world predator-prey sense, in this order
+# channels of deer in the world predator-prey, in order
 CHANNELS = (
     "energy",
     "grass_forward",
@@ -23,13 +23,13 @@ CHANNELS = (
 )
 STILL, WALK, RUN = range(3)
 LEFT, AHEAD, RIGHT = range(3)
-SATED = 0.85  # energy above which deer of that world do not eat
-ASIDE = 0.3  # sideways component of the unit vector to a neighbor above which an animal turns
+SATED = 0.85  # energy above which deer in that world do not eat
+ASIDE = 0.3  # sideways component of a neighbor's direction vector above which an animal turns
 
 
 def graze(x: np.ndarray, uid: np.ndarray) -> np.ndarray:
-    """Walk to the nearest grass while hungry, otherwise stand; follow the smell if no grass is in sight:
-    i64[n, 2]."""
+    """Walk to the nearest visible grass while hungry, or follow its smell if none is in sight; otherwise
+    stand: i64[n, 2]."""
     seen = _of(x)
     forward, left, near = seen["grass_forward"], seen["grass_left"], seen["grass_near"]
     turn = _towards(forward, left)
@@ -43,7 +43,7 @@ def graze(x: np.ndarray, uid: np.ndarray) -> np.ndarray:
 
 
 def graze_and_flee(x: np.ndarray, uid: np.ndarray) -> np.ndarray:
-    """Act as in `graze`, but turn away and run from a wolf in sight: i64[n, 2]."""
+    """Act as in `graze`, but turn and run from a visible wolf: i64[n, 2]."""
     seen, out = _of(x), graze(x, uid)
     away = _towards(-seen["wolf_forward"], -seen["wolf_left"])
     return np.where((seen["wolf_near"] > 0)[:, None], np.stack([np.full(len(x), RUN), away], 1), out)

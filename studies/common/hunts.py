@@ -1,4 +1,4 @@
-"""Wolves that approach deer with hand-written decisions: the deer walk or run away from a wolf in sight."""
+"""Wolves approach deer with hand-written policies: the deer walk or run away from a visible wolf."""
 
 from __future__ import annotations
 
@@ -10,34 +10,34 @@ import numpy as np
 MODULE = "studies.common.hunts"
 STILL, WALK, RUN = range(3)
 LEFT, AHEAD, RIGHT = range(3)
-ASIDE = 0.3  # sideways component of the unit vector to a neighbor above which an animal turns
-SPACING, FROM = 40.0, 5.0  # [m] between pairs; initial distance of the wolf: the range of sight of wolves
+ASIDE = 0.3  # sideways component of a neighbor's direction vector above which an animal turns
+SPACING, FROM = 40.0, 5.0  # [m] between pairs; initial distance of the wolf, which is wolves' range of sight
 STORES = {"deer": 0.7, "wolf": 0.5}  # initial energy
-DEER = {"forward": 7, "left": 8, "near": 9}  # channels of a deer that sense wolves
-WOLF = {"forward": 1, "left": 2, "near": 3}  # channels of a wolf that sense deer
+DEER = {"forward": 7, "left": 8, "near": 9}  # deer channels that sense wolves
+WOLF = {"forward": 1, "left": 2, "near": 3}  # wolf channels that sense deer
 
 
 def walk_away(x: np.ndarray, uid: np.ndarray) -> np.ndarray:
-    """Stand, and walk away from a wolf in sight: i64[n, 2]."""
+    """Stand; walk away from a visible wolf: i64[n, 2]."""
     return _away(x, WALK)
 
 
 def run_away(x: np.ndarray, uid: np.ndarray) -> np.ndarray:
-    """Stand, and run away from a wolf in sight: i64[n, 2]."""
+    """Stand; run away from a visible wolf: i64[n, 2]."""
     return _away(x, RUN)
 
 
 def chase(x: np.ndarray, uid: np.ndarray) -> np.ndarray:
-    """Run to a deer in sight, otherwise walk straight ahead: i64[n, 2]."""
+    """Run to a visible deer, otherwise walk straight ahead: i64[n, 2]."""
     seen = x[:, WOLF["near"]] > 0
     turn = np.where(seen, _towards(x[:, WOLF["forward"]], x[:, WOLF["left"]]), AHEAD)
     return np.stack([np.where(seen, RUN, WALK), turn], 1)
 
 
 def approaches(changes: Mapping[str, Any], deer: str, seed: int, side: int, ticks: int) -> dict[str, float]:
-    """Send a wolf at each of side² deer that act by a function of this module, far from all other pairs,
-    in the world predator-prey with changes. Return the share alive after so many ticks, and the mean
-    happiness at that time: energy, and −1 for the dead."""
+    """Send a wolf at each of side² deer, which act by a function in this module, far from all other pairs, in
+    a modified predator-prey world. Return the share of deer alive after the given ticks and their mean
+    happiness: energy, and −1 for dead deer."""
     from ecs_eco import World
     from ecs_eco.components import Metabolism
     from ecs_eco.config import load
@@ -51,7 +51,7 @@ def approaches(changes: Mapping[str, Any], deer: str, seed: int, side: int, tick
 
 
 def _arena(changes: Mapping[str, Any], deer: str, side: int) -> dict[str, Any]:
-    """Return the world without grass and births, with as many wolves as deer."""
+    """Return the world without grass or births, with as many wolves as deer."""
     from ecs_eco.config import load
     from studies.common.policies import without_policies
 
@@ -70,7 +70,7 @@ def _arena(changes: Mapping[str, Any], deer: str, side: int) -> dict[str, Any]:
 
 
 def _meet(world: Any, side: int) -> None:
-    """Place deer on a grid with random headings, and for each deer a wolf FROM meters away that faces it."""
+    """Place deer on a grid with random headings, and a wolf FROM meters from each deer, facing it."""
     from ecs_eco.components import Metabolism, Position
 
     rng, n = np.random.default_rng(world.seed), side**2
@@ -85,7 +85,7 @@ def _meet(world: Any, side: int) -> None:
 
 
 def _away(x: np.ndarray, speed: int) -> np.ndarray:
-    """Turn away from a wolf in sight and move at this speed; otherwise stand."""
+    """Turn away from a visible wolf and move at this speed; otherwise stand."""
     seen = x[:, DEER["near"]] > 0
     turn = np.where(seen, _towards(-x[:, DEER["forward"]], -x[:, DEER["left"]]), AHEAD)
     return np.stack([np.where(seen, speed, STILL), turn], 1)

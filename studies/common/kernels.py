@@ -1,4 +1,4 @@
-"""The kernels of the package, and the kernels that have run in this process."""
+"""The package's kernels, and those that have run in this process."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ OWN = (
 
 @cache
 def kernels() -> dict[str, Any]:
-    """Return all compiled functions of the package, by module and name."""
+    """Return all compiled functions in the package, by module and name."""
     from numba.core.dispatcher import Dispatcher
 
     from ecs_eco.compiled.kernel import KernelOnViews

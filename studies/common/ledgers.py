@@ -1,4 +1,4 @@
-"""The exactness of the ledgers of energy and matter, measured in small random worlds."""
+"""Accuracy of the energy and matter ledgers, measured in small random worlds."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ import numpy as np
 from ecs_eco.record import ledger, matter
 
 INTERNAL = ("eaten", "taken_up", "released", "remains")
-"""Flows between holders: over all of them they add up to nothing."""
+"""Flows between holders, which sum to zero over all holders."""
 SUBSTANCES = ("sugar", "gas", "salt")
 
 
 def furthest_off(world: Any) -> dict[str, float]:
-    """Return the largest error of the ledgers of a world's recorder, as a share of the stock: for energy,
-    the largest stock of a species; for matter, the stock of a holder and substance; for flows between
-    holders, the stock of a substance in the world."""
+    """Return the largest ledger error of a world's recorder, as a share of the stock: for energy, a species'
+    largest stock; for matter, the stock of a holder and substance; for flows between holders, the world's
+    stock of a substance."""
     series = {name: np.array(values) for name, values in world.series().to_pydict().items()}
     off = {"energy": _share(series, ledger.LEDGER, ledger.imbalance(series), (len(world.recorder.names),))}
     if world.matter is None:
@@ -32,7 +32,7 @@ def furthest_off(world: Any) -> dict[str, float]:
 
 
 def _share(page: dict[str, Any], columns: Any, imbalance: Any, shape: tuple[int, ...]) -> float:
-    sizes = [np.abs(page[column]) for column in columns]  # energy may enter and leave within a tick
+    sizes = [np.abs(page[column]) for column in columns]  # energy may enter and leave within one tick
     return _relative(
         np.abs(np.reshape(imbalance, (-1, *shape))).max(0),
         np.reshape(np.max(sizes, axis=0), (-1, *shape)).max(0),
@@ -44,8 +44,7 @@ def _relative(off: np.ndarray, stock: np.ndarray) -> float:
 
 
 def drawn(seed: int) -> dict[str, Any]:
-    """Return a small world drawn from a seed, in which matter moves in every way that a world file
-    supports."""
+    """Return a small random world, in which matter moves in every way that a world file supports."""
     rng = np.random.default_rng(seed)
     volume = bool(rng.random() < 0.3)
     size = [12.0, 10.0, 8.0] if volume else [12.0, 10.0]

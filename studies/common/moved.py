@@ -1,4 +1,5 @@
-"""KL divergence of an earlier shared policy from the present one: how far learning moved it."""
+"""KL divergence of an earlier shared policy from the current one, which measures how far learning moved
+it."""
 
 from __future__ import annotations
 
@@ -9,8 +10,7 @@ import numpy as np
 
 
 def log_chances(logits: np.ndarray, groups: Sequence[int]) -> np.ndarray:
-    """Return the logarithms of the options' probabilities, from logits f[n, sum of groups]: f64 of that
-    shape."""
+    """Return the options' log probabilities from logits f[n, sum of groups]: f64 of the same shape."""
     parts = np.split(np.asarray(logits, float), np.cumsum(groups)[:-1], axis=1)
     parts = [part - part.max(1, keepdims=True) for part in parts]
     return np.concatenate([part - np.log(np.exp(part).sum(1, keepdims=True)) for part in parts], axis=1)
@@ -26,7 +26,7 @@ def divergence(before: np.ndarray, after: np.ndarray, groups: Sequence[int]) -> 
 
 
 class Policies:
-    """A snapshot of a world's shared policies, for comparison with later ones."""
+    """A snapshot of a world's shared policies, to compare with later ones."""
 
     def __init__(self, world: Any) -> None:
         nerves = {name: getattr(table.species, "nerves", None) for name, table in world.tables.items()}
@@ -34,8 +34,8 @@ class Policies:
         self.modules = {name: world.policy(name) for name, own in nerves.items() if own and own.brain}
 
     def moved(self) -> dict[str, float | None]:
-        """Return, by species, KL(then ‖ now) [nats] on the present observations of living animals; None if
-        none are alive."""
+        """Return, by species, KL(then ‖ now) [nats] on the current observations of living animals; None if
+        there are none."""
         return {name: self._moved(name, module) for name, module in self.modules.items()}
 
     def _moved(self, name: str, module: Any) -> float | None:
@@ -54,23 +54,23 @@ class Policies:
 
 
 class Crowd:
-    """A snapshot of up to `most` individual policies of each species of a world, whose mean option
-    probabilities are compared with those of as many later policies. Because the later sample contains
-    different animals, the mean also moves a little without learning."""
+    """A snapshot of up to `most` individual policies per species, whose mean option probabilities are
+    compared with those of as many later policies. Because the later sample contains different animals, the
+    mean moves a little even without learning."""
 
     def __init__(self, world: Any, species: Sequence[str], most: int = 40) -> None:
         self.world, self.species, self.most = world, tuple(species), most
         self.modules = {name: self._some(name) for name in self.species}
 
     def _some(self, name: str) -> list[Any]:
-        """Return up to `most` networks, spread evenly by uid."""
+        """Return up to `most` networks, evenly spaced by uid."""
         table = self.world.tables[name]
         rows = table.by_uid()
         picked = rows[np.linspace(0, len(rows) - 1, min(self.most, len(rows))).astype(int)]
         return [self.world.policy(name, int(uid)) for uid in table.uid[picked]]
 
     def moved(self) -> dict[str, float | None]:
-        """Return, by species, KL(then ‖ now) [nats] of mean probabilities on the present observations of
+        """Return, by species, KL(then ‖ now) [nats] of mean probabilities on the current observations of
         living animals."""
         return {name: self._moved(name) for name in self.species}
 
@@ -93,5 +93,5 @@ class Crowd:
 
 
 def rates(moved: Mapping[str, float | None], ticks: int) -> dict[str, float | None]:
-    """Return the same per 1,000 ticks."""
+    """Return the KL divergences per 1,000 ticks."""
     return {name: None if nats is None else 1000 * nats / max(1, ticks) for name, nats in moved.items()}

@@ -9,14 +9,14 @@ from ecs_eco.learning import MLP
 
 
 class ByAutograd(MLP):
-    """The built-in network with two trunks as a custom class, which only autograd can train."""
+    """The built-in two-trunk network as a custom class, which only autograd can train."""
 
     def __init__(self, n_observations: int, groups: tuple[int, ...]) -> None:
         super().__init__(n_observations, groups, (64, 64), "separate")
 
 
 class Plain(nn.Module):
-    """The built-in network as a torch user would write it: two layers of 64 units with tanh, two heads."""
+    """The built-in network as a torch user would write it: two layers of 64 tanh units and two heads."""
 
     def __init__(self, n_observations: int, groups: tuple[int, ...]) -> None:
         super().__init__()
@@ -32,8 +32,8 @@ class Plain(nn.Module):
 
 
 class Remembering(nn.Module):
-    """A GRU (Cho et al. 2014) for the policy and another for the value, each with a layer and a head on
-    its memory; in a shared GRU, learning the value would overwrite what the policy needs."""
+    """One GRU (Cho et al. 2014) for the policy and one for the value, each followed by a layer and a head; in
+    a shared GRU, learning the value would overwrite what the policy needs."""
 
     memory = 128
 

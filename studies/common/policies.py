@@ -1,4 +1,4 @@
-"""Policies of a training seed: newly trained, or stored by an earlier case of any study."""
+"""A training seed's policies: newly trained, or stored by an earlier case of any study."""
 
 from __future__ import annotations
 
@@ -11,11 +11,10 @@ from typing import Any
 
 
 def trained(config: Any, seed: int, ticks: int | None = None) -> Path:
-    """Train the policies of a seed, or find those of an earlier case; return the folder of
-    <species>.safetensors.
+    """Train the policies of a seed, or reuse those of an earlier case; return their folder of
+    <species>.safetensors files.
 
-    Stored policies are keyed by configuration, seed, length and the sources of ecs_eco, so they are never
-    stale.
+    Stored policies are keyed by configuration, seed, length and ecs_eco source code, so they are never stale.
     """
     from ecs_eco.lab.trained import train_or_find
 
@@ -26,7 +25,7 @@ def trained(config: Any, seed: int, ticks: int | None = None) -> Path:
 
 
 def without_policies(config: Any) -> dict[str, Any]:
-    """Return a configuration without the bundled policies, on which training does not depend."""
+    """Return a configuration without the bundled policies, which do not affect training."""
     data: dict[str, Any] = config.resolved(former=True)
     for species in data["species"].values():
         species["policy"]["file"] = None

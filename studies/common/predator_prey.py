@@ -1,5 +1,5 @@
-"""Code that the studies of predator and prey share: their identity, runs to the first extinction, and
-numbers."""
+"""Code shared by the predator-prey studies: world identity, runs until the first extinction, and numbers over
+time."""
 
 import hashlib
 from collections.abc import Mapping
@@ -15,7 +15,7 @@ SHIPPED = Path(__file__).parents[2] / "ecs_eco" / "worlds" / "predator_prey"
 
 
 def identity(policies: bool = True) -> dict[str, str | None]:
-    """Return hashes of the shipped world and of its bundled policies: a study of a different world is a
+    """Return hashes of the shipped world and its bundled policies, because a study of a different world is a
     different study."""
     from ecs_eco.config import load
 
@@ -32,7 +32,7 @@ def identity(policies: bool = True) -> dict[str, str | None]:
 def live(
     config: Any, seed: int, policies: Any, ticks: int, learn: bool | None = None, chunk: int = 250
 ) -> Any:
-    """Run a world until `ticks` or, to within `chunk` ticks, the first extinction of deer or wolves;
+    """Run a world until `ticks` or, checked every `chunk` ticks, the first extinction of deer or wolves;
     learning species have a constant learning rate."""
     from ecs_eco import World
     from ecs_eco.config.loading import changed
@@ -46,13 +46,13 @@ def live(
 
 def numbers(world: Any) -> np.ndarray:
     """Return the numbers of grass, deer and wolves by tick: i64[ticks, 3]."""
-    names = world.recorder.names  # the rows of the series are in order
+    names = world.recorder.names  # the series' rows are in order
     n = np.asarray(world.series()["n"], np.int64).reshape(-1, len(names))
     return n[:, [names.index(name) for name in SPECIES]]
 
 
 def packed(n: np.ndarray, block: int) -> dict[str, str]:
-    """Return means over blocks of ticks by species as text, one line of JSON each."""
+    """Return means over blocks of ticks as text, one line of JSON per species."""
     kept = n[: len(n) // block * block].reshape(-1, block, n.shape[1]).mean(1)
     return {name: " ".join(f"{v:.0f}" for v in kept[:, i]) for i, name in enumerate(SPECIES)}
 
@@ -66,8 +66,8 @@ def unpacked(lines: Mapping[str, str], block: int) -> Any:
 
 
 def first_extinction(n: np.ndarray) -> tuple[int, str | None]:
-    """Return the tick of the first extinction of deer or wolves and the species; the run's length and None
-    if both survive."""
+    """Return the tick of the first extinction of deer or wolves, and the species; if both survive, the run's
+    length and None."""
     gone = [
         (int(t[0]), name) for i, name in enumerate(SPECIES) if i and len(t := np.flatnonzero(n[:, i] == 0))
     ]

@@ -1,4 +1,4 @@
-"""Provenance of a result: package versions and the commit of its code."""
+"""A result's provenance: package versions and the code's commit."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ PACKAGES = ("ecs-eco", "esper", "numpy", "numba", "torch", "deap", "scipy")
 
 
 def versions() -> dict[str, str]:
-    """Return the versions of Python and of the packages that results depend on."""
+    """Return the versions of Python and of the packages that affect results."""
     versions_of = {"python": platform.python_version()}
     for name in PACKAGES:
         try:
@@ -23,8 +23,7 @@ def versions() -> dict[str, str]:
 
 
 def commit() -> dict[str, Any]:
-    """Return the git commit that the study runs at, and whether tracked files differ from it (results and
-    docs aside)."""
+    """Return the current git commit, and whether tracked files other than results and docs differ from it."""
 
     def git(*words: str) -> str | None:
         try:

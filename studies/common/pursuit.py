@@ -1,5 +1,5 @@
-"""Movements of hunters and prey by their distance to the nearest animal of the other species: how many run,
-and in which direction."""
+"""Movements of hunters and prey by distance to the nearest animal of the other species: how many run, and in
+which direction."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ COLUMNS = ("n", "run", "toward, running", "toward")  # counts, and sums of cosin
 
 
 class Pursuit:
-    """Counts by bins of distance (with edges EDGES), for deer (to the nearest wolf) and wolves (to the
-    nearest deer)."""
+    """Counts in distance bins with edges EDGES: deer by distance to the nearest wolf, and wolves to the
+    nearest deer."""
 
     def __init__(self, world: Any) -> None:
         self.world = world
@@ -21,7 +21,7 @@ class Pursuit:
         self.walk = {name: world.config.species[name].locomotion.speed["walk"] for name in self.counts}
 
     def look(self) -> None:
-        """Count all living animals now."""
+        """Count all living animals."""
         for name, other in (("deer", "wolf"), ("wolf", "deer")):
             if self.world.tables[name].n and self.world.tables[other].n:
                 distance, cosine, speed = nearest(self.world, name, other)
@@ -30,13 +30,13 @@ class Pursuit:
                     self.counts[name][:, i] += np.bincount(at, values, len(EDGES))[: len(EDGES) - 1]
 
     def as_lists(self) -> dict[str, list[list[float]]]:
-        """Return the counts for JSON."""
+        """Return the counts as JSON-compatible data."""
         return {name: counts.round(3).tolist() for name, counts in self.counts.items()}
 
 
 def nearest(world: Any, name: str, other: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return for each animal the distance f64[n] [m] to the nearest animal of the other species, the
-    cosine of the angle between its heading and the direction to that animal, and its speed [m/s]."""
+    """Return, for each animal, the distance f64[n] [m] to the nearest animal of the other species, the cosine
+    of the angle between its heading and that direction, and its speed [m/s]."""
     from scipy.spatial import KDTree
 
     from ecs_eco.components import Position, Velocity
@@ -58,8 +58,8 @@ def nearest(world: Any, name: str, other: str) -> tuple[np.ndarray, np.ndarray, 
 
 
 def share(counts: list[list[float]], column: str, low: float, high: float) -> float:
-    """Return a sum over the animals at distances from `low` to `high` [m], divided by the number of all of
-    them, or of the running animals for "toward, running". NaN if there are none."""
+    """Return a sum over animals at distances from `low` to `high` [m], divided by their number or, for
+    "toward, running", by the number of running animals. NaN if there are no such animals."""
     c = np.array(counts)[(EDGES[:-1] >= low) & (EDGES[1:] <= high)].sum(0)
     of = c[COLUMNS.index("run" if column == "toward, running" else "n")]
     return float(c[COLUMNS.index(column)] / of) if of else float("nan")

@@ -1,9 +1,9 @@
-"""The registration of a study, written before it runs: studies/registered/NAME.toml.
+"""A study's registration, written before the study runs: studies/registered/NAME.toml.
 
     name = "fleeing"
     claim = "Deer that may run from wolves do so where it pays."
     ticks = 20000
-    seeds = { training = [601, 602], world = [6001, 6002] }   # none that tuning or selection has seen
+    seeds = { training = [601, 602], world = [6001, 6002] }   # not used for tuning or selection
     explored = "what was seen before this file was written, and with which seeds"
 
     [arms.shipped]          # what each arm changes in its world, {} for nothing
@@ -16,8 +16,9 @@
     goal = "above 0"
     margin = 0.05           # where the goal has one
 
-Commit the file before the first result. Its hash is part of the study's configuration, so a change of the
-file makes all results stale. Verdicts on hypotheses are registered; all other verdicts are exploratory.
+Commit the file before you compute the first result. Its hash is part of the study's configuration, so
+changing the file makes all results stale. Verdicts on its hypotheses are registered; all others are
+exploratory.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ OF_A_HYPOTHESIS = ("statement", "statistic", "replicate", "goal")
 
 @dataclass(frozen=True)
 class Registration:
-    """A registered study: the file, its content and its hash."""
+    """A study's registration: the file, its content and its hash."""
 
     path: Path
     content: dict[str, Any]
@@ -46,16 +47,17 @@ class Registration:
 
     @property
     def hypotheses(self) -> dict[str, dict[str, Any]]:
-        """The hypotheses to decide, by name."""
+        """The hypotheses to test, by name."""
         return dict(self.content["hypotheses"])
 
     @property
     def arms(self) -> dict[str, dict[str, Any]]:
-        """The changes that each arm makes, by name."""
+        """The changes made by each arm, by arm name."""
         return dict(self.content["arms"])
 
     def verdict(self, name: str, value: Any, met: bool) -> dict[str, Any]:
-        """Return the line that decides a hypothesis. Raises ValueError for an unregistered hypothesis."""
+        """Return the line with the verdict on a hypothesis. Raises a ValueError for an unregistered
+        hypothesis."""
         if name not in self.hypotheses:
             near = get_close_matches(name, self.hypotheses, 1)
             hint = f"; did you mean {near[0]!r}?" if near else ""
@@ -74,7 +76,7 @@ class Registration:
     def note(self) -> dict[str, str]:
         """Return the entry stored with a result: the file, its hash and its commit.
 
-        Raises RuntimeError if the file has uncommitted changes.
+        Raises a RuntimeError if the file has uncommitted changes.
         """
         commit = self._git("log", "-1", "--format=%H", "--", self.path.name)
         if not commit or self._git("status", "--porcelain", "--", self.path.name):
@@ -88,7 +90,7 @@ class Registration:
 
 
 def registration(name: str, folder: Path = FOLDER) -> Registration:
-    """Return the registration of a study. Raises ValueError that names what the file lacks."""
+    """Return a study's registration. Raises a ValueError that names the missing entries."""
     path = folder / f"{name}.toml"
     if not path.is_file():
         near = get_close_matches(name, [p.stem for p in folder.glob("*.toml")], 1)

@@ -1,5 +1,5 @@
-"""Code that studies of runs on disk share: small versions of worlds, and the content of a run folder
-independent of its parts."""
+"""Code shared by studies of recorded runs: small versions of worlds, and a run folder's content regardless of
+how parts divide it."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ KINDS = ("series", "births", "deaths", "snapshots")
 
 
 def small(name: str, share: float = 0.25, kind: str | None = None) -> dict[str, Any]:
-    """Return a shipped world with a share of its organisms on a share of its ground; policies learn and start
-    untrained.
+    """Return a shipped world with a share of its organisms on the same share of its area; policies start
+    untrained and learn.
 
-    `kind` "individual" or "shared" sets the kind of all policies.
+    `kind`, "individual" or "shared", applies to all policies.
     """
     from ecs_eco.config import load
 
@@ -36,8 +36,8 @@ def small(name: str, share: float = 0.25, kind: str | None = None) -> dict[str, 
 
 
 def content(folder: Path) -> str:
-    """Return a hash of all that a run recorded: rows and columns of each kind in order, independent of how
-    parts divide them."""
+    """Return a hash of everything a run recorded: rows and columns of each kind in order, however parts
+    divide them."""
     from ecs_eco.record.parquet import read_parts
 
     digest = hashlib.sha256()
@@ -51,7 +51,7 @@ def content(folder: Path) -> str:
 
 
 def summary(folder: Path) -> dict[str, Any]:
-    """Return a run's folder, and the hashes of its world and of its recording."""
+    """Return a run's folder, and the hashes of its world and recording."""
     manifest = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))
     return {
         "done": manifest["done"],

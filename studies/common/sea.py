@@ -1,5 +1,4 @@
-"""Code that the studies of the sea share: policies by training seed, and four measures of a world with
-copepods."""
+"""Code shared by the sea studies: policies by training seed, and four measures of a world with copepods."""
 
 from dataclasses import replace
 from typing import Any
@@ -14,22 +13,22 @@ from studies.common.follow import follow
 from studies.common.seed_grid import policies_of
 
 __all__ = ["approach", "chemotaxis", "encounters", "life", "policies_of"]
-CUE = 1.5  # [m] to a krill: an approach
-FAST = 1.4  # [m/s] speed of chasing krill and of objects moved toward copepods
-# how many approach copepods, from how far [m], at which heights [m]: where copepods feed in the dark
+CUE = 1.5  # [m] from a krill within which a copepod is approached
+FAST = 1.4  # [m/s] speed of chasing krill and of objects that approach copepods
+# number of approaching objects, starting distance [m], and heights [m] at which copepods feed in the dark
 KRILL, AIM, UPPER = 16, 4.0, (22.0, 29.0)
-CONTACT = 0.5  # [m] between the centers of a copepod and a krill-sized object that touch
-REACH, AFTER = 2.0, 6  # [m] distance of an encounter; [ticks] a copepod alive after them has survived it
-PLUMES, NEAR, FAR = 12, 0.3, 4.0  # how many at a time, and the distance [m] within which copepods are counted
-# [ticks] that a plume stays in place, and the first of these, in which moves are not counted
+CONTACT = 0.5  # [m] between the centers of a copepod and a krill-sized object in contact
+REACH, AFTER = 2.0, 6  # [m] distance of an encounter; [ticks] after which a living copepod has survived it
+PLUMES, NEAR, FAR = 12, 0.3, 4.0  # number at a time, and the distance [m] within which copepods are counted
+# [ticks] that a plume stays in place, and initial ticks in which moves are not counted
 STAY, SPREAD = 12, 2
 
 
 def life(world: Any, days: int) -> dict[str, Any]:
-    """Measure how mean depth follows the day in the given number of days after the first: amplitude as a
-    share of the water's depth, phase, and correlation with light.
+    """Measure how mean depth follows the time of day, over the given number of days after the first:
+    amplitude as a share of the water's depth, phase, and correlation with light.
 
-    `cycle` is None if copepods did not survive two whole days.
+    `cycle` is None if the copepods died out within two full days.
     """
     from ecs_eco.analysis.runs import load_series
 
@@ -72,13 +71,13 @@ def life(world: Any, days: int) -> dict[str, Any]:
 
 
 def approach(build: Any, kind: str, ticks: int = 300) -> dict[str, Any]:
-    """Measure what copepods in the dark do when something of the size of a krill comes straight at them at
-    the speed of a chase.
+    """Measure how copepods in the dark respond when something the size of a krill approaches them head-on at
+    chasing speed.
 
-    `build(changes)` returns a world. `kind` is "swimming" for krill that hunt by reflex and see 4 m in the
-    dark here; "drifting" for krill that the experimenter moves, which smell like any krill and do not swim;
-    or "object" for an object without smell that moves the same way. None of them eats; all are placed
-    elsewhere every 20 ticks.
+    `build(changes)` returns a world. `kind` is "swimming" for krill that hunt by reflex and here see 4 m in
+    the dark; "drifting" for krill that the experimenter moves, which smell like other krill but do not swim;
+    or "object" for an odorless object that moves the same way. None of them eat; all are moved to new
+    positions every 20 ticks.
     """
     changes: dict[str, Any] = {
         "ambient.light": 0.0,
@@ -105,7 +104,7 @@ def approach(build: Any, kind: str, ticks: int = 300) -> dict[str, Any]:
 
 
 class Movers:
-    """The objects that an experimenter moves toward copepods."""
+    """Objects that an experimenter moves toward copepods."""
 
     def __init__(self, world: Any, name: str) -> None:
         self.world, self.table = world, world.tables[name]
@@ -113,7 +112,8 @@ class Movers:
         self.way = np.zeros((self.rows.size, 3))
 
     def scatter(self, random: np.random.Generator) -> None:
-        """Put all objects at random places where copepods feed in the dark, at least 3 m from any copepod."""
+        """Put all objects at random positions where copepods feed in the dark, at least 3 m from any
+        copepod."""
         low, high = np.array([0.0, 0.0, UPPER[0]]), np.array([*self.size[:2], UPPER[1]])
         tries = random.uniform(low, high, (200, 3))
         free = tries[np.linalg.norm(self._to_copepod(tries), axis=1) > 3.0]
@@ -123,7 +123,8 @@ class Movers:
         self.table[Position].heading[self.rows] = angle
 
     def aim(self) -> None:
-        """Move each object toward the nearest copepod within 4 m until they touch, or straight on."""
+        """Move each object toward the nearest copepod within 4 m until they touch, otherwise straight
+        ahead."""
         p = self.table[Position]
         here = np.stack([p.x[self.rows], p.y[self.rows], p.z[self.rows]], 1).astype(float)
         d = self._to_copepod(here)
@@ -150,10 +151,10 @@ class Movers:
 
 
 def escaped(tracks: Tracks, dt: float) -> dict[str, Any]:
-    """Return speed and direction around approaches, as numbers.
+    """Return speed and direction around approaches.
 
-    `way` is the mean direction over the tick of the approach and the next two: its component away from the
-    approaching object, and its horizontal component to the left of that.
+    `way` is the mean direction over the tick of the approach and the next two: the component away from the
+    approaching object, and the horizontal component to the left of that.
     """
     summary = escapes(tracks, CUE)
     if summary is None:
@@ -175,10 +176,10 @@ def escaped(tracks: Tracks, dt: float) -> dict[str, Any]:
 
 
 def encounters(world: Any, days: int) -> dict[str, Any]:
-    """Count the copepods that survive an encounter with a krill for a number of ticks, and the kills by
-    krill, from the second day on.
+    """Count the copepods that survive an encounter with a krill for a number of ticks, and the krill's kills,
+    from the second day on.
 
-    A kill without an earlier encounter (of a newborn, or of a copepod that a krill never left) counts as an
+    A kill without an earlier encounter (of a newborn, or of a copepod always near a krill) counts as an
     encounter that the copepod did not survive.
     """
     day = round(world.config.sun.day / world.dt)
@@ -211,13 +212,13 @@ def encounters(world: Any, days: int) -> dict[str, Any]:
 
 
 def chemotaxis(build: Any, rounds: int) -> dict[str, Any]:
-    """Measure whether copepods move away from the smell of krill in the dark, without any krill: index of
-    moves, and mean cosine.
+    """Measure whether copepods move away from the smell of krill in the dark, with no krill present: an index
+    of moves, and the mean cosine.
 
-    Plumes are placed at the depths of randomly drawn copepods, at random horizontal positions, for some
-    ticks; then they and all smell move elsewhere, so the copepods nearby have not chosen to be there.
-    Copepods gather at the depths of the plumes whatever they smell; `level` therefore uses only the
-    horizontal parts of their moves: without a sense of smell, as many copepods come nearer as leave.
+    Plumes are placed for some ticks at the depths of randomly drawn copepods, at random horizontal positions;
+    the plumes and all smell then move elsewhere, so nearby copepods have not chosen to be there. Because
+    copepods gather at the plumes' depths whatever they smell, `level` uses only the horizontal components of
+    their moves: without a sense of smell, as many copepods approach as leave.
     """
     body = {"radius": 0.4, "opaque": False}
     at = [[1.0 + i, 1.0, 1.0] for i in range(PLUMES)]
@@ -228,7 +229,7 @@ def chemotaxis(build: Any, rounds: int) -> dict[str, Any]:
             "objects.plume": {"at": at, "body": body, "emits": {"krill_smell": 1.0}},
         }
     )
-    world.run(60)  # time for copepods below to rise
+    world.run(60)  # time for copepods to rise from below
     random, cosines, ways = np.random.default_rng(world.seed), [np.zeros(0)], [np.zeros(0)]
     for _ in range(rounds):
         if world.tables["copepod"].n < 2:
@@ -279,8 +280,7 @@ def _places(world: Any) -> dict[int, np.ndarray]:
 def _level(
     world: Any, uids: np.ndarray, places: list[dict[int, np.ndarray]], counted: np.ndarray
 ) -> np.ndarray:
-    """Return the horizontal parts of counted moves (tick, animal) that lead away from the nearest plume
-    [m]."""
+    """Return the horizontal components of counted moves (tick, animal) away from the nearest plume [m]."""
     table = world.tables["plume"]
     rows, p = table.by_uid(), table[Position]
     plumes, out = np.stack([p.x[rows], p.y[rows], p.z[rows]], 1).astype(float), []
@@ -293,8 +293,8 @@ def _level(
 
 
 def _put_among(world: Any, random: np.random.Generator) -> None:
-    """Put each plume at the depth of a random copepod, at a random horizontal position, and remove all
-    earlier smell."""
+    """Put each plume at a random copepod's depth, at a random horizontal position, and remove all earlier
+    smell."""
     plumes, copepods = world.tables["plume"], world.tables["copepod"]
     rows, p = plumes.by_uid(), plumes[Position]
     width, length, height = world.space.size

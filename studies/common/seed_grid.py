@@ -1,4 +1,5 @@
-"""Training seed × world seed: every policy of a grid lives in every world of it, for each arm of a protocol.
+"""Training seed × world seed: for each arm of a protocol, every policy of the grid lives in every world of
+the grid.
 
     STUDY = crossed_study("persistence", "…", arms={"shipped": {}, "in life": {"life": {…}, "learn": True}},
                           training=range(11, 17), worlds=range(4001, 4006), ticks=20_000)
@@ -7,8 +8,8 @@
         STUDY.main()
 
 `python -m studies.persistence --workers 2` trains each policy once, runs the missing cells, and resumes where
-it stopped. A cell is keyed by its arm, its seeds, its length and the hash of the arm's content, so a new arm
-leaves the results of other arms valid. An arm may have these keys, all optional:
+it stopped. A cell is keyed by its arm, seeds and length and by the hash of the arm's content, so adding an
+arm leaves the results of other arms valid. An arm may have these keys, all optional:
 
     set        changes of the world, in training and in life: {"species.deer.count": 500}
     train      changes in training only
@@ -30,7 +31,7 @@ from studies.common.moved import Policies, rates
 from studies.common.policies import trained, without_policies
 from studies.common.study import Study, canonical, verdict
 
-BLOCK = 40  # [ticks] per stored mean
+BLOCK = 40  # [ticks] averaged per stored mean
 CHUNK = 250  # [ticks] between checks for extinctions
 SAYS = ("set", "train", "life", "learn", "training_ticks", "policies")
 LAGS = {"deer→wolf": (0.20, 0.35), "grass→deer": (0.28, 0.50)}
@@ -54,11 +55,11 @@ def crossed_study(
     goal: float = 0.8,
     short: Mapping[str, Any] | None = None,
 ) -> Study:
-    """Return a study of all cells; the arms in `judged` (by default the first) must persist in a share of
-    `goal`.
+    """Return a study of all cells; a share of at least `goal` must persist in the arms in `judged` (by
+    default the first).
 
-    `also` contains further cases, such as one long run: {"arm": …, "training": …, "seed": …, "ticks":
-    60_000}; they are not judged.
+    `also` contains further cases without a goal, such as one long run: {"arm": …, "training": …, "seed": …,
+    "ticks": 60_000}.
     """
     training, worlds = list(training), list(worlds)
     for arm, says in arms.items():
@@ -91,13 +92,13 @@ def crossed_study(
 
 
 def cells(arms: Iterable[str], training: Sequence[int], worlds: Sequence[int]) -> list[dict[str, Any]]:
-    """Return all cells, ordered by world seed: two workers then never train the same policy, and partial
+    """Return all cells, ordered by world seed, so that two workers never train the same policy and partial
     results are balanced."""
     return [{"arm": arm, "training": t, "seed": w} for w in worlds for arm in arms for t in training]
 
 
 def depends(config: Mapping[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the parts of the configuration that a cell depends on."""
+    """Return the configuration entries that a cell depends on."""
     kept = {k: config.get(k) for k in ("world", "identity", "block", "short training")}
     return kept | {"ticks": case.get("ticks", config["ticks"]), "arm": config["arms"][case["arm"]]}
 
@@ -106,7 +107,7 @@ def depends(config: Mapping[str, Any], case: Mapping[str, Any]) -> dict[str, Any
 
 
 def cell(config: Mapping[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
-    """Train or find the policies of a cell, run its world, and return the outcome of every species."""
+    """Train or reuse a cell's policies, run its world, and return every species' outcome."""
     says = config["arms"][case["arm"]]
     living = _load(config["world"], says.get("set", {}) | says.get("life", {}))
     ticks = case.get("ticks", config["ticks"])
@@ -120,8 +121,8 @@ def cell(config: Mapping[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def policies_of(config: Mapping[str, Any], says: Mapping[str, Any], seed: int) -> Path:
-    """Return a folder with the policies of one training seed under the protocol of an arm: newly trained,
-    or stored earlier."""
+    """Return a folder with the policies of one training seed under an arm's protocol: newly trained, or
+    stored earlier."""
     world = _load(config["world"], says.get("set", {}) | says.get("train", {}))
     return trained(world, seed, config.get("short training") or says.get("training_ticks"))
 
@@ -134,7 +135,7 @@ def live(
     learn: bool | None,
     begin: Callable[[Any], object] = lambda world: None,
 ) -> Any:
-    """Run a world until `ticks` or, to within CHUNK ticks, the first extinction of a consumer, which is
+    """Run a world until `ticks` or, checked every CHUNK ticks, the first extinction of a consumer, which is
     final. `begin` is called with the world before its first tick."""
     from ecs_eco import World
     from ecs_eco.analysis.cycles import consumers
@@ -148,8 +149,8 @@ def live(
 
 
 def record(world: Any, config: Any) -> dict[str, Any]:
-    """Return the stored result of a cell: which species persisted, when and why the others went extinct,
-    numbers, deaths, and cycles."""
+    """Return a cell's stored result: which species persisted, when and why the others went extinct, numbers,
+    deaths, and cycles."""
     from dataclasses import asdict
 
     from ecs_eco.analysis.cycles import consumers, cycle_statistics
@@ -184,7 +185,7 @@ def record(world: Any, config: Any) -> dict[str, Any]:
 
 
 def packed(n: np.ndarray, names: Sequence[str]) -> dict[str, str]:
-    """Return means over blocks of ticks by species as text, one line of JSON each."""
+    """Return means over blocks of ticks as text, one line of JSON per species."""
     kept = n[: len(n) // BLOCK * BLOCK].reshape(-1, BLOCK, n.shape[1]).mean(1)
     return {name: " ".join(f"{v:.0f}" for v in kept[:, i]) for i, name in enumerate(names)}
 
@@ -243,7 +244,7 @@ def both_peaks(result: Mapping[str, Any], level: float = 0.05) -> bool:
 def verdicts(
     arm: str, entries: Sequence[Entry], goal: float, lags: Mapping[str, tuple[float, float]]
 ) -> list[dict[str, Any]]:
-    """Return verdicts on persistence over the grid, and on peaks and lags of the runs in which all species
+    """Return verdicts on persistence over the grid, and on peaks and lags in runs in which all species
     persist."""
     from ecs_eco.analysis.cycles import median_lag_interval
     from ecs_eco.analysis.seed_grid import share_interval
@@ -296,7 +297,7 @@ def verdicts(
 
 
 def grid(entries: Sequence[Entry], value: Any) -> np.ndarray:
-    """Return a value of every cell of one arm, (training seeds, world seeds); NaN for a missing cell."""
+    """Return a value for every cell of an arm, (training seeds, world seeds); NaN for a missing cell."""
     rows, columns = (sorted({e["case"][key] for e in entries}) for key in ("training", "seed"))
     out = np.full((len(rows), len(columns)), np.nan)
     for e in entries:
@@ -308,8 +309,8 @@ def grid(entries: Sequence[Entry], value: Any) -> np.ndarray:
 
 
 def variance(entries: Sequence[Entry]) -> dict[str, Any]:
-    """Return shares of the variance of an arm's outcomes: training seed, world seed, rest; [value, low,
-    high] each."""
+    """Return the shares of variance in an arm's outcomes due to training seed, world seed and residual:
+    [value, low, high] each."""
     from ecs_eco.analysis.seed_grid import EFFECTS, variance_shares
 
     names = list(entries[0]["result"]["numbers"])
@@ -338,7 +339,7 @@ def variance(entries: Sequence[Entry]) -> dict[str, Any]:
 
 
 def variance_sentence(entries: Sequence[Entry]) -> str:
-    """Return a sentence that reports the sources of one arm's variance."""
+    """Return a sentence on the sources of one arm's variance."""
     arm, shares = entries[0]["case"]["arm"], variance(entries)
     parts = [
         f"{name}: training seed {x['training seed'][0]:.0%}, world seed {x['world seed'][0]:.0%}, "
@@ -393,7 +394,7 @@ def _hash(x: Any) -> str:
 
 
 def by_training(entries: list[dict[str, Any]], arm: str) -> dict[int, list[dict[str, Any]]]:
-    """Return the results of an arm by training seed."""
+    """Return an arm's results by training seed."""
     out: dict[int, list[dict[str, Any]]] = {}
     for e in entries:
         if e["case"]["arm"] == arm:

@@ -15,7 +15,7 @@ Numbers = Sequence[float] | np.ndarray
 
 
 class Pooled(NamedTuple):
-    """A mean over runs with Student's t intervals, whose ends are NaN for fewer than 2 runs."""
+    """A mean over runs with Student's t intervals, whose bounds are NaN for fewer than 2 runs."""
 
     n: int
     mean: float
@@ -24,7 +24,7 @@ class Pooled(NamedTuple):
 
 
 class Equivalence(NamedTuple):
-    """Two one-sided tests: `equivalent` if both reject at `alpha`; `p` is the larger of the two."""
+    """Two one-sided tests: `equivalent` if both reject at `alpha`; `p` is the larger p-value."""
 
     n: int
     mean: float
@@ -35,7 +35,7 @@ class Equivalence(NamedTuple):
 
 
 class IncrementTest(NamedTuple):
-    """Frequency increment test of n increments: t statistic and two-sided p."""
+    """Frequency increment test on n increments: t statistic and two-sided p."""
 
     n: int
     t: float
@@ -43,8 +43,8 @@ class IncrementTest(NamedTuple):
 
 
 class AgeRates(NamedTuple):
-    """Deaths from a cause per organism and second, by age class from edges[i] (exclusive) to edges[i + 1]
-    [s]; exact intervals."""
+    """Deaths from a cause per organism per second, by age class from edges[i] (exclusive) to edges[i + 1]
+    [s], with exact intervals."""
 
     edges: np.ndarray
     deaths: np.ndarray
@@ -57,13 +57,13 @@ class AgeRates(NamedTuple):
 def selection_coefficient(
     carriers: Numbers, reference: Numbers, n: Numbers, generation: Numbers, pseudo: float = 0.5
 ) -> float:
-    """Return the selection coefficient per generation of a gene against a neutral reference.
+    """Return a gene's selection coefficient per generation against a neutral reference.
 
     It is the least-squares slope over `generation` [samples] of logit(p_gene) − logit(p_reference), with p
     from the counts `carriers` and `reference` among `n` living organisms and `pseudo` added to carriers and
     non-carriers. A gene with relative fitness 1 + s gains ln(1 + s) in logit(p) per generation (Crow and
     Kimura 1970, chapter 5) if reproduction is asexual or genes are inherited independently. Samples without
-    living organisms are left out; the result is NaN for fewer than two different generations.
+    living organisms are omitted; the result is NaN for fewer than two different generations.
     """
     k, r, n, x = (np.asarray(v, float) for v in (carriers, reference, n, generation))
     _same(carriers=k, reference=r, n=n, generation=x)
@@ -81,14 +81,14 @@ def selection_coefficient(
 def path_coefficient(
     carriers: Numbers, n: Numbers, generation: Numbers, mutation: float = 0.0, share: float = 0.25
 ) -> float:
-    """Return the selection coefficient per generation of a gene by the likelihood of its path.
+    """Return a gene's selection coefficient per generation, from the likelihood of its path.
 
     It is sum (dp − m (q − p) dt) / sum p (1 − p) dt over samples, where m is the mutation rate per letter and
-    q the share of mutated letters that are the gene. In the diffusion limit of the Wright–Fisher model, dp =
-    (s p (1 − p) + m (q − p)) dt + noise of variance p (1 − p) dt / N (Crow and Kimura 1970, chapter 8), this
-    s maximizes the likelihood for any constant N. A sample has the weight p (1 − p), so a lost or fixed gene
-    adds no information and the estimate does not depend on how long the run continues afterwards. The result
-    is NaN if the gene has no variance. Samples without living organisms are left out.
+    q the share of mutated letters that become the gene. In the diffusion limit of the Wright–Fisher model,
+    where dp = (s p (1 − p) + m (q − p)) dt + noise of variance p (1 − p) dt / N (Crow and Kimura 1970,
+    chapter 8), this s maximizes the likelihood for any constant N. Each sample has weight p (1 − p), so a
+    lost or fixed gene adds no information and the estimate does not depend on how long the run continues
+    afterwards. The result is NaN if the gene has no variance. Samples without living organisms are omitted.
     """
     k, n, x = (np.asarray(v, float) for v in (carriers, n, generation))
     _same(carriers=k, n=n, generation=x)
@@ -118,7 +118,7 @@ def mean_interval(values: list[float]) -> list[float]:
 def equivalence(values: Numbers, margin: float, alpha: float = 0.05) -> Equivalence:
     """Test that the mean over runs lies within ± margin: two one-sided t tests (Schuirmann 1987).
 
-    The interval has level 1 − 2 alpha: it lies within the margin exactly if the tests find equivalence.
+    The interval has level 1 − 2 alpha: it lies within the margin if and only if the tests find equivalence.
     """
     if not margin > 0:
         raise ValueError(f"equivalence: the margin is {margin}; expected above 0")
@@ -135,7 +135,7 @@ def equivalence(values: Numbers, margin: float, alpha: float = 0.05) -> Equivale
 def increments(share: Numbers, generation: Numbers) -> np.ndarray:
     """Return the rescaled frequency increments of Feder, Kryazhimskiy and Plotkin (2014): f64[increments].
 
-    They are (v_i − v_{i−1}) / √(2 v_{i−1} (1 − v_{i−1}) (t_i − t_{i−1})), without increments that begin or
+    They are (v_i − v_{i−1}) / √(2 v_{i−1} (1 − v_{i−1}) (t_i − t_{i−1})), excluding increments that begin or
     end at a share of 0 or 1.
     """
     v, x = np.asarray(share, float), np.asarray(generation, float)
@@ -154,9 +154,9 @@ def increments(share: Numbers, generation: Numbers) -> np.ndarray:
 def frequency_increment_test(share: Numbers, generation: Numbers) -> IncrementTest:
     """Test whether the mean frequency increment differs from 0 (Feder, Kryazhimskiy and Plotkin 2014).
 
-    t = mean / √(S² / n) of the n rescaled increments, with n − 1 degrees of freedom. The test assumes a
-    population of constant size, precisely known shares, and small increments. The result is NaN for fewer
-    than 2 increments.
+    t = mean / √(S² / n) of the n rescaled increments, with n − 1 degrees of freedom. The test assumes
+    constant population size, precisely known shares, and small increments. The result is NaN for fewer than 2
+    increments.
     """
     y = increments(share, generation)
     if len(y) < 2 or not y.std():
@@ -166,7 +166,7 @@ def frequency_increment_test(share: Numbers, generation: Numbers) -> IncrementTe
 
 
 def reappearances(carriers: Numbers) -> int:
-    """Return how often a gene reappears after it had no carriers."""
+    """Return how often a gene reappears after having no carriers."""
     k = np.asarray(carriers)
     seen = np.cumsum(k > 0) > 0
     return int(((k[1:] > 0) & (k[:-1] == 0) & seen[:-1]).sum())
@@ -175,11 +175,11 @@ def reappearances(carriers: Numbers) -> int:
 def deaths_by_age(
     lineage: Lineage, cause: str | None, edges: Numbers, species: str | None = None, level: float = 0.95
 ) -> AgeRates:
-    """Return deaths from a cause (None: from any) per organism and second of life, by age class [s].
+    """Return deaths from a cause (None: any cause) per organism and second of life, by age class [s].
 
-    Each organism contributes its life to every age class that it passed through; organisms alive at the end
-    are censored. An organism that dies at the edge of two classes counts in the younger one. Intervals are
-    exact for a Poisson number (Garwood 1936); rates are NaN for classes that no organism reached.
+    Each organism contributes time to every age class that it lived through; organisms alive at the end are
+    censored. An organism that dies at the edge between two classes counts in the younger one. Intervals are
+    exact for a Poisson count (Garwood 1936); rates are NaN for classes that no organism reached.
     """
     edges = np.asarray(edges, float)
     if len(edges) < 2 or (np.diff(edges) <= 0).any():
@@ -188,7 +188,7 @@ def deaths_by_age(
     dead = lineage.died[who] >= 0
     age = (np.where(dead, lineage.died[who], lineage.end) - lineage.born[who]) * lineage.dt
     dead &= True if cause is None else lineage.cause[who] == cause
-    # organisms that die at birth belong to the first class
+    # organisms that die at birth count in the first class
     at = np.searchsorted(edges, np.maximum(age[dead], 1e-9)) - 1
     deaths = np.bincount(at[(at >= 0) & (at < len(edges) - 1)], minlength=len(edges) - 1)
     lived = np.array([(np.clip(age, a, b) - a).sum() for a, b in zip(edges, edges[1:], strict=False)])
@@ -198,7 +198,7 @@ def deaths_by_age(
 
 
 def poisson_interval(count: np.ndarray, level: float = 0.95) -> tuple[np.ndarray, np.ndarray]:
-    """Return the exact interval of the mean of a Poisson number (Garwood 1936)."""
+    """Return the exact interval of the mean of a Poisson count (Garwood 1936)."""
     k = np.asarray(count, float)
     low = np.where(k > 0, chi2.ppf((1 - level) / 2, np.maximum(2 * k, 1)) / 2, 0.0)
     return low, chi2.ppf((1 + level) / 2, 2 * k + 2) / 2

@@ -1,4 +1,4 @@
-"""PPO settings under the names that they had when results were first hashed."""
+"""PPO settings under their names at the time when results were first hashed."""
 
 from collections.abc import Mapping
 from dataclasses import asdict
@@ -9,11 +9,11 @@ from ecs_eco.learning.aliases import FORMER
 
 
 def as_hashed(ppo: PPO) -> dict[str, Any]:
-    """Return settings by their former names, for the config of a study."""
+    """Return settings under their former names, for a study's config."""
     before = {name: former for former, name in FORMER.items()}
     return {before.get(name, name): value for name, value in asdict(ppo).items()}
 
 
 def from_hashed(settings: Mapping[str, Any]) -> PPO:
-    """Return the settings that the config of a study contains."""
+    """Return the settings in a study's config."""
     return PPO(**{FORMER.get(name, name): value for name, value in settings.items()})

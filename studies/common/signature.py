@@ -1,5 +1,4 @@
-"""The cycle of a prey and its predator, in measures that apply to any two series: years or ticks, pelts or
-animals."""
+"""Measures of a predator-prey cycle that apply to any two series: in years or ticks, of pelts or animals."""
 
 from __future__ import annotations
 
@@ -10,7 +9,7 @@ import numpy as np
 from ecs_eco.analysis.signature import cycle, period_of
 
 MEASURES = ("lag", "regularity", "prey swing", "predator swing")
-"""Measures that do not depend on the unit of time."""
+"""Measures independent of the time unit."""
 
 
 @dataclass(frozen=True)
@@ -18,20 +17,20 @@ class Signature:
     """The cycle of a pair of series."""
 
     period: float  # [samples]
-    lag: float  # lag of the predator behind its prey, as a share of the period in [0, 1)
-    regularity: float  # share of the variance of both that a wave of this period explains, geometric mean
-    prey_swing: float  # standard deviation of log10 of the numbers, without the trend
+    lag: float  # predator's lag behind its prey, as a share of the period in [0, 1)
+    regularity: float  # share of both variances explained by a wave of this period, geometric mean
+    prey_swing: float  # standard deviation of the detrended log10 numbers
     predator_swing: float
 
     def as_dict(self) -> dict[str, float]:
-        """Return the numbers by name, with spaces as in MEASURES."""
+        """Return the measures by name, with spaces as in MEASURES."""
         return {name.replace("_", " "): value for name, value in asdict(self).items()}
 
 
 def signature(prey: np.ndarray, predator: np.ndarray) -> Signature:
-    """Return the cycle of a prey and its predator: f[n] each, sampled at the same times.
+    """Return the cycle of prey and predator series, each f[n], sampled at the same times.
 
-    Raises ValueError if the series differ in length or cannot be measured.
+    Raises a ValueError if the series differ in length or cannot be measured.
     """
     if len(prey) != len(predator):
         raise ValueError(
@@ -44,10 +43,10 @@ def signature(prey: np.ndarray, predator: np.ndarray) -> Signature:
 
 
 def windows(prey: np.ndarray, predator: np.ndarray, samples: int, per_period: float) -> list[Signature]:
-    """Return the cycle in each of the consecutive stretches of a long pair of series f[ticks].
+    """Return the cycle in consecutive stretches of a long pair of series f[ticks].
 
-    A stretch is sampled like a short series: `samples` numbers, `per_period` of them in a period of the long
-    series. Stretches in which a species is always absent are left out.
+    Each stretch is sampled like a short series: `samples` numbers, with `per_period` of them per period of
+    the long series. Stretches in which a species is always absent are omitted.
     """
     step = period_of(prey, predator) / per_period
     length = int(np.floor(step * samples))

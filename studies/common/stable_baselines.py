@@ -1,4 +1,5 @@
-"""Stable-Baselines3 with our settings, for studies that compare our PPO with it; it must be installed."""
+"""Stable-Baselines3 with our settings, for studies that compare it with our PPO; requires
+stable-baselines3."""
 
 from __future__ import annotations
 
@@ -8,8 +9,8 @@ from ecs_eco.learning import PPO, Training
 
 
 def settings(ppo: PPO, anneal: bool) -> dict[str, Any]:
-    """Return the hyperparameters under its names; with `anneal`, the learning rate and the clip range fall
-    linearly to 0."""
+    """Return the hyperparameters under Stable-Baselines3's names; with `anneal`, the learning rate and clip
+    range fall linearly to 0."""
 
     def schedule(value: float) -> Any:
         return (lambda left: left * value) if anneal else value
@@ -28,12 +29,12 @@ def settings(ppo: PPO, anneal: bool) -> dict[str, Any]:
 
 def learn(model: Any, steps: int, threshold: float) -> Training:
     """Train a model for `steps`, or until the last 100 episodes have a mean return of `threshold` after a
-    rollout. Return its episodes, with returns in the unit of the environments (from their Monitor)."""
+    rollout. Return its episodes, with returns in the environments' unit (from their Monitor)."""
     import torch
     from stable_baselines3.common.callbacks import BaseCallback
 
     class Episodes(BaseCallback):
-        """Records each episode's return and the number of steps at its end."""
+        """Records each episode's return and the number of steps so far."""
 
         def __init__(self) -> None:
             super().__init__()

@@ -1,4 +1,4 @@
-"""The harness that every study script shares: it runs the missing cases, stores each at once, summarizes them
+"""The harness for study scripts: it runs the missing cases, stores each immediately, summarizes all of them
 and writes the result.
 
 A script states a claim and how to test it:
@@ -9,10 +9,10 @@ A script states a claim and how to test it:
     if __name__ == "__main__":
         STUDY.main()
 
-`run(config, case) -> dict` computes one case. `summarise(cases)` draws the conclusion: it returns a list of
-verdict(…), or a dict that also has "table" ({"head": […], "rows": [[…], …]}). `python -m studies.cycles`
-writes studies/results/cycles.json; you can stop it at any moment, and the next call resumes. `--short` is the
-form for CI: few small cases, written to a separate file.
+`run(config, case) -> dict` computes one case. `summarise(cases)` returns the verdicts: a list of verdict(…),
+or a dict that also has "table" ({"head": […], "rows": [[…], …]}). `python -m studies.cycles` writes
+studies/results/cycles.json; you can stop it at any moment, and the next call resumes. `--short` is for CI: a
+few small cases, written to a separate file.
 """
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ Case = Mapping[str, Any]
 
 
 def verdict(statement: str, value: Any, goal: str, met: bool) -> dict[str, Any]:
-    """Return one line of the conclusion: the statement, the measured value, the goal, and whether the
-    value meets it."""
+    """Return one verdict: the statement, the measured value, the goal, and whether the value meets the
+    goal."""
     return {"statement": statement, "value": value, "goal": goal, "met": bool(met)}
 
 
@@ -53,13 +53,13 @@ def outcome(line: Mapping[str, Any]) -> str:
 
 
 def is_reported(line: Mapping[str, Any]) -> bool:
-    """Return whether a line has no goal, and so can neither pass nor fail."""
+    """Return whether a line has no goal and thus can neither pass nor fail."""
     return str(line["goal"]).startswith("reported")
 
 
 @dataclass(frozen=True)
 class Study:
-    """A claim and the cases that test it; `short_*` is the form that CI runs in seconds."""
+    """A claim and the cases that test it; `short_*` defines the short form, which CI runs in seconds."""
 
     name: str
     claim: str
@@ -69,21 +69,21 @@ class Study:
     summarise: Callable[[list[dict[str, Any]]], dict[str, Any] | list[dict[str, Any]]]
     short_cases: Sequence[Case] = field(default_factory=list)  # default: the first two cases
     short_config: dict[str, Any] = field(default_factory=dict)  # differences from config
-    # the part of config that a case depends on; default: all of it
+    # the entries of config that a case depends on; default: all
     depends: Callable[[dict[str, Any], Case], Any] | None = None
     registered: Registration | None = None  # the registration, written before the first run
 
     def main(self, argv: Sequence[str] | None = None) -> None:
-        """Run the command line of a study script; exit with 1 if a case failed."""
+        """Run a study script's command line; exit with 1 if a case failed."""
         parser = argparse.ArgumentParser(prog=f"python -m studies.{self.name}", description=self.claim)
         parser.add_argument(
-            "--short", action="store_true", help="few small cases, for CI; writes to a temporary folder"
+            "--short", action="store_true", help="a few small cases, for CI; writes to a temporary folder"
         )
         parser.add_argument(
             "--workers",
             type=int,
             metavar="N",
-            help="cases at a time, each in its own process (default: 1; on Ray all its CPUs)",
+            help="number of cases to run in parallel, each in its own process (default: 1; on Ray, all its CPUs)",
         )
         parser.add_argument(
             "--on",
@@ -171,11 +171,11 @@ class Study:
         return {**self.config, **own}
 
     def whole_config_hash(self) -> str:
-        """Return the hash that a result of the present code has."""
+        """Return the hash of a result computed by the current code."""
         return config_hash(self.whole_config())
 
     def _hash(self, config: dict[str, Any], case: Case) -> str:
-        """Return the sha256 of the part of the configuration that a case depends on."""
+        """Return the sha256 of the configuration entries that a case depends on."""
         if self.depends is None:
             return config_hash(config)
         of = self.depends(config, case)
@@ -202,8 +202,7 @@ class Study:
 
 
 def canonical(x: Any) -> str:
-    """Return JSON with sorted keys and no spaces; raise a ValueError for values that JSON does not
-    support."""
+    """Return JSON with sorted keys and no spaces; raise a ValueError for unsupported values."""
     try:
         return json.dumps(x, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
     except (TypeError, ValueError) as error:
@@ -230,8 +229,8 @@ def write_json(path: Path, content: Any) -> None:
 
 
 def plain(x: Any) -> Any:
-    """Return the value in JSON types: numpy scalars and arrays as numbers and lists, NaN and infinity as
-    None."""
+    """Return the value as JSON types: numpy scalars and arrays become numbers and lists; NaN and infinity
+    become None."""
     if isinstance(x, Mapping):
         return {str(k): plain(v) for k, v in x.items()}
     if isinstance(x, list | tuple):
@@ -258,7 +257,7 @@ def _key(case: Case) -> str:
 
 
 def _kept(paths: Sequence[Path], hashes: Mapping[str, str]) -> dict[str, dict[str, Any]]:
-    """Return finished cases of earlier runs, by key: those still wanted whose hash is unchanged."""
+    """Return finished cases of earlier runs, by key, if they are still wanted and their hash is unchanged."""
     entries: dict[str, dict[str, Any]] = {}
     for path in paths:
         if path.is_file():
@@ -289,7 +288,7 @@ def _conclude(summary: Any) -> dict[str, Any]:
 
 
 def _one(run: Callable[..., Any], config: dict[str, Any], case: Case) -> dict[str, Any]:
-    """Run one case in this process; return the result and the seconds, or the text of the error."""
+    """Run one case in this process; return the result and duration [s], or the error text."""
     start = time.perf_counter()
     try:
         result = plain(run(config, case))
@@ -306,7 +305,8 @@ def _run_all(
     workers: int | None,
     executor: str | Executor,
 ) -> Iterator[tuple[Case, dict[str, Any]]]:
-    """Yield (case, entry) as cases finish, with a progress bar: finished cases, rate and remaining time."""
+    """Yield (case, entry) as cases finish, with a progress bar that shows finished cases, rate and remaining
+    time."""
     if not cases:
         return
     from rich.progress import (

@@ -1,5 +1,5 @@
-"""Statistics over training seeds: means over world seeds, intervals, contrasts, shares of runs, and their
-text form."""
+"""Statistics over training seeds: means over world seeds, intervals, contrasts, shares of runs, and how to
+print them."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -12,8 +12,8 @@ from studies.common.study import verdict
 
 
 def interval(values: list[float]) -> list[float]:
-    """Return the mean of values by training seed and its 95% interval by Student's t: [mean, low, high];
-    for a single value the interval is unknown."""
+    """Return the mean over training seeds with its 95% Student's t interval: [mean, low, high]; a single
+    value has no interval."""
     from scipy.stats import t
 
     mean, n = float(np.mean(values)), len(values)
@@ -22,8 +22,8 @@ def interval(values: list[float]) -> list[float]:
 
 
 def contrast(a: list[float], b: list[float]) -> tuple[list[float], float]:
-    """Return the difference of the means of two sets of training seeds with its 95% interval and one-sided
-    p by Welch's t-test."""
+    """Return the difference between the means of two sets of training seeds, with its 95% interval and
+    one-sided p from Welch's t-test."""
     from scipy.stats import ttest_ind
 
     gap = round(float(np.mean(a) - np.mean(b)), 3)
@@ -36,7 +36,7 @@ def contrast(a: list[float], b: list[float]) -> tuple[list[float], float]:
 
 
 def seed_table(lives: Sequence[Mapping[str, Any]], outcome: str) -> np.ndarray:
-    """Return an outcome of runs by training seed and world seed; NaN for missing runs."""
+    """Return an outcome by training seed and world seed; NaN for missing runs."""
     rows, columns = (sorted({life[key] for life in lives}) for key in ("training", "seed"))
     table = np.full((len(rows), len(columns)), np.nan)
     for life in lives:
@@ -45,7 +45,7 @@ def seed_table(lives: Sequence[Mapping[str, Any]], outcome: str) -> np.ndarray:
 
 
 def share_of_lives(lives: Sequence[Mapping[str, Any]], outcome: str) -> list[float]:
-    """Return the share of runs with an outcome and its 95% interval (Wilson, on the effective number of
+    """Return the share of runs with an outcome and its 95% interval (Wilson, with the effective number of
     runs); both seeds are replicates."""
     return list(share_interval(seed_table(lives, outcome)))
 
@@ -53,7 +53,8 @@ def share_of_lives(lives: Sequence[Mapping[str, Any]], outcome: str) -> list[flo
 def share_gap(
     one: Sequence[Mapping[str, Any]], other: Sequence[Mapping[str, Any]], outcome: str
 ) -> list[float]:
-    """Return the difference of two shares of runs and its 95% interval (Newcombe, on effective numbers)."""
+    """Return the difference between two shares of runs and its 95% interval (Newcombe, with effective
+    numbers)."""
     return list(share_difference(seed_table(one, outcome), seed_table(other, outcome)))
 
 
@@ -68,12 +69,12 @@ def in_words(interval_: list[float], n: int, p: float | None = None) -> str:
 
 
 def none(arm: str) -> dict[str, Any]:
-    """Return the verdict on an arm without any measurable run."""
+    """Return the verdict on an arm without measurable runs."""
     return verdict(f"`{arm}`: runs in which there was anything to measure", 0, "some", False)
 
 
 def by_training(cases: list[dict[str, Any]], arm: str, value: Any) -> list[float]:
-    """Return the mean over world seeds of a value, by training seed; missing values are left out."""
+    """Return a value's mean over world seeds, by training seed; missing values are omitted."""
     values: dict[int, list[float]] = {}
     for c in cases:
         if c["case"]["arm"] == arm and (v := value(c["result"])) is not None and np.isfinite(v):
@@ -82,13 +83,13 @@ def by_training(cases: list[dict[str, Any]], arm: str, value: Any) -> list[float
 
 
 def swing(result: dict[str, Any]) -> float | None:
-    """Return the amplitude along the day as a share of the water's depth, positive if the animals are
-    deepest around noon."""
+    """Return the daily amplitude as a share of the water's depth, positive if the animals are deepest around
+    noon."""
     return None if result["cycle"] is None else result["cycle"]["vector"][0]
 
 
 def p_common_phase(fits: Sequence[Cosinor], n: int = 9999, seed: int = 1) -> float:
-    """Return how often runs with random phases have a mean vector at least as long; runs are the
+    """Return how often runs with random phases have a mean vector of at least this length; runs are the
     replicates, and the result is at least 1/(n + 1)."""
     vectors = np.array([f.vector for f in fits])
     angle = np.random.default_rng(seed).uniform(0, 2 * np.pi, (n, len(fits)))

@@ -1,5 +1,5 @@
-"""Wild states: a small world whose numbers are replaced by extreme values, through the validation gate or
-behind it, and the outcome."""
+"""Wild states: the outcome of replacing numbers in a small world by extreme values, through the validation
+gate or behind it."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from studies.common.fuzz.sources import parsed, sources
 from studies.common.kernels import kernels, reached
 from studies.common.wild_kernels import call_others
 
-TICKS = 2  # after the change of numbers
-FEW, HORIZON, HIDDEN = 9, 3, 8  # organisms of a species, ticks of a rollout, units of a layer
-FLOCKS = {"flock": ("ripe",), "choosy-flock": ("ripe", "young", "span")}  # and the genes that they lack
+TICKS = 2  # after the numbers change
+FEW, HORIZON, HIDDEN = 9, 3, 8  # organisms per species, ticks per rollout, units per layer
+FLOCKS = {"flock": ("ripe",), "choosy-flock": ("ripe", "young", "span")}  # and the missing genes
 WAYS = ("columns", "spawn", "within a tick", "checkpoint")
 PHASES = (
     "environment",
@@ -38,7 +38,7 @@ PHASES = (
     "record",
 )
 FAILURES = ("out of bounds", "crash", "hang", "traceback", "refused without a place")
-PLACES = ("uid ", "spawn", "field '", "terrain: ", "ambient[")  # words that a refusal must contain
+PLACES = ("uid ", "spawn", "field '", "terrain: ", "ambient[")  # words of which a refusal must contain one
 OWN = ("cause", "born", "killer", "uid")
 FLOATS = [
     np.nan,
@@ -69,8 +69,8 @@ FLOATS = [
 
 
 def tried(case: dict[str, Any], states: int) -> dict[str, Any]:
-    """Return the outcomes for some states of one world, counted by path and kind, and the failures in
-    full."""
+    """Return the outcomes for some states of one world, as counts by path and kind, with the full
+    failures."""
     warm(case["source"])
     items = [(case["source"], case["seed"] * 1_000_000 + i) for i in range(states)]
     run = set(reached())
@@ -87,7 +87,7 @@ def tried(case: dict[str, Any], states: int) -> dict[str, Any]:
 
 @cache
 def config_of(source: str) -> Any:
-    """Return a world's configuration at small size: few organisms, short rollouts, small networks, all
+    """Return a small version of a world's configuration: few organisms, short rollouts, small networks, all
     policies learning."""
     from ecs_eco.config import load
 
@@ -107,8 +107,8 @@ def config_of(source: str) -> Any:
 
 
 def _flock(source: str) -> dict[str, Any]:
-    """Return the herd in a small pen, where all animals meet and breed, with different operators; animals
-    with hand-written rules have no genes for their decisions."""
+    """Return the herd in a small pen, where all animals meet and breed, with various operators; animals with
+    hand-written rules have no genes for decisions."""
     data = parsed(sources()["herd"][0])
     data["space"]["size"] = [12.0, 12.0]
     goat = data["species"]["goat"]
@@ -131,7 +131,7 @@ def _flock(source: str) -> dict[str, Any]:
 
 
 def warm(source: str) -> None:
-    """Compile all kernels that a world calls in this process, so that child processes find them."""
+    """Compile all kernels that a world calls in this process, so that child processes inherit them."""
     world, chance = fresh(source).run(HORIZON + TICKS), random.Random(0)
     with np.errstate(all="ignore"):
         call_others(world, chance, _odd(world, chance))
@@ -163,7 +163,7 @@ def _kept(source: str) -> list[Any]:
 
 
 def _world(source: str) -> Any:
-    """Return the world in its initial state: loaded again, which is faster than building it."""
+    """Return the world in its initial state, reloaded because that is faster than rebuilding it."""
     from ecs_eco.record import freeze as frozen
 
     kept = _kept(source)
@@ -176,12 +176,12 @@ def _world(source: str) -> Any:
 
 
 def way_of(seed: int) -> str:
-    """Return the path by which the numbers of a state enter."""
+    """Return the path by which a state's numbers enter."""
     return WAYS[(0, 1, 2, 2, 2, 3)[seed % 6]]
 
 
 def judge(item: tuple[str, int]) -> dict[str, Any]:
-    """Return the outcome for one state, and the kernels that ran for the first time."""
+    """Return one state's outcome, and the kernels that ran for the first time."""
     before = _called()
     outcome = _judge(item)
     return outcome if _called() == before else outcome | {"kernels": sorted(reached())}
@@ -208,7 +208,7 @@ def _judge(item: tuple[str, int]) -> dict[str, Any]:
         except Exception as error:
             outcome = _kind(error, way)
             if outcome["kind"] != "refused" or way == "within a tick":
-                _kept(source)[0] = None  # half a tick may have run
+                _kept(source)[0] = None  # part of a tick may have run
             return outcome
 
 
@@ -257,7 +257,7 @@ def _empty(world: Any, chance: random.Random) -> None:
 
 
 def wild(dtype: np.dtype, shape: tuple[int, ...], chance: random.Random, size: float) -> np.ndarray:
-    """Return extreme numbers of a type: one for all elements, or a different one for each."""
+    """Return extreme numbers of a type: the same for all elements, or a different one for each."""
 
     def one() -> Any:
         if dtype.kind == "b":
@@ -289,12 +289,12 @@ def _odd(world: Any, chance: random.Random) -> Any:
 
 
 def columns(world: Any, chance: random.Random) -> None:
-    """Write to columns of living organisms between ticks."""
+    """Write to living organisms' columns between ticks."""
     poke(world, chance, own=False)
 
 
 def poke(world: Any, chance: random.Random, own: bool) -> None:
-    """Write to one to four columns of living organisms, in one row, some rows or all; sometimes to fields,
+    """Write to one to four columns of living organisms, in one, some or all rows; sometimes also to fields,
     ground and surroundings."""
     size = float(max(world.space.size))
     tables = [t for t in world.tables.values() if t.n]
@@ -342,7 +342,7 @@ def spawn(world: Any, chance: random.Random) -> None:
 
 
 def within(world: Any, chance: random.Random) -> None:
-    """Make a test system write within the next tick, in any phase."""
+    """Have a test system write during the next tick, in any phase."""
     import esper
 
     from ecs_eco.engine.phases import priority_of
@@ -353,7 +353,7 @@ def within(world: Any, chance: random.Random) -> None:
             call_others(world, chance, _odd(world, chance))
 
     poking = Poke()
-    # not as a plain processor, which the gate checks afterwards
+    # not as a plain processor, because the gate checks those afterwards
     world.schedule.put(poking, priority_of(chance.choice(PHASES), chance.choice((0, 999_998))))
     try:
         world.run(TICKS)

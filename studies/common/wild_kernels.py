@@ -1,5 +1,5 @@
-"""Calls to kernels that no tick of the small worlds runs (those of the viewer, fitted networks, operators
-and water), with the numbers of a world."""
+"""Calls, with a world's numbers, to kernels that the small worlds never run in a tick: those of the viewer,
+fitted networks, operators and water."""
 
 from __future__ import annotations
 
@@ -12,8 +12,7 @@ KEYS = np.arange(4, dtype=np.uint64)
 
 
 def call_others(world: Any, chance: random.Random, odd: Any) -> None:
-    """Call these kernels with the present columns of a world and with extreme numbers: `odd(dtype,
-    shape)`."""
+    """Call these kernels with a world's current columns and with extreme numbers: `odd(dtype, shape)`."""
     for table in world.tables.values():
         if "Position" in [component.__name__ for component in table.columns]:
             show(world, table)
@@ -24,8 +23,8 @@ def call_others(world: Any, chance: random.Random, odd: Any) -> None:
 
 
 def show(world: Any, table: Any) -> None:
-    """Pack living organisms into a frame of the viewer, colored by each of their numbers, and read the
-    fields at their places."""
+    """Pack living organisms into a viewer frame, colored by each of their numbers, and read the fields at
+    their positions."""
     from ecs_eco.components import Position
     from ecs_eco.view.frames import Encoder, extent, grade
 
@@ -44,7 +43,7 @@ def show(world: Any, table: Any) -> None:
 
 
 def carry(world: Any, table: Any, odd: Any) -> None:
-    """Move copies of the positions by currents of extreme speed."""
+    """Move copies of the positions with currents of extreme speed."""
     from ecs_eco.components import Position
     from ecs_eco.space import water
     from ecs_eco.space.geometry import Places
@@ -57,7 +56,7 @@ def carry(world: Any, table: Any, odd: Any) -> None:
 
 
 def breed(table: Any, odd: Any) -> None:
-    """Create genomes from valid letters by every operator; genomes with invalid letters are refused by
+    """Create genomes from valid letters with every operator; genomes with invalid letters are refused by
     name."""
     from deap import tools
     from deap.base import Toolbox
@@ -85,8 +84,8 @@ def breed(table: Any, odd: Any) -> None:
 
 
 def think(chance: random.Random, odd: Any) -> None:
-    """Run networks with extreme weights on extreme observations, turn extreme logits into choices, add
-    noise and sum coefficients."""
+    """Run networks with extreme weights on extreme observations, draw choices from extreme logits, add noise
+    and sum coefficients."""
     from ecs_eco.genomes.codes import cosines
     from ecs_eco.genomes.fit import Fitted
     from ecs_eco.genomes.heredity import blur, draws

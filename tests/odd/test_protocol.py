@@ -207,7 +207,7 @@ def test_own_features_components_systems_and_reporters_are_described_from_their_
         "`Infect`: Infect healthy members near infected ones; infected members recover and become immune."
         in text
     )
-    assert "| `disease.beta` | 1/s | 0.1 | probability of infection by each infected neighbor |" in text
+    assert "| `disease.beta` | 1/s | 0.1 | probability of infection per infected neighbor |" in text
     assert "| `speed` | 1 |" in text
     assert "| immune | `sir:prevalence (state = 2)` |" in text
 

@@ -1,4 +1,4 @@
-"""The raw material of foreign files: runs, a fork, a comparison, trainings and searches."""
+"""The sources of foreign files: runs, a fork, a comparison, trainings and searches."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ POLICIES = ("deer", "wolf")
 
 
 def make(place: Path) -> None:
-    """Create the raw material of foreign files: runs, a fork, a comparison, trainings and searches."""
+    """Create the sources of foreign files: runs, a fork, a comparison, trainings and searches."""
     from ecs_eco.config import load
     from ecs_eco.lab.pretraining import pretrain
     from ecs_eco.lab.searching.journal import Journal
@@ -52,7 +52,7 @@ def make(place: Path) -> None:
 
 
 def _ask(world: Any) -> None:
-    """Add a request by hand between two ticks."""
+    """Add a manual request between two ticks."""
 
     def between() -> None:
         if world.tick == 5:
@@ -62,7 +62,7 @@ def _ask(world: Any) -> None:
 
 
 def config() -> Any:
-    """Return the world of all runs."""
+    """Return the world used by all runs."""
     from ecs_eco.config import load
 
     return load("predator-prey", LIVES)

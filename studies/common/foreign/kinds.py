@@ -1,7 +1,8 @@
-"""The kinds of files that do not belong in the folder where they are, one function for each kind.
+"""The kinds of files that do not belong in their folder, one function for each kind.
 
-A kind changes the folder it receives; it returns the file name that the refusal must contain and the readers
-that must refuse it. Each reader must refuse with an error that names the file, and must remove no file.
+A kind modifies the folder it receives; it returns the file name that the refusal must contain and the readers
+that must refuse it. Each reader must refuse the folder with an error that names the file, and must not remove
+any file.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ def _checkpoint(other: str, tick: int = 30) -> Kind:
 
 kind("a checkpoint of another seed")(_checkpoint("b"))
 kind("a checkpoint of a fork of the run")(_checkpoint("fork"))
-kind("an earlier checkpoint of another seed, where a fork begins")(
+kind("an earlier checkpoint of another seed, at the start of a fork")(
     lambda place: (_checkpoint("b", 20)(place)[0], lambda: _forking(place / "a", place / "new", 22))
 )
 
@@ -54,13 +55,13 @@ def _forking(run: Path, out: Path, tick: int) -> Any:
     return fork(run, out, from_tick=tick, report=False)
 
 
-@kind("a checkpoint of the same run, of which something else was asked by hand")
+@kind("a checkpoint of the same run with an extra manual request")
 def _asked(place: Path) -> tuple[str, Read]:
     _checkpoint("asked")(place)
-    return "part-", resuming(place / "a")  # the parts do not lead to this checkpoint
+    return "part-", resuming(place / "a")  # this checkpoint does not follow from the parts
 
 
-@kind("a world that was saved outside of a run, as a checkpoint")
+@kind("a world saved outside a run, as a checkpoint")
 def _saved(place: Path) -> tuple[str, Read]:
     from ecs_eco import World
 
@@ -97,22 +98,20 @@ kind("a part of the details of another seed")(
 kind("a part of the details of another species")(
     _part("a", part("details-wolf"), part("details-deer"), _all_parts("details-deer"))
 )
-kind("a part of another seed, where a run goes on")(_part("b", part("series", 1), read=resuming))
+kind("a part of another seed, where a run resumes")(_part("b", part("series", 1), read=resuming))
 kind("a part of a fork")(_part("fork", part("series")))
-kind("a part of the same run, of which something else was asked by hand")(_part("asked", part("series", 1)))
-kind("the last part of the same run, of which something else was asked by hand")(
-    _part("asked", part("series", 2))
-)
+kind("a part of the same run with an extra manual request")(_part("asked", part("series", 1)))
+kind("the last part of the same run with an extra manual request")(_part("asked", part("series", 2)))
 kind("a part of another kind")(_part("a", part("births"), part("deaths"), _all_parts("deaths")))
 kind("an earlier part in place of a later one")(_part("a", part("series", 0), part("series", 2)))
 kind("one part too many, of another seed")(_part("b", part("series", 2), part("series", 3)))
 kind("one part too many, of the same run")(_part("a", part("series", 2), part("series", 3)))
-kind("one part too many, of another seed, where a run goes on")(
+kind("one part too many, of another seed, where a run resumes")(
     _part("b", part("series", 2), part("series", 3), resuming)
 )
 
 
-@kind("a file of one's own that is named like a part, where a run goes on")
+@kind("a user's file with a name like a part's, where a run resumes")
 def _own(place: Path) -> tuple[str, Read]:
     import pyarrow as pa
     import pyarrow.parquet as pq
@@ -121,7 +120,7 @@ def _own(place: Path) -> tuple[str, Read]:
     return "part-notes.parquet", resuming(place / "a")
 
 
-@kind("two parts that changed places")
+@kind("two swapped parts")
 def _swapped(place: Path) -> tuple[str, Read]:
     one, two = (place / "a" / part("series", n) for n in (1, 2))
     one.rename(place / "aside")
@@ -130,7 +129,7 @@ def _swapped(place: Path) -> tuple[str, Read]:
     return part("series", 1), reporting(place / "a")
 
 
-@kind("a part that says nothing of its run")
+@kind("a part that does not identify its run")
 def _without(place: Path) -> tuple[str, Read]:
     from ecs_eco.record.parquet import read_part, write_part
 
@@ -151,12 +150,12 @@ def _manifest(other: str, read: Callable[[Path], Read]) -> Kind:
 
 
 kind("a manifest of another seed")(_manifest("b", reporting))
-kind("a manifest of another seed, where a run goes on")(_manifest("b", resuming))
+kind("a manifest of another seed, where a run resumes")(_manifest("b", resuming))
 kind("a manifest of a fork")(_manifest("fork", reporting))
-kind("a manifest of the same run, of which something else was asked by hand")(_manifest("asked", reporting))
+kind("a manifest of the same run with an extra manual request")(_manifest("asked", reporting))
 
 
-@kind("a manifest that was edited")
+@kind("an edited manifest")
 def _edited(place: Path) -> tuple[str, Read]:
     path = place / "a" / "manifest.json"
     path.write_text(path.read_text(encoding="utf-8").replace('"seed": 1', '"seed": 2'), encoding="utf-8")
@@ -166,13 +165,13 @@ def _edited(place: Path) -> tuple[str, Read]:
 # --- policies
 
 
-@kind("the policy of another species in a run's folder")
+@kind("another species' policy in a run's folder")
 def _policy(place: Path) -> tuple[str, Read]:
     shutil.copy(place / "a" / "policies" / "wolf.safetensors", place / "a" / "policies" / "deer.safetensors")
     return "deer.safetensors", repeating(place / "a")
 
 
-@kind("the policy of another training in a run's folder")
+@kind("a policy from another training in a run's folder")
 def _policy_trained(place: Path) -> tuple[str, Read]:
     shutil.copy(
         place / "trained" / "seed-2" / "deer.safetensors", place / "a" / "policies" / "deer.safetensors"
@@ -194,32 +193,32 @@ def _flipped(place: Path) -> tuple[str, Read]:
 # --- comparisons
 
 
-@kind("a comparison's seed-2 that is a copy of seed-1")
+@kind("a comparison whose seed-2 is a copy of seed-1")
 def _copied(place: Path) -> tuple[str, Read]:
     return "manifest.json", comparing(place / "a", 2)
 
 
-@kind("a comparison's half seed-2 that is a copy of seed-1")
+@kind("a comparison whose unfinished seed-2 is a copy of seed-1")
 def _half(place: Path) -> tuple[str, Read]:
     return "manifest.json", comparing(place / "half", 2)
 
 
-@kind("a comparison's run that is one of another arm")
+@kind("a comparison with a run from another arm")
 def _arm(place: Path) -> tuple[str, Read]:
     return "manifest.json", comparing(place / "a", 1, policies="random")
 
 
-@kind("a comparison's run with the policies of another training")
+@kind("a comparison with a run whose policies are from another training")
 def _training(place: Path) -> tuple[str, Read]:
     return "manifest.json", comparing(place / "a", 1, policies=str(place / "trained" / "seed-1"))
 
 
-@kind("a comparison's training seed 2 that is a copy of 1")
+@kind("a comparison whose training seed 2 is a copy of 1")
 def _trained(place: Path) -> tuple[str, Read]:
     return "training.json", lambda: _trained_already(place / "trained" / "seed-1", 2)
 
 
-@kind("a policy of another training in a comparison's training")
+@kind("a policy from another training in a comparison's training")
 def _trained_policy(place: Path) -> tuple[str, Read]:
     shutil.copy(
         place / "trained" / "seed-2" / "deer.safetensors", place / "trained" / "seed-1" / "deer.safetensors"
@@ -249,13 +248,11 @@ def _journal(change: Callable[[list[str], list[str]], list[str]]) -> Kind:
     return put
 
 
-kind("a journal with a line that was edited")(
+kind("a journal with an edited line")(
     _journal(lambda mine, other: [*mine[:2], json.dumps(json.loads(mine[2]) | {"score": 9.0}), *mine[3:]])
 )
-kind("a journal with a line of another search")(
+kind("a journal with a line from another search")(
     _journal(lambda mine, other: [*mine[:2], other[2], *mine[3:]])
 )
-kind("a journal without one of its lines")(_journal(lambda mine, other: [*mine[:2], *mine[3:]]))
-kind("a journal with lines that changed places")(
-    _journal(lambda mine, other: [*mine[:2], mine[3], mine[2], *mine[4:]])
-)
+kind("a journal with a missing line")(_journal(lambda mine, other: [*mine[:2], *mine[3:]]))
+kind("a journal with swapped lines")(_journal(lambda mine, other: [*mine[:2], mine[3], mine[2], *mine[4:]]))

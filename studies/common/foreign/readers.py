@@ -33,7 +33,7 @@ def repeating(run: Path) -> Read:
 
 
 def comparing(run: Path, seed: int, **arm: Any) -> Read:
-    """Run a comparison that looks for existing results."""
+    """Run a comparison that reuses existing results."""
     from ecs_eco.lab.arm import Arm
     from ecs_eco.lab.runs import has_run
 
@@ -41,5 +41,5 @@ def comparing(run: Path, seed: int, **arm: Any) -> Read:
 
 
 def part(kind_: str, number: int = 0) -> str:
-    """Return the name of a part within its run."""
+    """Return a part's name within its run."""
     return f"{kind_}/part-{number:05d}.parquet"

@@ -1,4 +1,4 @@
-"""The test of one kind of foreign file."""
+"""The test for one kind of foreign file."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from studies.common.foreign.kinds import KINDS
 
 
 def refused(name: str, whole: Path, place: Path) -> str:
-    """Put a foreign file of this kind into a copy of `whole` at `place` and read it; return what is wrong, or
-    "" if the reader refused the file by name.
+    """Put a foreign file of this kind into a copy of `whole` at `place` and read it; return a description of
+    the fault, or "" if the reader refused the file by name.
 
-    The folder must be the same before and after.
+    The reader must leave the folder unchanged.
     """
     from ecs_eco.engine.errors import CheckpointError, ConfigError, RecordingError
 
@@ -26,7 +26,7 @@ def refused(name: str, whole: Path, place: Path) -> str:
         if wanted not in str(error):
             return f"the refusal does not name {wanted}: {error}"
         changed = sorted({*dict(_content(place)).items()} ^ {*before.items()})
-        return f"was refused, and changed {changed[0][0]}" if changed else ""
+        return f"was refused but changed {changed[0][0]}" if changed else ""
     return "was taken"
 
 

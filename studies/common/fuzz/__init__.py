@@ -1,2 +1,2 @@
-"""Randomly broken inputs for the study `fuzz`: their starting points (`sources`), the changes
-(`mutations`), the trials (`guard`) and their outcomes (`worlds`, `files`)."""
+"""Randomly corrupted inputs for the study `fuzz`: starting points (`sources`), changes (`mutations`), trials
+(`guard`) and outcomes (`worlds`, `files`)."""

@@ -1,4 +1,4 @@
-"""The outcome for one truncated or damaged file of a run: a clear error, the same content, or a failure."""
+"""The outcome for one truncated or damaged file in a run: a clear error, the same content, or a failure."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ KINDS = ("series", "births", "deaths", "snapshots")
 
 
 def tried(chunk: dict[str, Any], files: int) -> dict[str, Any]:
-    """Return the counts by kind for one chunk of damaged files, and the failures in full."""
+    """Return counts by kind for one chunk of damaged files, and the full failures."""
     items = [(chunk["source"], chunk["what"], chunk["seed"] * 1_000_000 + i) for i in range(files)]
     with tempfile.TemporaryDirectory(prefix="ecs-eco-fuzz-") as folder:
         whole = Path(folder) / "whole"
@@ -33,7 +33,7 @@ def tried(chunk: dict[str, Any], files: int) -> dict[str, Any]:
 
 
 def recorded(source: str, folder: Path) -> None:
-    """Return the folder of a short run with checkpoints."""
+    """Return a short run's folder, with checkpoints."""
     from ecs_eco.record import run_to_folder
 
     text, home = _text(source)
@@ -101,7 +101,7 @@ def _copied(whole: Path, folder: Path) -> None:
 
 
 class _Judge:
-    """Puts a damaged file into a copy of a whole folder and runs every reader of that file."""
+    """Puts a damaged file into a copy of an intact folder and runs every reader of that file."""
 
     def __init__(self, whole: Path, folder: Path) -> None:
         self.whole, self.folder = whole, folder
@@ -151,12 +151,12 @@ class _Checkpoints(_Judge):
         return (
             {"kind": "the same content"}
             if same
-            else {"kind": "wrong load", "said": "read() gives something else"}
+            else {"kind": "wrong load", "said": "read() returns something else"}
         )
 
     def _without(self, damaged: Path, message: str, seed: int) -> dict[str, Any]:
-        """Return whether readers use the checkpoint before the damaged one and, in some trials, whether
-        the resumed run ends the same."""
+        """Check that readers use the checkpoint before the damaged one and, in some trials, that the resumed
+        run ends the same."""
         from ecs_eco.engine.errors import CheckpointError
         from ecs_eco.record import checkpoint
 
@@ -164,18 +164,18 @@ class _Checkpoints(_Judge):
             if checkpoint.describe(damaged) != checkpoint.describe(
                 self.whole / damaged.relative_to(self.folder)
             ):
-                return {"kind": "wrong load", "said": "describe() gives something else"}
+                return {"kind": "wrong load", "said": "describe() returns something else"}
         except CheckpointError:
             pass
         before = sorted(damaged.parent.glob("tick-*"))[-2]
         if checkpoint.latest(damaged.parent, complain=lambda text: None) != before:
-            return {"kind": "wrong load", "said": "latest() does not take the one before"}
+            return {"kind": "wrong load", "said": "latest() does not return the previous checkpoint"}
         if seed % 250 == 0:
             wrong = _command("resume", str(self.folder), "--quiet", "--no-report")
             end = json.loads((self.folder / "manifest.json").read_text())["digest"]
             _copied(self.whole, self.folder)
             if wrong or end != json.loads((self.whole / "manifest.json").read_text())["digest"]:
-                return {"kind": "wrong load", "said": wrong or "resumed, it comes to another end"}
+                return {"kind": "wrong load", "said": wrong or "the resumed run ends differently"}
         words = {
             "its header is damaged": "head",
             "the part": "part",
@@ -217,7 +217,7 @@ class _Recordings(_Judge):
         return {"kind": "refused", "problems": {f"{what}: {reader}": 1 for reader in refused}}
 
     def content(self, name: str) -> Any:
-        """Return what a reader reports about the whole folder."""
+        """Return a reader's report on the intact folder."""
         self.kept: dict[str, Any] = getattr(self, "kept", {})
         if name not in self.kept:
             self.kept[name] = _ALL[name](self.whole)
@@ -257,7 +257,7 @@ def _readers(path: Path) -> dict[str, Any]:
 
 
 def _equal(a: Any, b: Any) -> bool:
-    """Return whether two readings are the same to the bit; NaN equals itself."""
+    """Return whether two readings are identical bit for bit; NaN equals itself."""
     if isinstance(a, np.ndarray) and a.dtype != object:
         return (
             isinstance(b, np.ndarray)
@@ -273,7 +273,7 @@ def _equal(a: Any, b: Any) -> bool:
 
 
 def _command(*words: str) -> str:
-    """Return what is wrong with a command's exit; "" if it succeeds or ends with a clear error."""
+    """Return the fault in a command's exit; "" if it succeeds or ends with a clear error."""
     from typer.testing import CliRunner
 
     from ecs_eco.cli.app import app

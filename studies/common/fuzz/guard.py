@@ -12,8 +12,8 @@ from typing import Any
 def guarded(
     judge: Callable[[Any], dict[str, Any]], items: Sequence[Any], seconds: float, memory: int = 4 << 30
 ) -> Iterator[dict[str, Any]]:
-    """Return judge(item) for each item, computed in a child process; "hang" after the time limit, "crash"
-    if the child died."""
+    """Return judge(item) for each item, computed in a child process: "hang" after the time limit, "crash" if
+    the child died."""
     context, at = multiprocessing.get_context("fork"), 0
     while at < len(items):
         ours, theirs = context.Pipe(duplex=False)

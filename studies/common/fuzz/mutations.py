@@ -1,4 +1,4 @@
-"""Mutations of world files and of the files that a run writes."""
+"""Mutations of world files and of files written by a run."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Path_ = tuple[str | int, ...]
 
 
 def mutate_text(text: str, chance: random.Random) -> bytes:
-    """Return the text with one to three changes of its bytes or lines."""
+    """Return the text with one to three bytes or lines changed."""
     raw = text.encode()
     for _ in range(chance.choice((1, 1, 1, 2, 3))):
         raw = chance.choice((_flip, _flip, _digit, _byte, _cut, _cut, _double, _swap, _truncate, _splice))(
@@ -239,7 +239,7 @@ def _scaled(data: dict[str, Any], paths: list[Path_], chance: random.Random) -> 
 
 
 def _other_value(data: dict[str, Any], paths: list[Path_], chance: random.Random) -> None:
-    """Return a value from elsewhere in the file, of the same type if there is such a value."""
+    """Return a value from elsewhere in the file, of the same type if possible."""
     path = chance.choice(paths)
     alike = [p for p in paths if type(_at(data, p)) is type(_at(data, path))]
     _at(data, path[:-1])[path[-1]] = copy.deepcopy(_at(data, chance.choice(alike)))

@@ -1,4 +1,4 @@
-"""Worlds to start from, as text, and text parsed with few organisms of each species."""
+"""Worlds to start from, as text, and as parsed data with few organisms of each species."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ FEW = 12  # organisms of a species
 
 
 def sources() -> dict[str, tuple[str, Path | None]]:
-    """Return the text of every shipped world and of the worlds in the tests, with the folder that its file
-    names refer to."""
+    """Return the text of every shipped world and test world, with the folder that its file names are relative
+    to."""
     from ecs_eco.config.shipped import shipped
 
     worlds: dict[str, tuple[str, Path | None]] = {
@@ -26,7 +26,7 @@ def sources() -> dict[str, tuple[str, Path | None]]:
     menagerie = _module("tests/conftest.py").MENAGERIE
     herd = copy.deepcopy(_module("tests/worlds/herd.py").HERD)
     goat = herd["species"]["goat"]
-    del goat["components"]  # of the test's own
+    del goat["components"]  # defined by the test
     goat["genome"]["genes"] = [g for g in goat["genome"]["genes"] if g["name"] != "wool"]
     return worlds | {
         "menagerie": (toml(menagerie), None),
@@ -113,12 +113,12 @@ def _value(x: Any) -> str:
 
 
 def parsed(text: str) -> dict[str, Any]:
-    """Return a world's text as data, with few organisms in it."""
+    """Return a world's parsed text, with few organisms."""
     return fewer(tomllib.loads(text))
 
 
 def fewer(data: dict[str, Any]) -> dict[str, Any]:
-    """Return the data with at most FEW organisms of a species and objects of a kind."""
+    """Return the data with at most FEW organisms of each species and FEW objects of each kind."""
     for group in ("species", "objects"):
         for kind in data.get(group, {}).values():
             if kind.get("count", 0) > FEW:

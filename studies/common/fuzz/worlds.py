@@ -17,8 +17,8 @@ from studies.common.fuzz.mutations import mutate_text, mutate_values
 from studies.common.fuzz.sources import FEW, parsed, sources, toml
 
 TICKS = 5
-SMALL = {"cells": 2_000, "hidden": 32}  # limits that accepted worlds are cut down to before they run
-WORDS = (  # kinds of problems by their message; the first match counts
+SMALL = {"cells": 2_000, "hidden": 32}  # limits to which accepted worlds are reduced before they run
+WORDS = (  # kinds of problem by message; the first match counts
     ("not TOML", "not TOML"),
     ("not text", "cannot be read"),
     ("missing", "is missing|is empty"),
@@ -37,7 +37,7 @@ WORDS = (  # kinds of problems by their message; the first match counts
 
 
 def tried(chunk: dict[str, Any], files: int) -> dict[str, Any]:
-    """Return the counts by kind for one chunk of mutated world files, and the failures in full."""
+    """Return counts by kind for one chunk of mutated world files, and the full failures."""
     folder = Path(tempfile.mkdtemp(prefix="ecs-eco-fuzz-"))
     items = [
         (chunk["source"], chunk["what"], chunk["seed"] * 1_000_000 + i, str(folder)) for i in range(files)
@@ -73,7 +73,7 @@ def _text(source: str) -> tuple[str, Path | None]:
 
 
 def _warm(source: str) -> None:
-    """Run the unchanged world in this process, so that child processes find its kernels compiled."""
+    """Run the unchanged world in this process, so that child processes inherit its compiled kernels."""
     from ecs_eco import World
 
     text, home = _text(source)
@@ -87,7 +87,7 @@ def _warm(source: str) -> None:
 
 
 def written(source: str, what: str, seed: int, folder: Path) -> Any:
-    """Return the mutated world: a path in `folder`, or a dict for every second world with changed values."""
+    """Return the mutated world: a path in `folder` or, for every second world with changed values, a dict."""
     text, home = _text(source)
     chance = random.Random(seed)
     for path in home.glob("*.safetensors") if home is not None else ():
@@ -105,7 +105,7 @@ def written(source: str, what: str, seed: int, folder: Path) -> Any:
 
 
 def judge(item: tuple[str, str, int, str]) -> dict[str, Any]:
-    """Return the kind of a file's outcome, with details."""
+    """Return a file's kind of outcome, with details."""
     import traceback
 
     from ecs_eco.config import load
@@ -147,7 +147,7 @@ def _refused(error: Any) -> dict[str, Any]:
 
 
 def _run(config: Any) -> dict[str, Any]:
-    """Run an accepted world at small size."""
+    """Run a small version of an accepted world."""
     from ecs_eco import World
     from ecs_eco.config import load
     from ecs_eco.engine.errors import ConfigError
@@ -193,7 +193,7 @@ def _less(config: Any) -> dict[str, Any]:
 
 
 def odd(world: Any) -> list[str]:
-    """Return the columns in which living organisms have numbers that are not finite."""
+    """Return the columns in which living organisms have non-finite numbers."""
     wrong = []
     for table in world.tables.values():
         rows = table.rows()

@@ -1,5 +1,5 @@
-"""Malicious checkpoints, manifests, recordings, policies and journals: harmless files, changed and sealed
-again."""
+"""Malicious checkpoints, manifests, recordings, policies and journals: harmless files that were changed and
+resealed."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ WORDS = [
 
 
 def _named(ground: Ground) -> Iterator[tuple[str, Callable[[dict[str, Any]], None]]]:
-    """Return changes of a recorded configuration that name code at every key, once as a listed file and
-    once as Python's own."""
+    """Return changes to a recorded configuration that name code at every key: once a listed file, once part
+    of Python."""
 
     def naming(pattern: str, name: str) -> Callable[[dict[str, Any]], None]:
         def change(data: dict[str, Any]) -> None:
@@ -62,8 +62,8 @@ def _put_evil(ground: Ground, run: Path) -> None:
 
 
 def checkpoints(ground: Ground) -> Iterator[Attack]:
-    """Return checkpoints whose configuration, code, components or folder name code, or that are files of
-    another kind."""
+    """Return checkpoints whose configuration, code, components or folder name code, or that are a different
+    kind of file."""
     evil = str(ground.home / "path")
     others: dict[str, Any] = {
         "plain": [[1, "evil:Wool"]],
@@ -91,7 +91,7 @@ def checkpoints(ground: Ground) -> Iterator[Attack]:
 
 
 def checkpoints_by_mutation(ground: Ground, seed: int, number: int) -> Iterator[Attack]:
-    """Return a checkpoint with a payload somewhere in its metadata."""
+    """Return a checkpoint with a payload in its metadata."""
     for i in range(number):
         chance, meta = random.Random(seed * 1_000_000 + i), copy.deepcopy(ground.checkpoint[0])
         part = meta if chance.random() < 0.4 else meta["config"]
@@ -140,14 +140,14 @@ def _checkpoint(ground: Ground, label: str, content: Any, turn: int) -> Attack:
 
 
 def _none(_: Any) -> None:
-    """Return no refusal, whatever was done."""
+    """Return no refusal, whatever happened."""
 
 
 # --- manifests
 
 
 def manifests(ground: Ground) -> Iterator[Attack]:
-    """Return manifests whose configuration names code, or that name code to run themselves."""
+    """Return manifests that name code, in their configuration or as code to run."""
     for i, (label, change) in enumerate(_named(ground)):
         yield _manifest(ground, label, change, i)
     evil = str(ground.home / "path" / "evil.py")
@@ -174,7 +174,7 @@ def manifests(ground: Ground) -> Iterator[Attack]:
 
 
 def manifests_by_mutation(ground: Ground, seed: int, number: int) -> Iterator[Attack]:
-    """Return a manifest with a payload somewhere in it."""
+    """Return a manifest that contains a payload."""
     for i in range(number):
         chance = random.Random(seed * 1_000_000 + i)
 
@@ -201,7 +201,7 @@ def _manifest(ground: Ground, label: str, change: Callable[[dict[str, Any]], Non
 
 
 def _of_run(ground: Ground, run: Path, turn: int) -> list[tuple[str, Callable[[], Any]]]:
-    """Return three of the uses of a recorded run; successive calls rotate through them."""
+    """Return three uses of a recorded run; successive calls rotate through the uses."""
     out = ground.new()
     every = [
         ("repeat", cli("repeat", run, "-q")),
@@ -217,7 +217,7 @@ def _of_run(ground: Ground, run: Path, turn: int) -> list[tuple[str, Callable[[]
 
 
 def _watched(run: Path) -> str:
-    """Show the recording to a page that asks for unrecorded data."""
+    """Show the recording on a page that requests unrecorded data."""
     from ecs_eco.view.player import Player
     from ecs_eco.view.replay import Replay
     from studies.common.malicious.messages import Page
@@ -230,7 +230,7 @@ def _watched(run: Path) -> str:
 
 
 def recordings(ground: Ground) -> Iterator[Attack]:
-    """Return parts that are files of another kind or ask the reader to unpickle a custom type, and parts
+    """Return parts that are a different kind of file or make the reader unpickle a custom type, and parts
     with text."""
     for i, (label, blob) in enumerate(ground.blobs.items()):
         for kind in ("series", "births"):
@@ -247,8 +247,8 @@ def _part(ground: Ground, label: str, kind: str, content: bytes | None, turn: in
 
 
 def _pickled_type(path: Path, pickled: bytes) -> bytes:
-    """Return the part with a column of an Arrow type that claims to need unpickling of its content, with a
-    valid seal."""
+    """Return the part, validly sealed, with a column of an Arrow type that claims its content must be
+    unpickled."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -277,7 +277,7 @@ def _pickled_type(path: Path, pickled: bytes) -> bytes:
 
 
 def policies(ground: Ground) -> Iterator[Attack]:
-    """Return files in the place of policies: for a run, named in a world, and in a folder of a run."""
+    """Return files that replace policies: passed to a run, named in a world, and in a run's folder."""
     import numpy as np
     from safetensors.numpy import save
 
@@ -330,7 +330,7 @@ def policies(ground: Ground) -> Iterator[Attack]:
 
 
 def journals(ground: Ground) -> Iterator[Attack]:
-    """Return journals whose head or values name code, or that are files of another kind."""
+    """Return journals whose head or values name code, or that are a different kind of file."""
     lines = _searched(ground)[1]
     for name in ("evil:judge", "os:system", *ground.texts[:4]):
         for change in ({"objective": name}, {"world": name}, {"optimiser": name}):
@@ -351,7 +351,7 @@ def journals(ground: Ground) -> Iterator[Attack]:
 
 
 def journals_by_mutation(ground: Ground, seed: int, number: int) -> Iterator[Attack]:
-    """Return a journal with a payload somewhere in it."""
+    """Return a journal that contains a payload."""
     for i in range(number):
         chance, lines = random.Random(seed * 1_000_000 + i), copy.deepcopy(_searched(ground)[1])
         where = mutate(
@@ -381,7 +381,7 @@ SEARCH = (
 
 @cache
 def _searched(ground: Ground) -> tuple[Path, list[dict[str, Any]]]:
-    """Search the garden; return the folder and the lines of the journal without their seals."""
+    """Search the garden; return the folder and the journal's lines without their seals."""
     from ecs_eco.config.edit import as_toml
     from ecs_eco.lab.searching.journal import NAME, WORD, read
 
@@ -389,7 +389,7 @@ def _searched(ground: Ground) -> tuple[Path, list[dict[str, Any]]]:
     folder.mkdir()
     (folder / "world.toml").write_text(as_toml(ground.garden), encoding="utf-8")
     if output := cli("search", folder / "world.toml", *SEARCH, "--out", folder / "out")():
-        raise RuntimeError(f"the harmless search ended so: {output}")
+        raise RuntimeError(f"the harmless search ended with: {output}")
     return folder, [{k: v for k, v in line.items() if k != WORD} for line in read(folder / "out" / NAME)]
 
 

@@ -1,12 +1,12 @@
-"""The place where malicious files are tried: a folder with the module `evil`, payloads of all kinds,
-marks, and harmless files to start from."""
+"""The sandbox for malicious files: a folder with the module `evil`, payloads of all kinds, marks, and
+harmless files to start from."""
 
 from __future__ import annotations
 
 import contextlib
 import io
 import os
-import pickle  # noqa: TID251  # to write files that no reader may load
+import pickle  # noqa: TID251 # to write files that readers must not load
 import shutil
 import sys
 import tempfile
@@ -34,8 +34,8 @@ KINDS = (REFUSED, ACCEPTED, UNNAMED, TRACEBACK)
 
 @dataclass(frozen=True)
 class Attack:
-    """One malicious file or message: how it is used, and the words of which a refusal must contain at
-    least one."""
+    """One malicious file or message: how it is used, and words of which the refusal must contain at least
+    one."""
 
     label: str
     words: Sequence[str]
@@ -64,7 +64,7 @@ class Ground:
         self.put_evil(home / "path")
 
     def put_evil(self, folder: Path) -> Path:
-        """Put the modules into a folder."""
+        """Write the modules to a folder."""
         (folder / "evilpackage").mkdir(parents=True, exist_ok=True)
         for name in ("evil.py", "evilpackage/__init__.py", "evilpackage/inside.py"):
             (folder / name).write_text(self.text, encoding="utf-8")
@@ -76,11 +76,11 @@ class Ground:
         return self.home / f"case-{self._number}"
 
     def beside(self) -> Path:
-        """Return a new folder with the modules in it."""
+        """Return a new folder that contains the modules."""
         return self.put_evil(self.new())
 
     def marked(self) -> list[str]:
-        """Return the marks that exist, and remove them."""
+        """Return and remove all marks."""
         paths = sorted(self.marks.iterdir())
         for path in paths:
             path.unlink()
@@ -90,7 +90,7 @@ class Ground:
 
     @cached_property
     def blobs(self) -> dict[str, bytes]:
-        """Return files, by kind, that run a shell command when Python, numpy or torch unpickles them."""
+        """Return files, by kind, that run a shell command when unpickled by Python, numpy or torch."""
         pickled = pickle.dumps(Shell(self.shell))
         array, arrays, torch_ = io.BytesIO(), io.BytesIO(), io.BytesIO()
         np.save(array, np.array([Shell(self.shell)], dtype=object), allow_pickle=True)
@@ -152,7 +152,7 @@ class Ground:
 
     @cached_property
     def checkpoint(self) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Return metadata and arrays of its last checkpoint."""
+        """Return the metadata and arrays of its last checkpoint."""
         from ecs_eco.record import checkpoint as file
 
         return file.read(sorted((self.run / "checkpoints").iterdir())[-1])
@@ -166,8 +166,8 @@ class Ground:
 
 @contextlib.contextmanager
 def ground() -> Iterator[Ground]:
-    """Yield a ground for as long as it is needed: a user without allowed code, importable modules that
-    would leave a mark, and none of the modules that this process loaded from earlier worlds."""
+    """Yield a ground for the length of a `with` block: a user who allows no code, importable modules that
+    would leave a mark, and none of the modules loaded from earlier worlds."""
     from ecs_eco.inputs import trust
 
     before, allowed, path, config = (
@@ -218,8 +218,8 @@ def cli(*words: Any) -> Callable[[], str]:
 
 
 def judged(ground: Ground, attack: Attack) -> dict[str, Any]:
-    """Return the outcome of one attack: how its attempts ended, marks, modules of the payload that were
-    loaded, and tracebacks."""
+    """Return the outcome of one attack: how its attempts ended, marks, loaded payload modules, and
+    tracebacks."""
     import traceback
 
     counts, outputs = dict.fromkeys(KINDS, 0), []

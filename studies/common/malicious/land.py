@@ -1,6 +1,5 @@
-"""Malicious land data: rasters and layers that are not what their names claim, contain network addresses,
-are pipes, refer to other folders, or have coordinates outside the earth. A request to an address leaves a
-mark."""
+"""Malicious land data: rasters and layers that contradict their names, contain network addresses, are pipes,
+refer to other folders, or have impossible coordinates. A request to an address leaves a mark."""
 
 from __future__ import annotations
 
@@ -59,7 +58,7 @@ RING = [[1, 1], [9, 1], [9, 9], [1, 1]]
 
 @cache
 def address(ground: Ground) -> str:
-    """Return the address of a server on this machine that leaves a mark for each request."""
+    """Return the address of a local server that leaves a mark for each request."""
 
     class Handler(BaseHTTPRequestHandler):
         def do_GET(self) -> None:
@@ -98,7 +97,7 @@ def by_mutation(ground: Ground, seed: int, number: int) -> Iterator[Attack]:
 
 
 def _naming(name: str) -> dict[str, Any]:
-    """Return a terrain that uses a file as input of its kind."""
+    """Return a terrain that uses a file as its input."""
     if name.startswith("layer"):
         return {"layers": [{"file": name, "make": "lakes"}]}
     return {"raster": name}
@@ -107,8 +106,8 @@ def _naming(name: str) -> dict[str, Any]:
 def _attack(
     ground: Ground, label: str, terrain: dict[str, Any], content: dict[str, bytes | None], turn: int
 ) -> Attack:
-    """Return an attack with a world on this land, which is checked; every fourth world also runs. If
-    content is None, the file is a pipe."""
+    """Return an attack that checks a world on this land; every fourth world also runs. If content is None,
+    the file is a pipe."""
     folder = ground.new()
     folder.mkdir()
     (folder / "plain.asc").write_text(HEAD + ROWS)
@@ -181,7 +180,7 @@ def _rasters(ground: Ground) -> Iterator[tuple[str, dict[str, Any], dict[str, by
 
 
 def _numbers(ground: Ground) -> Iterator[tuple[str, dict[str, Any], dict[str, bytes | None]]]:
-    """Return rasters with headers, values and axes that no real land has."""
+    """Return rasters with impossible headers, values and axes."""
     for old, new in (
         ("xllcorner 0", "xllcorner 1e17"),
         ("yllcorner 0", "yllcorner -1e17"),
@@ -282,7 +281,7 @@ def _npz(ground: Ground, **arrays: Any) -> bytes:
 
 @cache
 def _harmless(ground: Ground) -> dict[str, bytes]:
-    """Return small files of every kind that this installation can write."""
+    """Return a small file of every kind that this installation can write."""
     out = {
         "a.asc": (HEAD + ROWS).encode(),
         "a.npz": _npz(ground, dx=5.0, dy=5.0),

@@ -1,4 +1,4 @@
-"""Malicious messages from a page to the player of the viewer, which passes them to a living world or to a
+"""Malicious messages from a page to the viewer's player, which passes them to a live world or to a
 recording."""
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ class Page:
         self.received += [json.loads(m) for m in messages if isinstance(m, str)]
 
     def ask(self, message: dict[str, Any]) -> str:
-        """Send a message, run one tick, and return the errors that come back."""
+        """Send a message, run one tick, and return the resulting errors."""
         self.received.clear()
         self.player.say(self, message)
         self.player.playing = False
@@ -67,7 +67,7 @@ class Page:
 
 
 def by_hand(ground: Ground) -> Iterator[Attack]:
-    """Return interventions that name code at every key, and invalid kinds, colors and targets."""
+    """Return interventions that name code at every key, or have invalid kinds, colors or targets."""
     for i, pattern in enumerate(KEYS):
         key = pattern.replace("*", "snail", 1).removesuffix(".*")
         for k, name in enumerate(("evil:feel", "os:system", NAMES[i % len(NAMES)])):
@@ -83,7 +83,7 @@ def by_hand(ground: Ground) -> Iterator[Attack]:
 
 
 def by_mutation(ground: Ground, seed: int, number: int) -> Iterator[Attack]:
-    """Return messages with a payload somewhere in them."""
+    """Return messages that contain a payload."""
     for i in range(number):
         chance = random.Random(seed * 1_000_000 + i)
         message = copy.deepcopy(chance.choice(MESSAGES))
@@ -97,7 +97,7 @@ def by_mutation(ground: Ground, seed: int, number: int) -> Iterator[Attack]:
 
 
 def attack(ground: Ground, message: dict[str, Any]) -> Attack:
-    """Return a message sent to the player of a living world, then of a recording."""
+    """Return a message for the player of a live world, then of a recording."""
     kind = str(message.get("kind"))[:40]
     live, recorded = _players(ground)
     return Attack(

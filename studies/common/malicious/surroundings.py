@@ -1,5 +1,5 @@
-"""The working folder of a command, the modules that `check` imports, and controls: payloads that must
-leave their mark."""
+"""A command's working folder, the modules that `check` imports, and controls: payloads that must leave their
+mark."""
 
 from __future__ import annotations
 
@@ -66,8 +66,7 @@ NAMES = sorted(
 
 
 def folders(ground: Ground) -> Iterator[Attack]:
-    """Return folders with settings of matplotlib and numba and with modules that shadow others, for
-    commands to run in."""
+    """Return folders with matplotlib and numba settings and shadowing modules, for commands to run in."""
     place = ground.beside()
     for name in SHADOWS:
         (place / name).write_text(ground.text, encoding="utf-8")
@@ -99,7 +98,7 @@ def folders(ground: Ground) -> Iterator[Attack]:
 
 
 def modules(ground: Ground) -> Iterator[Attack]:
-    """Return folders with modules that shadow others, for commands that start processes."""
+    """Return folders with shadowing modules, for commands that start processes."""
     place = ground.new()
     place.mkdir()
     for name in NAMES:
@@ -144,7 +143,7 @@ def modules(ground: Ground) -> Iterator[Attack]:
         if command[1:3] == [
             "-m",
             "ecs_eco",
-        ]:  # Python looks for this name before it runs any code of the package
+        ]:  # Python looks for this name before it runs any of the package's code
             (place / "ecs_eco.py").unlink()
         words = [*command, "--out", f"out-{i}"] if "-q" in command else command
 
@@ -156,7 +155,7 @@ def modules(ground: Ground) -> Iterator[Attack]:
                 capture_output=True,
                 text=True,
                 env={**os.environ, "RAY_ADDRESS": "local"},
-            )  # no module of another project
+            )  # no module from another project
             if done.returncode:
                 raise RuntimeError(done.stderr[-600:])
             return ""
@@ -166,7 +165,7 @@ def modules(ground: Ground) -> Iterator[Attack]:
 
 
 def _tools(ground: Ground) -> Path:
-    """Return a folder of programs that leave a mark when a figure is typeset."""
+    """Return a folder of programs that leave a mark when called to typeset a figure."""
     tools = ground.new()
     tools.mkdir()
     for name in ("latex", "pdflatex", "xelatex", "dvipng", "kpsewhich", "gs"):
@@ -176,8 +175,8 @@ def _tools(ground: Ground) -> Path:
 
 
 def controls(ground: Ground) -> list[dict[str, Any]]:
-    """Return whether payloads leave their mark where they are meant to run; without this control, a ground
-    without marks proves nothing."""
+    """Return whether payloads leave their mark where they should run; without this control, the absence of
+    marks proves nothing."""
     path = ground.beside() / "world.toml"
     path.write_text(as_toml(world_of("systems.*", code=["evil.py"])), encoding="utf-8")
     out = []
@@ -203,8 +202,8 @@ def controls(ground: Ground) -> list[dict[str, Any]]:
 
 
 def imported(ground: Ground) -> dict[str, Any]:
-    """Return the modules loaded by a process that checked a world with code: the modules beyond those of a
-    harmless world, and the modules of unknown origin."""
+    """Return modules loaded by a process that checked a world with code: those not loaded for a harmless
+    world, and those of unknown origin."""
     from importlib.metadata import packages_distributions
 
     modules = {}

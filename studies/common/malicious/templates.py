@@ -1,5 +1,5 @@
-"""A table of worlds that name code, one for each key that accepts code, derived from the types of the
-fields; and the names that they use."""
+"""A table of worlds that name code, one for each key that accepts code, derived from the field types, and the
+names that they use."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ SNAIL: dict[str, Any] = {
     },
 }
 
-KEYS: dict[str, Any] = {  # a place for each pattern of ARGUMENTS, and its value; the module is evil
+KEYS: dict[str, Any] = {  # a key for each pattern in ARGUMENTS, and its value; the module is `evil`
     "systems.*": ["evil:Wait"],
     "species.*.components.*": ["evil:Wool"],
     "species.*.sensors.*.function": [{"kind": "custom", "function": "evil:sense", "width": 1}],
@@ -116,7 +116,7 @@ NAMES = (
 
 
 def world_of(pattern: str, **more: Any) -> dict[str, Any]:
-    """Return a world that names code of the module `evil` at one key."""
+    """Return a world that names code from the module `evil` at one key."""
     data: dict[str, Any] = {
         "format": 1,
         "name": "garden",
@@ -131,7 +131,7 @@ def world_of(pattern: str, **more: Any) -> dict[str, Any]:
 
 
 def put(data: dict[str, Any], pattern: str, value: Any) -> None:
-    """Set the value at a key of the table in the data of a world of snails."""
+    """Set the value at a key of the table in the data of a snail world."""
     snail = data["species"]["snail"]
     if pattern in PLACES:
         snail[PLACES[pattern]] = value
@@ -148,8 +148,8 @@ def put(data: dict[str, Any], pattern: str, value: Any) -> None:
 
 
 def renamed(pattern: str, name: str, shell: str) -> Any:
-    """Return the value at a key of the table with another name in place of the one in `evil`, and a shell
-    command where the value allows it."""
+    """Return the value at a key of the table with a different name instead of the one in `evil`, and a shell
+    command where the value allows one."""
 
     def inside(value: Any) -> Any:
         if isinstance(value, dict):
@@ -163,7 +163,7 @@ def renamed(pattern: str, name: str, shell: str) -> Any:
 
 
 def models(model: type[BaseModel], seen: set[type]) -> set[type]:
-    """Return all models that are reachable from a model."""
+    """Return all models reachable from a model."""
 
     def inside(annotation: Any) -> None:
         if isinstance(annotation, type) and issubclass(annotation, BaseModel):
@@ -179,7 +179,7 @@ def models(model: type[BaseModel], seen: set[type]) -> set[type]:
 
 
 def fields_that_name_code() -> set[str]:
-    """Return the names of all fields of a world that may name code, derived from their types."""
+    """Return the names of all world fields that may name code, derived from their types."""
     from ecs_eco.config import WorldConfig
     from ecs_eco.config.names import fields_of
 

@@ -1,5 +1,5 @@
-"""Malicious world files: code named at every key that accepts it, listed in every way, in formulas and
-texts, and inserted by mutation."""
+"""Malicious world files: code named at every key that accepts it, however listed, in formulas and texts, and
+inserted by mutation."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ ENTRIES = (
 
 
 def by_hand(ground: Ground) -> Iterator[Attack]:
-    """Yield every key with code that is unlisted, listed but not allowed, or part of Python itself; then
-    lists, formulas and texts."""
+    """Yield every key with code that is unlisted, listed but not allowed, or part of Python; then lists,
+    formulas and texts."""
     for i, pattern in enumerate(KEYS):
         mine = world_of(pattern)
         yield attack(ground, f"{pattern} names a module on the path", mine, i)
@@ -56,7 +56,7 @@ def by_hand(ground: Ground) -> Iterator[Attack]:
 
 
 def _elsewhere(ground: Ground) -> Iterator[tuple[tuple[str, ...], Any]]:
-    """Return keys with formulas, texts, files, and values that are set later."""
+    """Return keys with formulas, texts, files, and values set later."""
     snail = ("species", "snail")
     for text in ground.texts[:5]:
         yield (*snail, "happiness"), {"formula": text, "minimum": 0.0}
@@ -83,7 +83,7 @@ def _elsewhere(ground: Ground) -> Iterator[tuple[tuple[str, ...], Any]]:
 
 
 def by_mutation(ground: Ground, seed: int, number: int) -> Iterator[Attack]:
-    """Yield worlds with a payload at a random place, or at a key inserted at a random place."""
+    """Yield worlds with a payload at a random position, or at a key inserted at a random position."""
     for i in range(number):
         chance = random.Random(seed * 1_000_000 + i)
         data = world_of(chance.choice(list(KEYS))) if chance.random() < 0.5 else copy.deepcopy(ground.garden)
@@ -99,8 +99,7 @@ def by_mutation(ground: Ground, seed: int, number: int) -> Iterator[Attack]:
 
 
 def payloads(ground: Ground) -> list[Any]:
-    """Return values that would run code if treated as code, as a shell command, as a template or as a
-    file."""
+    """Return values that would run code if interpreted as code, a shell command, a template or a file."""
     names = ["evil:Wait", "evil:feel", "evil:mutate", *NAMES]
     return [
         *names,
@@ -113,7 +112,7 @@ def payloads(ground: Ground) -> list[Any]:
 
 
 def mutate(data: Any, chance: random.Random, values: list[Any], keys: list[str]) -> str:
-    """Put a payload at a random place in the data, at that key or another; return the place."""
+    """Insert a payload at a random position in the data, at an existing or a new key; return its position."""
     places = list(_places(data))
     holder, key = chance.choice(places)
     value = copy.deepcopy(chance.choice(values))
@@ -137,12 +136,12 @@ def _set(data: dict[str, Any], key: tuple[str, ...], value: Any) -> None:
 
 
 def attack(ground: Ground, label: str, data: dict[str, Any], turn: int) -> Attack:
-    """Return a world as a file that is checked, run, and passed to one more command, in rotation."""
+    """Return a world file that is checked, run, and passed to another command in rotation."""
     folder = ground.beside()
     path = folder / "world.toml"
     try:
         text = as_toml(data)
-    except (TypeError, ValueError, AttributeError):  # not expressible as a table: use broken text
+    except (TypeError, ValueError, AttributeError):  # not expressible as a table: use malformed text
         text = "\n".join(f"{json.dumps(k)} = {json.dumps(v)}" for k, v in data.items())
     path.write_text(text, encoding="utf-8")
     some = ["--ticks", "2", "--seed", "1"]
@@ -191,7 +190,7 @@ def attack(ground: Ground, label: str, data: dict[str, Any], turn: int) -> Attac
 
 
 def _watched(path: Path) -> None:
-    """Show the world to a page for a tick."""
+    """Show the world on a page for one tick."""
     from ecs_eco import World
     from ecs_eco.view.live import Live
     from ecs_eco.view.player import Player
