@@ -103,9 +103,9 @@ def unit_of(info: FieldInfo) -> str:
 
 
 def text_of(info: FieldInfo) -> str:
-    """Return the description of a field, without its unit and the effect of its absence."""
+    """Return the description of a field, without its unit and the effect of leaving it out."""
     text = _UNIT_AT_END.sub("", info.description or "")
-    return re.sub(r"[;,:]? absent: [^;]*", "", text)
+    return re.sub(r"[;,:]? (?:absent|default): [^;]*", "", text)
 
 
 def shown(value: object) -> str:

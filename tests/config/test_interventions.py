@@ -190,10 +190,10 @@ def test_a_fence_may_be_taken_away_once_for_each_time_it_was_put_up():
 @pytest.mark.parametrize(
     ("what", "line"),
     [
-        (CULL, "cull 50 % of deer"),
+        (CULL, "cull 50% of deer"),
         (
             CULL | {"share": 0.125, "which": "oldest", "cause": "caught", "region": [1.0, 2.0, 3.5]},
-            "cull 12.5 % of deer in [1, 2, 3.5], the oldest first (caught)",
+            "cull 12.5% of deer in [1, 2, 3.5], the oldest first (caught)",
         ),
         (
             {"kind": "cull", "species": "deer", "uids": [7, 12], "cause": "removed"},

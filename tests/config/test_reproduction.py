@@ -16,7 +16,7 @@ from tests.systems.couples import WAY
         (
             {"reproduction": {"reach": 10.1}},
             "reproduction.reach",
-            "larger than half of the torus",
+            "larger than half the width of the torus",
             "at most 10 m",
         ),
         ({"reproduction": {"reach": -1.0}}, "reproduction.reach", "", "at least 0"),
@@ -57,7 +57,7 @@ from tests.systems.couples import WAY
         (
             {"reproduction": {"dispersal": 10.1}},
             "reproduction.dispersal",
-            "larger than half of the torus",
+            "larger than half the width of the torus",
             "at most 10 m",
         ),
         (

@@ -114,7 +114,11 @@ WRONG = [
     (gene(1, low=0.7), "genome.genes.1.low", "less than 0.6"),
     (gene(1, at=0), "genome.genes.1.at", "overlaps the gene red"),
     (gene(1, high=30.0), "genome.genes.1.high", "at most 20 m"),
-    (gene(1, trait="sensors.eye.range", high=21.0), "genome.genes.1.high", "larger than half of the torus"),
+    (
+        gene(1, trait="sensors.eye.range", high=21.0),
+        "genome.genes.1.high",
+        "larger than half the width of the torus",
+    ),
     (gene(1, trait="reproduction.energy_min", high=2.0), "genome.genes.1.high", "at most 1"),
     (lambda goat: goat["genome"].update(loci=4), "genome.loci", "at least 5"),
     (larger_than_own, "genome.genes.1.trait", "cannot code for the species' own value, 0.4"),

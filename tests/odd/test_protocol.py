@@ -193,7 +193,7 @@ def test_who_learns_by_what_rate_and_for_what_is_said_of_each_species() -> None:
 def test_interventions_are_input_with_their_ticks() -> None:
     cull = {"kind": "cull", "species": "grass", "share": 0.5, "at": 40, "every": 20, "until": 80}
     text = describe(MEADOW | {"interventions": [cull]}).markdown()
-    assert "- At tick 40, then every 20 ticks until tick 80: cull 50 % of grass." in text
+    assert "- At tick 40, then every 20 ticks until tick 80: cull 50% of grass." in text
     assert "no input data" in describe(MEADOW).markdown()
 
 
