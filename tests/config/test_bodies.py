@@ -116,8 +116,8 @@ def test_in_a_volume_what_is_between_two_places_stands_on_the_floor():
 @pytest.mark.parametrize(
     ("body", "words"),
     [
-        (BOX | {"radius": 1.0}, "a box has no radius"),
-        ({"shape": "box", "radius": 1.0}, "a box has no radius"),
+        (BOX | {"radius": 1.0}, "a box takes no radius"),
+        ({"shape": "box", "radius": 1.0}, "a box takes no radius"),
         ({"shape": "box"}, "a box needs its size"),
         ({"shape": "capsule", "radius": 1.0}, "a capsule needs its length"),
         ({"shape": "capsule", "radius": 1.0, "length": 1.5}, "at least twice the radius, 2 m"),
