@@ -118,13 +118,13 @@ def test_in_a_volume_what_is_between_two_places_stands_on_the_floor():
     [
         (BOX | {"radius": 1.0}, "a box takes no radius"),
         ({"shape": "box", "radius": 1.0}, "a box takes no radius"),
-        ({"shape": "box"}, "a box needs its size"),
-        ({"shape": "capsule", "radius": 1.0}, "a capsule needs its length"),
+        ({"shape": "box"}, "a box needs a size"),
+        ({"shape": "capsule", "radius": 1.0}, "a capsule needs a length"),
         ({"shape": "capsule", "radius": 1.0, "length": 1.5}, "at least twice the radius, 2 m"),
-        ({"radius": 1.0, "length": 3.0}, 'length needs the shape of a capsule: shape = "capsule"'),
-        ({"radius": 1.0, "size": [1.0, 1.0]}, "size needs the shape of a box"),
+        ({"radius": 1.0, "length": 3.0}, 'length requires a capsule: set shape = "capsule"'),
+        ({"radius": 1.0, "size": [1.0, 1.0]}, "size requires a box"),
         ({"shape": "bx", "size": [1.0, 1.0]}, 'did you mean "box"'),
-        ({"radius": 1.0, "mass": 1.0, "density": 1.0}, "one of mass and density"),
+        ({"radius": 1.0, "mass": 1.0, "density": 1.0}, "either mass or density"),
         ({"shape": "box", "size": [1.0, 1.0, 1.0, 1.0]}, "at most 3 entries"),
         ({"shape": "box", "size": [11.0, 1.0]}, "does not fit into the world"),
         ({"shape": "capsule", "radius": 1.0, "length": 11.0}, "at most 10 m"),
@@ -139,7 +139,7 @@ def test_wrong_bodies_are_refused_with_what_is_allowed(body, words):
 @pytest.mark.parametrize(
     ("thing", "words"),
     [
-        ({"between": [[1.0, 1.0, 3.0, 1.0]]}, "a sphere cannot reach"),
+        ({"between": [[1.0, 1.0, 3.0, 1.0]]}, "a sphere cannot extend"),
         ({"between": [[1.0, 1.0, 21.0, 1.0]], "body": BOX}, "outside the world"),
         ({"between": [[1.0, 1.0, 1.0, 1.0]], "body": BOX}, "more than 0 m"),
         ({"between": [[1.0, 1.0, 19.0, 1.0]], "body": BOX}, "at most 10 m"),

@@ -97,7 +97,7 @@ def test_the_mate_action_needs_reproduction_that_is_sexual_or_a_system_of_ones_o
     with pytest.raises(
         ConfigError,
         match=r"species.deer.actions.mate = .*\n.*expected: "
-        r'reproduction.kind = "sexual", or no such group',
+        r'reproduction.kind = "sexual", or remove this action group',
     ):
         meadow(reproduction=way, actions={"mate": ["mate"]})
     config = meadow(reproduction=way).config.model_dump()

@@ -128,7 +128,7 @@ WRONG = [
     (operator("mutate", operator="mutFlipBit", indpb=0.1), "genome.mutate.operator", "4 letters"),
     (two_of_a_name, "reflex.connections.1.name", "a unique name"),
     (inherit("birth"), "policy.inherit", "no gene codes for policy.weights"),
-    (inherit("learned"), "policy.inherit", "codes for policy.weights too"),
+    (inherit("learned"), "policy.inherit", "also codes for policy.weights"),
 ]
 
 
@@ -222,7 +222,7 @@ def test_the_conformance_check_finds_values_beyond_the_range_and_rows_that_mix(
     ("trait", "reason"),
     [
         ("max_count", "it counts organisms"),
-        ("body.density", "mass follows from it"),
+        ("body.density", "it determines the mass"),
         ("reproduction.immigration", "organisms without parents"),
     ],
 )
