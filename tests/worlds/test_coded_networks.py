@@ -189,7 +189,7 @@ def test_genes_hold_the_weights_of_a_torch_module():
 
 def test_a_gene_that_reaches_a_value_that_would_be_refused_is_refused():
     gene = gene_for("gut", "metabolism.energy_max", low=0.1, high=2.0)  # they begin with 0.6
-    with pytest.raises(ConfigError, match=r"metabolism.energy would be more than energy_max"):
+    with pytest.raises(ConfigError, match=r"metabolism.energy: more than energy_max"):
         World.from_config(herd(genome=genome(gene)))
     fast = gene_for("legs", "locomotion.speed.walk", low=0.5, high=99.0)  # in a world of 30 m
     with pytest.raises(ConfigError, match="more than half the width of the world"):
