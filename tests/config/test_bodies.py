@@ -147,7 +147,7 @@ def test_wrong_bodies_are_refused_with_what_is_allowed(body, words):
             {"between": [[1.0, 1.0, 1.5, 1.0]], "body": {"shape": "capsule", "radius": 1.0, "length": 3.0}},
             "more than 2 m",
         ),
-        ({"at": [[1.0, 1.0]], "heading": [1.0, 2.0]}, "2 headings for 1 places"),
+        ({"at": [[1.0, 1.0]], "heading": [1.0, 2.0]}, "2 headings for 1 positions"),
         ({"count": 2, "heading": [1.0]}, "heading"),
         ({"count": 2, "between": [[1.0, 1.0, 3.0, 1.0]], "body": BOX}, "given together with between"),
     ],
