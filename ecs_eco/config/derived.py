@@ -37,8 +37,7 @@ def all_genes(species: Species) -> list[Gene]:
 
 
 def formulas_of(section: GenomeSection) -> tuple[dict[str, Formula], list[Problem]]:
-    """Return the formulas of derived traits, each after the formulas that it reads, and problems with the
-    rest."""
+    """Return the formulas of derived traits, each after the formulas that it reads, and problems."""
     genes = [gene.name for gene in section.genes if not is_weights(gene, None)]
     known, found, wrong = [*genes, *section.derived], {}, []
     for name, derived in section.derived.items():
@@ -119,8 +118,7 @@ def _genes_read(section: GenomeSection, formulas: Mapping[str, Formula], name: s
 
 
 def _samples(section: GenomeSection, formulas: Mapping[str, Formula], name: str) -> dict[str, np.ndarray]:
-    """Return sampled values of the genes that a formula reads, f64[samples], and of formulas,
-    f32[samples]."""
+    """Return sampled values of the genes, f64[samples], and formulas, f32[samples], that a formula reads."""
     genes = {gene.name: gene for gene in section.genes}
     read = _genes_read(section, formulas, name)
     n = max(2, int(SAMPLES ** (1 / len(read))))

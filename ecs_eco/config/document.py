@@ -97,8 +97,7 @@ def present(data: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _path(world: object) -> Path:
-    """Return the file of a world, given by its name, a path, or a folder with one file. Raises
-    ConfigError."""
+    """Return the file of a world, given by name, path, or a folder with one file. Raises ConfigError."""
     if (known := named(world)) is not None:
         return known
     worlds, path = shipped(), Path(str(world))

@@ -53,8 +53,8 @@ ALLOWED = (
 
 
 class FormulaError(ValueError):
-    """An invalid formula: the problem, its position (in characters, from 1), what is expected and the nearest
-    valid name."""
+    """An invalid formula: the problem, its position (character from 1), expected input and nearest valid
+    name."""
 
     def __init__(self, fault: str, position: int, allowed: str = ALLOWED, close: str = "") -> None:
         self.what, self.position = f"{fault} at character {position}", position
@@ -129,8 +129,7 @@ def compile_formula(text: str, names: Iterable[str]) -> Formula:
 
 
 def compiled(text: str, compiler_of: Callable[[str, int], Any]) -> tuple[Any, Any]:
-    """Return the function that a text defines, and its compiler, `compiler_of(line, characters before the
-    text)`."""
+    """Return the function that a text defines, and `compiler_of(line, characters before the text)`."""
     line = " ".join(text.split("\n"))
     if len(line) > LONGEST:
         raise FormulaError("too long: it must end", LONGEST, f"at most {LONGEST} characters")

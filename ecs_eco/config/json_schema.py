@@ -84,8 +84,7 @@ def _ranged(node: object) -> Any:
 
 
 def _without_null(node: object) -> Any:
-    """Return the schema without null, which TOML lacks, and with the keys of named tables restricted to
-    names."""
+    """Return the schema without null, which TOML lacks; keys of named tables must be names."""
     if isinstance(node, list):
         return [_without_null(x) for x in node]
     if not isinstance(node, dict):

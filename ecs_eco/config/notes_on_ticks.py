@@ -31,8 +31,7 @@ def _on_contacts(config: WorldConfig) -> Iterator[str]:
 
 
 def _contacts(config: WorldConfig) -> Iterator[tuple[str, str, str, float, str]]:
-    """Yield the key, the species, the kind that it contacts, the reach [m], and the key that sets the
-    reach."""
+    """Yield the key, the species, the kind that it contacts, the reach [m], and the reach's key."""
     for name, species in config.species.items():
         for key, other, reach in of_each(species, "meets"):
             yield key, name, other, reach, "reach"

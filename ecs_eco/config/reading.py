@@ -76,8 +76,7 @@ def parse_toml(text: str) -> dict[str, Any]:
 
 
 def too_deep(data: object) -> Problem | None:
-    """Return the problem with the first table or list that is nested more than DEEPEST levels deep, or
-    None."""
+    """Return the problem with the first table or list nested more than DEEPEST levels deep, or None."""
     level: list[tuple[tuple[str | int, ...], Any]] = [((), data)]
     for _ in range(DEEPEST):
         inner: list[tuple[tuple[str | int, ...], Any]] = []

@@ -58,8 +58,7 @@ class Living:
 
 
 class Scope:
-    """The organisms that names in a formula refer to: a species or object type; None means the species that
-    the number describes."""
+    """The organisms that names in a formula refer to; None is the species that the number describes."""
 
     def __init__(self, tables: Mapping[str, Any]) -> None:
         self.own: str | None = None
@@ -141,8 +140,7 @@ class _Compiler(Compiler):
         return self._count(tree) if name == "count" and whole else self._aggregate(tree, name)
 
     def _count(self, tree: ast.Call) -> Node:
-        """Return a function that counts the species that the number describes, or a named species or object
-        type."""
+        """Return a function that counts the species that the number describes, or a named kind."""
         of = tree.args[0].id if tree.args else None  # type: ignore[attr-defined]
         if of is not None and of not in self.kinds:
             fault = f'no species or object type named "{of}"'

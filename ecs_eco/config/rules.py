@@ -66,7 +66,7 @@ def check_used(species: Any, key: Key, section: str, group: str) -> Iterator[Pro
     if group in species.actions and not getattr(species, section):
         fault, allowed = (
             f"it {section} nothing",
-            f'{section} = [{{ object = "stick", … }}], or remove this action group',
+            f'{section} = [{{ object = "stick", … }}], or remove the group',
         )
         yield Problem((*key, "actions", group), fault, species.actions[group], allowed)
 
@@ -85,8 +85,7 @@ def extent(size: Sequence[float]) -> str:
 
 
 def written_at(problem: Problem, place: Key, written: str | None, while_: str = "") -> Problem:
-    """Return a problem of a derived world, relocated to `place` or, if given, to the value `written`
-    there."""
+    """Return a problem of a derived world, moved to `place` or to the value `written` there, if given."""
     where = "" if written is not None else f", at {problem.path}{while_}"
     key = place if written is None else (*place, written)
     return problem.moved(key=key, what=problem.what + where, source="", line=None)

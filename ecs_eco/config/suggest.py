@@ -102,8 +102,7 @@ def _closest(key: Key, word: str, places: list[Place]) -> str:
 
 
 def _steps(here: Key, there: Key) -> int | None:
-    """Return the number of steps up and down from one section to another; None if they have little in
-    common."""
+    """Return the steps up and down from one section to another; None if they have little in common."""
     common = len([*takewhile(lambda pair: pair[0] == pair[1], zip(here, there, strict=False))])
     up, down = len(here) - common, len(there) - common
     if down and up + down > NEAR and common < 2:

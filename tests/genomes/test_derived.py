@@ -126,7 +126,7 @@ def test_the_summary_and_the_records_have_derived_traits(tmp_path):
         ),
         (
             {"a": {"from": "size", "trait": "locomotion.pace", "formula": "100 * size"}},
-            ["more than half the width of the world", "derived.a.formula"],
+            ["more than half the world's width", "derived.a.formula"],
         ),
         ({"a": {"from": "size", "trait": "species", "formula": "size"}}, ["no such trait"]),
         ({"liter": {"from": "size", "formula": "size"}}, ["no such trait"]),

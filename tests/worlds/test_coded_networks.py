@@ -192,7 +192,7 @@ def test_a_gene_that_reaches_a_value_that_would_be_refused_is_refused():
     with pytest.raises(ConfigError, match=r"metabolism.energy: more than energy_max"):
         World.from_config(herd(genome=genome(gene)))
     fast = gene_for("legs", "locomotion.speed.walk", low=0.5, high=99.0)  # in a world of 30 m
-    with pytest.raises(ConfigError, match="more than half the width of the world"):
+    with pytest.raises(ConfigError, match="more than half the world's width"):
         World.from_config(herd(genome=genome(fast)))
 
 

@@ -56,9 +56,7 @@ def _check_known_group(
         fault = f"it cannot {group}: locomotion.{group} is missing or 0"
         yield Problem(at, fault, actions, f"locomotion.{group} > 0, or remove this action group")
     if group == "climb" and config.dims == 2:
-        yield Problem(
-            at, "no up and down in a plane", actions, "a three-dimensional space, or remove this action group"
-        )
+        yield Problem(at, "no up and down in a plane", actions, "a 3D space, or remove this action group")
     if group == "eat" and not species.diet:
         yield Problem(at, "it has no diet", actions, "a diet, or remove this action group")
 
@@ -92,17 +90,10 @@ def _check_range(
         allowed = f"a list of actions; only {listed(MOTIONS)} can be continuous"
         yield Problem(at, "cannot be continuous", given, allowed)
     elif species.locomotion is None:
-        yield Problem(
-            at, "it cannot move: locomotion is missing", given, "locomotion, or remove this action group"
-        )
+        yield Problem(at, "locomotion is missing", given, "locomotion, or remove this action group")
     else:
         if group in ("climb", "pitch") and config.dims == 2:
-            yield Problem(
-                at,
-                "no up and down in a plane",
-                given,
-                "a three-dimensional space, or remove this action group",
-            )
+            yield Problem(at, "no up and down in a plane", given, "a 3D space, or remove this action group")
         if group == "pitch" and "climb" in species.actions:
             yield Problem(at, "it already moves up and down with climb", given, "either climb or pitch")
         ends = {"speed": (0.0, max(species.locomotion.speed.values())), "pitch": (-math.pi / 2, math.pi / 2)}
@@ -118,8 +109,7 @@ def groups_of_systems(config: WorldConfig) -> list[str]:
 
 
 def _groups_of_exchange(species: Species) -> list[str]:
-    """Return the action groups during which a species exchanges or converts substances; their names are
-    free."""
+    """Return the action groups during which a species exchanges or converts substances."""
     used = {getattr(way, "action", None) for way in (*species.exchange, *species.reactions)}
     known = species.known_groups()
     return [g for g, actions in species.groups().items() if g not in known and not used.isdisjoint(actions)]

@@ -47,10 +47,7 @@ def _check_locomotion(config: WorldConfig, key: Key, species: Species) -> Iterat
         if speed * config.dt > most:
             allowed = f"at most {most / config.dt:g} m/s"
             yield Problem(
-                (*key, "speed", gait),
-                "would move more than half the width of the world in one tick",
-                speed,
-                allowed,
+                (*key, "speed", gait), "moves more than half the world's width in a tick", speed, allowed
             )
     for gait in species.locomotion.cost:
         yield from named((*key, "cost", gait), "gait", gait, species.locomotion.speed)
@@ -181,10 +178,10 @@ def check_object(config: WorldConfig, name: str, kind: ObjectType) -> Iterator[P
     for i, at in enumerate(kind.at):
         yield from inside((*key, "at", i), at, config.space.size)
     if len(kind.heading) not in (0, 1, len(kind.at)):
-        fault = f"{len(kind.heading)} headings for {len(kind.at)} positions in at"
+        fault = f"{len(kind.heading)} headings for {len(kind.at)} positions in `at`"
         yield Problem((*key, "heading"), fault, kind.heading, f"{len(kind.at)} numbers [rad], or one for all")
     elif kind.heading and not kind.at:
-        yield Problem((*key, "heading"), "given without at", kind.heading, "positions in at")
+        yield Problem((*key, "heading"), "given without at", kind.heading, "positions in `at`")
     if kind.renewal and not kind.count:
         fault = "without count, there is no number to restore"
         yield Problem((*key, "renewal"), fault, kind.renewal, "a count of at least 1, or remove renewal")
@@ -237,6 +234,4 @@ def _check_motion(config: WorldConfig, key: Key, kind: ObjectType) -> Iterator[P
         yield from inside((*at, "path", i), place, size)
     fastest = max(map(abs, motion.velocity or [motion.speed or 0.0]))
     most = min(size) / 2 / config.dt
-    yield from at_most(
-        at, "would move more than half the width of the world in one tick", fastest, most, " m/s"
-    )
+    yield from at_most(at, "moves more than half the world's width in a tick", fastest, most, " m/s")

@@ -75,8 +75,7 @@ def check_genome(config: WorldConfig, name: str) -> Iterator[Problem]:
 
 
 def _placed(problem: Problem, key: Key, section: GenomeSection, whole: GenomeSection) -> Problem:
-    """Return the problem of a gene in `whole`, located at its formula if it is a derived trait, not a
-    gene."""
+    """Return the problem of a gene in `whole`, located at its formula if it is a derived trait."""
     number = int(problem.key[len(key) + 1])
     if number < len(section.genes):
         return problem
@@ -124,7 +123,7 @@ def _check_range(config: WorldConfig, species: Species, key: Key, gene: Gene) ->
                 fault = "farther from the body than the width of the world, in body radii"
                 yield Problem((*key, field), fault, value, f"{-farthest_off:g} to {farthest_off:g}")
     if trait == "locomotion.pace" and highest * fastest > most:
-        fault = "would move more than half the width of the world in one tick"
+        fault = "moves more than half the world's width in a tick"
         yield Problem(at, fault, highest, f"at most {most / fastest:g}")
     if trait in ("reproduction.energy_min", "reproduction.energy_given"):
         yield from at_most(at, "more than energy_max", highest, species.metabolism.energy_max, "")

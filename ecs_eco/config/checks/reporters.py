@@ -80,8 +80,7 @@ def formula_of(config: WorldConfig, text: str) -> ReporterFormula:
 
 
 def fields_of_components(config: WorldConfig) -> tuple[Fields, bool]:
-    """Return the fields of all known components, and whether all are known: custom code may be still
-    unloaded."""
+    """Return the fields of all known components, and whether all custom components are known."""
     fields = {name: getattr(components, name).fields for name in components.__all__}
     owns = [components_of(config, species) for species in config.species.values()]
     for own in owns:

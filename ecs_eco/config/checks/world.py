@@ -190,9 +190,7 @@ def check_water(config: WorldConfig) -> Iterator[Problem]:
     if water is None:
         return
     if config.dims == 2:
-        yield Problem(
-            ("water",), "there is no depth in a plane", allowed="a three-dimensional space, or remove water"
-        )
+        yield Problem(("water",), "there is no depth in a plane", allowed="a 3D space, or remove water")
         return
     for name in water.shading:
         yield from named(("water", "shading", name), "species", name, config.species)
@@ -202,7 +200,7 @@ def check_water(config: WorldConfig) -> Iterator[Problem]:
     for i, current in enumerate(water.current):
         for axis, speed in enumerate(current.velocity):
             if abs(speed) * config.dt > (most := size[axis] / 2):
-                fault = "would move more than half the width of the world in one tick"
+                fault = "moves more than half the world's width in a tick"
                 yield Problem(
                     ("water", "current", i, "velocity"), fault, speed, f"at most {most / config.dt:g} m/s"
                 )
@@ -217,7 +215,7 @@ def _check_volume(config: WorldConfig) -> Iterator[Problem]:
     ]
     for section, name, body in bodies:
         if body.sinking and config.dims == 2:
-            fault, allowed = "no up and down in a plane", "0, or a three-dimensional space"
+            fault, allowed = "no up and down in a plane", "0, or a 3D space"
             yield Problem((section, name, "body", "sinking"), fault, body.sinking, allowed)
     for name, species in config.species.items():
         way = species.locomotion

@@ -111,8 +111,7 @@ AnyExchange = Annotated[Uptake | Release | Equilibrate, Field(discriminator="kin
 
 
 class Chemistry(Feature, after="substances"):
-    """Substances react and are exchanged with fields: systems `React`, `ExchangeMatter`, component
-    `Matter`."""
+    """Substances react and move to and from fields: systems `React`, `ExchangeMatter`, component `Matter`."""
 
     reactions: list[Reaction] = about(
         "reactions of its substances, in this order", [], omit=True, change=SHAPE
@@ -152,8 +151,8 @@ class Provision(Feature, after="exchange"):
 
     born_with: Literal["declared", "mother", "soil"] = about(
         "origin of newborns' substances; declared: created from nothing; mother: shared by the mother, at "
-        "equal concentrations; soil: taken from the first field of each, and a seed germinates only if there "
-        "is enough",
+        "equal concentrations; soil: taken from the first field of each, where a seed needs enough to "
+        "germinate",
         "declared",
         omit=True,
         change=SHAPE,

@@ -15,8 +15,7 @@ class Lethal(Section, own=True):
     """The range of a property outside which the organism dies."""
 
     property: str = about(
-        "energy, age, fertility, a property or substance that the species has, or Component.field of a "
-        "custom component"
+        "energy, age, fertility, a property or substance of the species, or a custom Component.field"
     )
     min: Real | None = quantity("it dies at or below this value", "unit of the property", None)
     max: Real | None = quantity("it dies at or above this value", "unit of the property", None)

@@ -39,8 +39,7 @@ class Defence(Section, change=FREE, own=Column("Defence")):
         reads=("defence",),
         rules={
             "": "A bite fails with probability `toughness`; the eater loses the energy `poison`. Growth and "
-            "the proportion of seeds that germinate are multiplied by `max(0, 1 − cost (toughness + "
-            "poison))`."
+            "the proportion of seeds that germinate are multiplied by `max(0, 1 − cost (toughness + poison))`."
         },
     )
 

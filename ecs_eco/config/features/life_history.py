@@ -21,20 +21,19 @@ class Breeding(Section, change=FREE, own=COLUMN):
 
     maturity: NonNegative = quantity("age from which it is fertile", "s", 0.0)
     prime: Positive | None = quantity(
-        "age of peak fertility; default: a third of the way from maturity to the end or, without an end, "
-        "maturity",
+        "age of peak fertility; default: a third of the way from maturity to end or, without end, maturity",
         "s",
         None,
     )
     end: Positive | None = quantity(
-        "age at which fertility ends; default: fertility rises linearly from maturity to the prime and never "
-        "falls with age",
+        "age at which fertility ends; default: fertility rises linearly from maturity to prime and stays "
+        "there",
         "s",
         None,
     )
     season: Share | None = quantity(
-        "time of year of peak fertility: 0 is the spring equinox, 0.25 midsummer; default: it breeds all "
-        "year; requires `year`",
+        "time of year of peak fertility: 0 is the spring equinox, 0.25 midsummer; default: all year; needs "
+        "`year`",
         "1",
         None,
     )
@@ -89,15 +88,11 @@ class Growth(Section, change=FREE, own=True):
         "energy reserve that is not spent on growth; with 0, it spends everything and starves", "energy", 0.0
     )
     pace: NonNegative = quantity(
-        "exponent with which speeds scale with mass relative to the adult's; 0: the young are as fast as "
-        "adults",
-        "1",
-        0.0,
+        "exponent of mass, relative to the adult's, in speeds; 0: the young are as fast as adults", "1", 0.0
     )
     store: NonNegative = quantity(
-        "exponent with which metabolism.energy_max scales with mass relative to the adult's; 1: in "
-        "proportion to the body; 0: the young can store as much as adults. Energy at birth above the limit "
-        "is kept",
+        "exponent of mass, relative to the adult's, in metabolism.energy_max; 1: proportional to the body; "
+        "0: the young can store as much as adults. Energy at birth above the limit is kept",
         "1",
         0.0,
         omit=True,

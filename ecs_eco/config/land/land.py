@@ -130,8 +130,7 @@ def _stamp(name: str, folder: Path) -> tuple[int, int]:
 
 @lru_cache(maxsize=8)
 def _read(text: str, size: tuple[float, float], folder: Path, stamps: tuple[tuple[int, int], ...]) -> Land:
-    """Read the land of a `terrain` section given as JSON; `stamps` keeps the cache from returning old
-    files."""
+    """Read the land of a `terrain` section in JSON; `stamps` keeps the cache from returning old files."""
     terrain = Terrain.model_validate_json(text)
     assert terrain.raster is not None
     raster = read_raster(terrain.raster, folder, terrain.band, terrain.crs)
@@ -205,8 +204,7 @@ class Frame:
                 f"{len(gaps):,} cells of the world have no elevation; the first is at "
                 f"column {column + 1}, row {row + 1} of the raster",
                 float("nan"),
-                "a part without gaps (set `corner` or space.size), or `missing`, an elevation for such cells "
-                "[m]",
+                "a part without gaps (`corner`, space.size), or `missing`, an elevation for such cells [m]",
             )
         return out
 

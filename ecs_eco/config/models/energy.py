@@ -50,8 +50,7 @@ class Metabolism(Section, change=FREE):
     )
     torpor: bool = about(
         "whether it enters torpor when no energy is left: it burns nothing, does not move and does not mate "
-        "until it gains energy again; otherwise its energy falls below 0, and `lethal` defines the "
-        "consequences",
+        "until it gains energy again; otherwise its energy falls below 0, with consequences as in `lethal`",
         False,
         omit=True,
     )

@@ -39,9 +39,7 @@ class Intervention(Section):
 
     at: Tick = quantity("tick of the intervention, or of the first one if it repeats", "ticks")
     every: Ticks | None = quantity("interval between repetitions; default: no repetition", "ticks", None)
-    until: Tick | None = quantity(
-        "last tick in which it can repeat; default: the end of the run", "ticks", None
-    )
+    until: Tick | None = quantity("last possible tick; default: the end of the run", "ticks", None)
 
     def due(self, tick: int) -> bool:
         """Return whether it is carried out in this tick."""
@@ -126,16 +124,12 @@ class Dose(Intervention):
 
     kind: Literal["dose"]
     field: Name | None = about(
-        "the field that gets the dose, spread evenly over its cells in the region; give either field or "
-        "species",
-        None,
+        "the field that gets the dose, spread evenly over the region; give either field or species", None
     )
     species: Name | None = about(
         "a species or object type, each of whose bodies in the region gets the dose", None
     )
-    substance: Name | None = about(
-        "the substance added to bodies; not for a field, which defines its own", None
-    )
+    substance: Name | None = about("the substance, for a dose to bodies; a field has its own", None)
     amount: Real = quantity(
         "the dose; a negative dose removes that amount, or all there is; for a smell without a substance, in "
         "the smell's own unit",
@@ -244,8 +238,7 @@ class Use(Section, change=FREE):
         return first <= share < last if first < last else share >= first or share < last
 
     def year(self, tick: int, dt: float) -> int:
-        """Return the number, from 0, of the year that contains a tick of length `dt` [s]; 0 without
-        `period`."""
+        """Return the number, from 0, of the year of a tick of length `dt` [s]; 0 without `period`."""
         return 0 if self.period is None else tick // exact(self.period / dt)
 
 

@@ -119,9 +119,8 @@ class Policy(Section, change=SHAPE):
     )
 
     kind: Literal["shared", "individual", "external", "function", "none"] = about(
-        "shared: one network for the whole species; individual: one network per organism; external: a "
-        "program outside the world decides (world.external, ecs_eco.rl); function: a function decides; none: "
-        "no policy",
+        "shared: one network for the whole species; individual: one network per organism; external: an "
+        "outside program decides (world.external, ecs_eco.rl); function: a function decides; none: no policy",
         "none",
     )
     function: WithParameters | None = about(
@@ -145,9 +144,7 @@ class Policy(Section, change=SHAPE):
         own="it is noise in weights inherited outside the genome; genome.mutate sets the mutation of letters",
     )
     network: Function | None = about(
-        "module:name of a torch module class, created as Net(n_observations, groups); default: the built-in "
-        "network",
-        None,
+        "module:name of a torch class, created as Net(n_observations, groups); default: built-in", None
     )
     device: Annotated[str, Field(pattern=r"^(cpu|cuda(:\d{1,3})?)$")] = about(
         "device on which the network infers and learns: cpu, cuda or cuda:N", "cpu"

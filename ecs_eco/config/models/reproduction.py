@@ -113,9 +113,7 @@ class Sexual(Bearing):
     )
     chance: Share = quantity("probability of success per second of contact", "1", 1.0, own=True)
     consent: Literal["both", "one", "none"] = about(
-        "how many of the partners must take the action `mate`; a species without this action is always "
-        "willing",
-        "both",
+        "how many partners must take the action `mate`; a species without it is always willing", "both"
     )
     choice: Literal["nearest", "random", "richest", "oldest"] = about(
         "which of the ready mates within reach is chosen", "nearest"

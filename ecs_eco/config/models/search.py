@@ -1,5 +1,4 @@
-"""Sections that do not affect runs: `ecs-eco search`, the measurements that it fits, and the viewer's
-knobs."""
+"""Sections that do not affect runs: `ecs-eco search`, the measurements that it fits, viewer knobs."""
 
 from typing import Annotated, Any, Literal
 
@@ -76,10 +75,7 @@ class Posterior(Section):
         None,
     )
     stop: Share = quantity(
-        "abc-smc: the search ends when a smaller proportion of a generation's candidates enters the "
-        "posterior",
-        "1",
-        0.05,
+        "abc-smc: the search ends when fewer of a generation's candidates enter the posterior", "1", 0.05
     )
 
 
@@ -125,9 +121,7 @@ class Search(Section):
         "proportion of failed runs in a stage above which a candidate is dropped", "1", 0.5
     )
     crowd: Annotated[float, Field(ge=1)] = quantity(
-        "multiple of the initial number of organisms at which a run ends, just as it ends at an extinction",
-        "1",
-        10.0,
+        "multiple of the initial number of organisms at which a run ends, as at an extinction", "1", 10.0
     )
     finalists: Annotated[int, Field(ge=1, le=50)] = about(
         "candidates tested on further seeds before the best is chosen", 4
@@ -158,8 +152,8 @@ class Data(Section):
     """An external series: measurements that reports show next to a run, and that a search can fit."""
 
     file: Annotated[str, Field(min_length=1, max_length=1000)] = about(
-        "a CSV file next to the world file: a header with column names, then one row for each time; times "
-        "are evenly spaced"
+        "a CSV file next to the world file: a header with column names, then a row for each of the evenly "
+        "spaced times"
     )
     time: Text | None = about("the column of times; default: the first column", omit=True)
     unit: Text | None = about(
@@ -172,8 +166,7 @@ class Data(Section):
         max_length=64,
     )
     ticks: Positive | None = quantity(
-        "length of one unit of time in the world; default: unknown, so lags and amplitudes are compared "
-        "period by period",
+        "length of one unit of time; default: unknown, so lags and amplitudes are compared period by period",
         "ticks",
         omit=True,
     )

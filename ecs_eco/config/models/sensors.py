@@ -90,9 +90,7 @@ class Nearest(Sensor, own=True):
     )
     occlusion: bool = about("whether opaque bodies in between hide the target", False)
     sight: NonNegative | None = quantity(
-        "if given, its viewing distance depends on light: blind + sight × light at the eye, at most range",
-        "m",
-        None,
+        "if given, it sees as far as blind + sight × light at the eye, at most range", "m", None
     )
     blind: NonNegative = quantity(
         "distance at which it detects the target in the dark, if sight is given", "m", 0.0
@@ -131,14 +129,10 @@ class Rays(Sensor):
     )
     at: Point = _on_body(f"{ON_BODY}; rays begin there")
     angle: Angle = quantity(
-        "direction of the middle ray; 0 is straight ahead, and left is positive",
-        "rad",
-        0.0,
-        omit=True,
-        own=True,
+        "direction of the middle ray; 0 is straight ahead, left is positive", "rad", 0.0, omit=True, own=True
     )
     sight: NonNegative | None = quantity(
-        "if given, its viewing distance depends on light: blind + sight × light at the eye, at most range",
+        "if given, it sees as far as blind + sight × light at the eye, at most range",
         "m",
         omit=True,
         own=True,

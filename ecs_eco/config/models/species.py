@@ -130,9 +130,7 @@ class Species(
         former="neutral",
     )
     always_on: list[str] = table(
-        "actions that need no decision: they are always taken unless a reflex blocks them",
-        list,
-        former="automatic",
+        "actions taken without a decision, unless a reflex blocks them", list, former="automatic"
     )
     reflex: Reflex | None = about("the reflex network", None, change=FREE)
     happiness: Happiness | None = about("the happiness network", None, change=FREE)
@@ -213,8 +211,7 @@ class Species(
         }
 
     def known_groups(self) -> dict[str, tuple[str, list[str]]]:
-        """Return the groups that shipped systems carry out, each with the word for an action, and the
-        actions."""
+        """Return the groups that shipped systems carry out: the word for an action, and the actions."""
         known: dict[str, tuple[str, list[str]]] = {}
         for group, names in GROUPS.items():
             known[group] = "action", list(names or ())

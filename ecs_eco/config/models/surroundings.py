@@ -137,9 +137,7 @@ class ScalarField(Section):
     diffusion: NonNegative = quantity("diffusion coefficient", "m^2/s", 0.0, change=FREE)
     decay: NonNegative = quantity("proportion lost per second", "1/s", 0.0, change=FREE)
     substance: str | None = about(
-        "the substance whose concentration [mol/L] it represents; default: none, so the field is a smell "
-        "without matter",
-        omit=True,
+        "the substance whose concentration [mol/L] it represents; default: a smell without matter", omit=True
     )
     depth: Positive | None = quantity("thickness of the layer in a plane; default: 1 m", "m", omit=True)
     initial: Positive | None = quantity(
@@ -190,7 +188,7 @@ class ObjectType(WarmObjects, Chemistry, Decomposing, Emitting):
     )
     at: list[Point] = table("initial positions of individual objects [m]", list, change=NUMBERS)
     heading: list[Real] = quantity(
-        "headings of the objects in `at`, counterclockwise from the x axis: one for each, or one for all; "
+        "headings of the objects in `at`, counterclockwise from the x axis: one each, or one for all; "
         "default: 0",
         "rad",
         default_factory=list,

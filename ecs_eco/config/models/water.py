@@ -29,10 +29,10 @@ class Sun(Section, change=FREE):
         reads=("sun", "ambient"),
         rules={
             "sun.kind=natural": "`light = ambient.light × max(0, sin(elevation))` at the surface, with "
-            "`sin(elevation) = sin(latitude) sin(declination) + cos(latitude) cos(declination) cos(2π(t/day "
-            "+ start − 1/2))` (Iqbal 1983, eq. 1.5.1).",
-            "sun.kind=inverted": "The sun rises half a day later: `light = ambient.light × max(0, "
-            "sin(elevation))` (Iqbal 1983, eq. 1.5.1).",
+            "`sin(elevation) = sin(latitude) sin(declination) + cos(latitude) cos(declination) cos(2π(t/day + "
+            "start − 1/2))` (Iqbal 1983, eq. 1.5.1).",
+            "sun.kind=inverted": "The sun rises half a day later: `light = ambient.light × max(0, sin(elevation))` "
+            " (Iqbal 1983, eq. 1.5.1).",
             "sun.kind=constant": "Light at the surface is always the daily mean (Iqbal 1983, eq. 4.2.15).",
             "sun.moon": "The moon adds `ambient.light × moon × max(0, −sin(elevation))`.",
             "sun.declination & year": "The declination is sinusoidal over the year (Cooper 1969).",
@@ -49,13 +49,10 @@ class Sun(Section, change=FREE):
     )
     latitude: Annotated[float, Field(ge=-90, le=90)] = quantity("latitude; north is positive", "deg", 0.0)
     declination: Annotated[float, Field(ge=-90, le=90)] = quantity(
-        "declination of the sun: 23.4 at northern midsummer, 0 at the equinoxes; with a year, its maximum",
-        "deg",
-        0.0,
+        "declination: 23.4 at northern midsummer, 0 at the equinoxes; with a year, its maximum", "deg", 0.0
     )
     year: Positive | None = quantity(
-        "length of a year that begins in spring; default: the length of `year` or, without it, a constant "
-        "season",
+        "length of a year that begins in spring; default: the length of `year`, or a constant season",
         "s",
         None,
     )
@@ -73,8 +70,7 @@ class Year(Section, change=FREE):
         "Temperature",
         reads=("year",),
         rules={
-            "year.temperature": "`T = ambient.temperature + temperature × cos(2π(t/length + start − "
-            "warmest))`."
+            "year.temperature": "`T = ambient.temperature + temperature × cos(2π(t/length + start − warmest))`."
         },
     )
 
@@ -88,7 +84,7 @@ class Year(Section, change=FREE):
         "amplitude of the sinusoidal temperature cycle around ambient.temperature", "K", 0.0
     )
     warmest: Share = quantity(
-        "warmest time of the year, as a fraction of a year; air temperature lags behind the sun", "1", 0.33
+        "warmest time of the year (0 to 1); air temperature lags behind the sun", "1", 0.33
     )
 
 
@@ -113,8 +109,8 @@ class Water(Section, change=FREE):
         "Water",
         reads=("water",),
         rules={
-            "": "`light(depth) = light(0) exp(−τ(depth))` (Beer-Lambert); a layer adds `attenuation × "
-            "thickness` to the optical depth τ.",
+            "": "`light(depth) = light(0) exp(−τ(depth))` (Beer-Lambert); a layer adds `attenuation × thickness` "
+            "to the optical depth τ.",
             "water.shading": "A body in a layer adds its shade, divided by the area of the water, to τ.",
             "water.deep_temperature": "`T(depth) = T(0) + (deep_temperature − T(0)) (1 + tanh((depth − "
             "thermocline)/thermocline_width))/2`.",

@@ -64,7 +64,7 @@ class Training(Section):
             "`training`.",
             "training.respawn": "In training there are no births of animals; each animal that dies is "
             "replaced at a random position.",
-            "training.average": "The policy's weights are their mean over the last fraction `average` of the "
+            "training.average": "The policy's weights are averaged over the last fraction `average` of the "
             "training.",
         },
     )
@@ -85,8 +85,8 @@ class Training(Section):
         "ticks after which the worlds restart, with different values of `vary`; 0: never", "ticks", 0
     )
     pool: Annotated[float, Field(ge=0, le=1)] = quantity(
-        "probability that a species in any world but the first uses an earlier, frozen copy of its policy "
-        "until the next restart",
+        "probability that a species in any world but the first uses an earlier, frozen policy until the next "
+        "restart",
         "1",
         0.0,
     )
@@ -135,8 +135,7 @@ class WorldConfig(Section):
         omit=True,
     )
     record: Annotated[list[str], Field(max_length=64)] = about(
-        "Component.field of organisms, including custom components, to record at birth, at death and in "
-        "snapshots",
+        "Component.field, also of custom components, to record at birth, at death and in snapshots",
         [],
         omit=True,
     )
@@ -167,8 +166,7 @@ class WorldConfig(Section):
         return len(self.space.size)
 
     def felt(self, kind: str) -> tuple[str, ...]:
-        """Return the properties and substances of bodies of a kind; those of remains include the dead
-        body's."""
+        """Return the properties and substances of bodies of a kind; remains also have the dead body's."""
         if kind in self.species:
             return (*self.species[kind].felt(), *self.own_fields(kind))
         left = (
@@ -180,8 +178,7 @@ class WorldConfig(Section):
         return tuple(dict.fromkeys((*self.objects[kind].felt(), *left)))
 
     def own_components(self, species: Species) -> list[Any]:
-        """Return the custom components of a species; None for each that is invalid or not yet allowed to
-        run."""
+        """Return the custom components of a species; None for those invalid or not yet allowed to run."""
         brought = [part for place, part in of_each(species, "brings") if place is None]
         own = [part for part in brought if not part.__module__.startswith("ecs_eco.")]
         unknown = [None] if species.model_extra else []  # features that might not be loaded yet
@@ -214,8 +211,7 @@ class WorldConfig(Section):
         return frozenset(young.union(*map(self.family, known)))
 
     def bearers(self, property: str) -> list[str]:
-        """Return the object types, then the species, whose bodies have a property or substance, sorted by
-        name."""
+        """Return the object types, then the species, whose bodies have a property or substance, by name."""
         kinds = (*sorted(self.objects), *sorted(self.species))
         return [kind for kind in kinds if property in self.felt(kind)]
 
@@ -259,8 +255,7 @@ class WorldConfig(Section):
         return self._code.function(name)
 
     def known(self, name: object) -> Any:
-        """Return the object of "module:name" without parameters; None if it is invalid or not allowed to
-        run."""
+        """Return the object of "module:name" without parameters; None if invalid or not allowed to run."""
         return self._code.known(name.use if isinstance(name, Use) else name)
 
     def resolved(self, former: bool = False) -> dict[str, Any]:
