@@ -32,7 +32,7 @@ class Sun(Section, change=FREE):
             "`sin(elevation) = sin(latitude) sin(declination) + cos(latitude) cos(declination) cos(2π(t/day + "
             "start − 1/2))` (Iqbal 1983, eq. 1.5.1).",
             "sun.kind=inverted": "The sun rises half a day later: `light = ambient.light × max(0, sin(elevation))` "
-            " (Iqbal 1983, eq. 1.5.1).",
+            "(Iqbal 1983, eq. 1.5.1).",
             "sun.kind=constant": "Light at the surface is always the daily mean (Iqbal 1983, eq. 4.2.15).",
             "sun.moon": "The moon adds `ambient.light × moon × max(0, −sin(elevation))`.",
             "sun.declination & year": "The declination is sinusoidal over the year (Cooper 1969).",
