@@ -268,7 +268,7 @@ CASES: dict[str, tuple[str, str, str, str, str, str]] = {
     "key": ("basal = 0.01", "bassal = 0.01", "goat.metabolism.bassal", "0.01", "energy_max", "basal"),
     "section": ("[substances]", "[substance]", "substance", "{", "fields, objects", "substances"),
     "format": ("format = 1", "format = 2", "format", "2", "1", ""),
-    "name": ('name = "meadow"', 'name = "my meadow"', "name", '"my meadow"', "text like", ""),
+    "name": ('name = "meadow"', 'name = "my meadow"', "name", '"my meadow"', "text that matches", ""),
     "color": ("count = 10\n", 'count = 10\ncolor = "red"\n', "goat.color", '"red"', "#rrggbb", ""),
     "hyperparameter": (
         "horizon = 16",

@@ -1,7 +1,7 @@
 """World files: the models of every section, loading with overrides, checks across sections, and formulas.
 
 `ecs_eco.ecosystem` builds a world from a configuration; `ecs_eco.systems` defines its behavior. This package
-imports neither numba nor torch. Names load on first use: `import ecs_eco.config` loads no models.
+imports neither numba nor torch. Names are loaded when first used: `import ecs_eco.config` loads no models.
 """
 
 from typing import TYPE_CHECKING
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
         quantity,
     )
 
-_HOME = {  # of names that ecs_eco.inputs.section does not define
+_HOME = {  # modules of names that ecs_eco.inputs.section does not define
     "Feature": "ecs_eco.config.features.feature",
     **dict.fromkeys(("Formula", "FormulaError", "compile_formula"), "ecs_eco.config.formula"),
     **dict.fromkeys(("for_training", "load"), "ecs_eco.config.loading"),

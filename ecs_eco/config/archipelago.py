@@ -1,4 +1,4 @@
-"""The worlds of an archipelago: checks of its section and of the values of its islands, and their seeds."""
+"""The worlds of an archipelago: checks of its section and of its islands' values, and their seeds."""
 
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
@@ -21,18 +21,18 @@ ALIKE: tuple[tuple[str, ...], ...] = (
     ("policy", "network"),
     ("ppo", "horizon"),
 )
-"""Parts of a migrating species that must be the same on all islands: its columns follow from them."""
+"""Parts of a migrating species that must be the same on all islands, because they define its columns."""
 
 
 def seed_of(seed: int, number: int) -> int:
-    """Return the seed of an island of this number, below 2^53; `seed` is that of the archipelago."""
+    """Return the seed, below 2^53, of the island with this number; `seed` is the archipelago's seed."""
     from ecs_eco.engine.random import mix_int  # it loads numba
 
     return mix_int(mix_int(seed) + number) >> 11
 
 
 def check_islands(config: WorldConfig, world_of: Callable[[WorldConfig, str], WorldConfig]) -> list[Problem]:
-    """Return the problems of the islands' own values; `world_of` returns an island's world by its name."""
+    """Return problems with the values that islands set; `world_of` returns an island's world by its name."""
     plan = config.archipelago
     if plan is None or plan.here is not None:
         return []
@@ -45,7 +45,7 @@ def check_islands(config: WorldConfig, world_of: Callable[[WorldConfig, str], Wo
                 (*place, key),
                 "must be the same on all islands",
                 value,
-                "another key of the world, for example species.deer.count",
+                "a different key, such as species.deer.count",
             )
             for key, value in own.items()
             if key_of(key)[0] in FIXED
@@ -59,13 +59,13 @@ def check_islands(config: WorldConfig, world_of: Callable[[WorldConfig, str], Wo
 
 
 def _written(problem: Problem, values: Iterable[str]) -> str | None:
-    """Return which of some dotted keys with values a problem comes from, if any."""
+    """Return the dotted key in `values` that a problem comes from, if any."""
     path = ".".join(map(str, problem.key))
     return next((key for key in values if key == path or path.startswith(f"{key}.")), None)
 
 
 def _unlike(config: WorldConfig, world: WorldConfig, name: str) -> Iterator[Problem]:
-    """Yield problems of an island that could not exchange migrants."""
+    """Yield problems with an island that could not exchange migrants."""
     place = ("archipelago", "islands", name)
     pairs: list[tuple[str, Any, Any]] = [
         ("substances", list(config.substances), list(world.substances)),
@@ -83,13 +83,13 @@ def _unlike(config: WorldConfig, world: WorldConfig, name: str) -> Iterator[Prob
         ]
     for key, before, now in pairs:
         if before != now:
-            fault = "differs from the other islands, but migrants carry it along"
-            allowed = "the same for all islands, or a species that does not migrate"
+            fault = "differs from the other islands, but migrants take it with them"
+            allowed = "the same on all islands, or a species that does not migrate"
             yield Problem((*place, key), fault, allowed=allowed)
 
 
 def check_archipelago(config: WorldConfig) -> Iterator[Problem]:
-    """Yield the problems of [archipelago]."""
+    """Yield the problems with [archipelago]."""
     plan = config.archipelago
     if plan is None:
         return
@@ -100,12 +100,12 @@ def check_archipelago(config: WorldConfig) -> Iterator[Problem]:
         if name not in config.species:
             yield no_such((*at, "migration_probability", name), "species", name, config.species)
         elif getattr(config.species[name].reproduction, "kind", None) == "spread":
-            fault = "keeps its site: plants that spread do not migrate"
-            allowed = "a species that reproduces otherwise"
+            fault = "cannot migrate: plants that spread keep their sites"
+            allowed = "a species with another kind of reproduction"
             yield Problem((*at, "migration_probability", name), fault, name, allowed)
     if plan.graph != "own" and plan.edges:
-        fault = f"the graph {plan.graph} has edges of its own"
-        yield Problem((*at, "edges"), fault, len(plan.edges), 'graph = "own", or no edges')
+        fault = f"the graph {plan.graph} defines its edges"
+        yield Problem((*at, "edges"), fault, len(plan.edges), 'graph = "own", or remove edges')
     if plan.graph == "own" and not plan.edges:
         yield Problem((*at, "edges"), "is missing", allowed='a list of [from, to], or graph = "ring"')
     for i, edge in enumerate(plan.edges):
@@ -115,4 +115,4 @@ def check_archipelago(config: WorldConfig) -> Iterator[Problem]:
         if edge[0] == edge[1]:
             yield Problem((*at, "edges", i), "leads from an island to itself", edge, "two islands")
         elif edge in plan.edges[:i]:
-            yield Problem((*at, "edges", i), "is listed already", edge, "each edge once")
+            yield Problem((*at, "edges", i), "is already listed", edge, "each edge once")

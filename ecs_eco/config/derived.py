@@ -1,4 +1,4 @@
-"""Derived traits of a genome: formulas over the values of its genes, so that one gene has several effects
+"""Derived traits of a genome: formulas over its gene values, so that one gene can have several effects
 (pleiotropy)."""
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from ecs_eco.config.models.species import Species
 
 SAMPLES = 4096  # combinations of gene values at which a formula is checked
-MOST_GENES = 12  # genes that vary in these; further ones have their least value
+MOST_GENES = 12  # genes that vary in these samples; the others keep their minimum
 
 
 def all_genes(species: Species) -> list[Gene]:
@@ -30,14 +30,14 @@ def all_genes(species: Species) -> list[Gene]:
     formulas, _ = formulas_of(section)
     for name in formulas:
         found = np.asarray(_samples(section, formulas, name)[name], np.float64)
-        found = np.clip(np.nan_to_num(found), -LARGEST, LARGEST)  # others are refused
+        found = np.clip(np.nan_to_num(found), -LARGEST, LARGEST)  # other values are refused
         low, high = float(found.min()), float(found.max())
         derived.append(Gene(name=name, trait=section.derived[name].trait, letters=1, low=low, high=high))
     return [*section.genes, *derived]
 
 
 def formulas_of(section: GenomeSection) -> tuple[dict[str, Formula], list[Problem]]:
-    """Return formulas of derived traits, each after those that it reads, and the problems of the rest."""
+    """Return the formulas of derived traits, each after the formulas that it reads, and problems."""
     genes = [gene.name for gene in section.genes if not is_weights(gene, None)]
     known, found, wrong = [*genes, *section.derived], {}, []
     for name, derived in section.derived.items():
@@ -64,13 +64,13 @@ def formulas_of(section: GenomeSection) -> tuple[dict[str, Formula], list[Proble
     while ready := [n for n, f in found.items() if n not in formulas and f.names <= {*genes, *formulas}]:
         formulas |= {name: found[name] for name in ready}
     for name in [] if wrong else [name for name in found if name not in formulas]:
-        fault = "a circle: it reads itself, or formulas that do"
+        fault = "circular: it reads itself, directly or through other formulas"
         wrong.append(Problem(("derived", name, "formula"), fault, found[name].text, listed(genes, 30)))
     return formulas, wrong
 
 
 def problems_of_derived(section: GenomeSection, traits: Mapping[str, Trait]) -> Iterator[Problem]:
-    """Yield the problems of derived traits, each with its key in the section of the genome."""
+    """Yield problems with derived traits, with keys relative to the genome's section."""
     formulas, wrong = formulas_of(section)
     yield from wrong
     by_trait = {gene.trait: gene.name for gene in section.genes}
@@ -78,8 +78,8 @@ def problems_of_derived(section: GenomeSection, traits: Mapping[str, Trait]) -> 
     for name, derived in section.derived.items():
         key = ("derived", name)
         if derived.trait in by_trait:
-            fault = f"{by_trait[derived.trait]} codes for it too"
-            yield Problem((*key, "trait"), fault, derived.trait, "one gene or formula for each trait")
+            fault = f"{by_trait[derived.trait]} also codes for it"
+            yield Problem((*key, "trait"), fault, derived.trait, "one gene or formula per trait")
         by_trait.setdefault(derived.trait, name)
         if derived.trait not in numbers:
             close = nearest(derived.trait, numbers)
@@ -93,7 +93,7 @@ def problems_of_derived(section: GenomeSection, traits: Mapping[str, Trait]) -> 
 def _of_range(
     section: GenomeSection, formulas: Mapping[str, Formula], name: str, trait: Trait
 ) -> Iterator[Problem]:
-    """Yield the problem of a formula with values that its trait cannot have."""
+    """Yield a problem if a formula has values that its trait cannot have."""
     values = _samples(section, formulas, name)
     out = np.asarray(values[name], np.float64)
     out = np.rint(out) if trait.kind in ("whole", "sign") else out
@@ -102,13 +102,13 @@ def _of_range(
     if wrong.size:
         at = ", ".join(f"{g} = {values[g][wrong[0]]:g}" for g in _genes_read(section, formulas, name))
         unit = "" if trait.unit == "1" else f" {trait.unit}"
-        fault = f"{out[wrong[0]]:g} at {at}: outside of what {trait.name} can be"
+        fault = f"{out[wrong[0]]:g} at {at}, which is outside the range of {trait.name}"
         allowed = f"{trait.low:g} to {trait.high:g}{unit}"
         yield Problem(("derived", name, "formula"), fault, formulas[name].text, allowed)
 
 
 def _genes_read(section: GenomeSection, formulas: Mapping[str, Formula], name: str) -> list[str]:
-    """Return the genes that a formula reads, directly or through other formulas, in their order."""
+    """Return the genes that a formula reads, directly or through other formulas, in the genome's order."""
     read, left = set[str](), [name]
     while left:
         for other in formulas[left.pop()].names - read:
@@ -118,7 +118,7 @@ def _genes_read(section: GenomeSection, formulas: Mapping[str, Formula], name: s
 
 
 def _samples(section: GenomeSection, formulas: Mapping[str, Formula], name: str) -> dict[str, np.ndarray]:
-    """Return combinations of the genes that a formula reads, f64[samples], and of formulas, f32[samples]."""
+    """Return sampled values of the genes, f64[samples], and formulas, f32[samples], that a formula reads."""
     genes = {gene.name: gene for gene in section.genes}
     read = _genes_read(section, formulas, name)
     n = max(2, int(SAMPLES ** (1 / len(read))))
@@ -132,7 +132,7 @@ def _samples(section: GenomeSection, formulas: Mapping[str, Formula], name: str)
 
 
 def _values_of(gene: Gene, n: int) -> np.ndarray:
-    """Return at most n values of a gene, including its least and greatest."""
+    """Return at most n values of a gene, including its minimum and maximum."""
     if gene.values is not None:
         values = np.unique(gene.values or [0.0])
         return values[np.unique(np.linspace(0, values.size - 1, n).astype(int))]

@@ -1,4 +1,4 @@
-"""A world before it is checked: its data, and the file and line of each part of it."""
+"""A world before it is checked: its data, and the file and line of each part."""
 
 import copy
 import os
@@ -30,19 +30,19 @@ class Document:
     folder: Path
     text: str = ""
     set_by: str = "--set"
-    code: Code | None = None  # of the world that this one modifies: no other code may be named
-    places: Sequence[Path] = field(default_factory=tuple)  # where to find its code; None: in its folder
-    original: WorldConfig | None = None  # that this one modifies: its land need not be read again
-    features: tuple[type[Feature], ...] = ()  # of species, passed in Python
+    code: Code | None = None  # of the world that this one modifies; it must not name other code
+    places: Sequence[Path] = field(default_factory=tuple)  # where to find its code; empty: in its folder
+    original: WorldConfig | None = None  # the world that this one modifies, whose land is reused
+    features: tuple[type[Feature], ...] = ()  # features of species that were passed in Python
 
     @cached_property
     def lines(self) -> dict[Key, int]:
-        """The line of every key of the text; none if there is no text."""
+        """The line of every key of the text; empty if there is no text."""
         lines = key_lines(self.text) if self.text else {}
         return {both_names(key, self.data, WorldConfig)[0]: line for key, line in lines.items()}
 
     def quoted(self, key: Key, value: object) -> str:
-        """Return the value of a key as in the text, if it is on one line, or ""."""
+        """Return the value of a key as written in the text if it is on one line, otherwise ""."""
         begin, end = self._spans.get(key, (0, 0))
         with suppress(ValueError):
             if begin < end and parse_toml(f"v = {self.text[begin:end]}") == {"v": value}:
@@ -54,11 +54,11 @@ class Document:
         return value_spans(self.text) if self.text else {}
 
     def __post_init__(self) -> None:
-        self.set: dict[Key, Key] = {}  # key, and the key as it was written
-        self.renamed = dict(rename(self.data, WorldConfig))  # key, and its former name, by which it was given
+        self.set: dict[Key, Key] = {}  # key: the key as written
+        self.renamed = dict(rename(self.data, WorldConfig))  # key: its former name, which was given
 
     def refused(self, problems: Sequence[Problem]) -> ConfigError:
-        """Return the error for these problems, each with its place."""
+        """Return the error for these problems, each with its location."""
         return ConfigError([placed(p, self) for p in problems], f"{self.source}: {how_many(len(problems))}")
 
     @property
@@ -83,7 +83,7 @@ def read_document(world: object) -> Document:
     if isinstance(world, Mapping):
         if deep := too_deep(world):
             raise ConfigError([deep.moved(source="dict")], "dict: 1 problem")
-        # a shipped world's files lie next to it, wherever its dict has been
+        # a shipped world's files are next to it, wherever its dict comes from
         home = shipped().get(str(world.get("name")))
         return Document(copy.deepcopy(dict(world)), "dict", home.parent if home else Path())
     path = _path(world)
@@ -92,12 +92,12 @@ def read_document(world: object) -> Document:
 
 
 def present(data: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a copy of a stored configuration with the present names of keys."""
+    """Return a copy of a stored configuration with present key names."""
     return Document(copy.deepcopy(dict(data)), "dict", Path()).data
 
 
 def _path(world: object) -> Path:
-    """Return the file of a world: of its name, a path, or a folder with one file. Raises ConfigError."""
+    """Return the file of a world, given by name, path, or a folder with one file. Raises ConfigError."""
     if (known := named(world)) is not None:
         return known
     worlds, path = shipped(), Path(str(world))
@@ -106,13 +106,13 @@ def _path(world: object) -> Path:
     if os.path.isfile(path):
         return path
     fault = "no world file in this folder" if os.path.isdir(path) else "no such world, and no such file"
-    allowed = f"a path, package:world of an installed package, or one of {listed(worlds)}"
+    allowed = f"a path, package:world of an installed package, or one of: {listed(worlds)}"
     problem = Problem((), fault, str(world), allowed, nearest(world, worlds), "WORLD")
     raise ConfigError([problem], "cannot load the world")
 
 
 def placed(problem: Problem, document: Document) -> Problem:
-    """Return the problem with its source and line, and with the value if it lacks one."""
+    """Return the problem with its source and line, and with the value if it has none."""
     if problem.source:
         return problem
     value = problem.value

@@ -1,4 +1,4 @@
-"""Change values in the text of a world file and keep the rest; or write a world as new TOML."""
+"""Change values in a world file's text, leaving the rest as it is; or write a world as new TOML."""
 
 import json
 import tomllib
@@ -16,7 +16,7 @@ from ecs_eco.engine.errors import MISSING
 
 
 def edited(text: str, values: Mapping[Key, Any]) -> str | None:
-    """Return the text with these values, with ranges next to numbers kept; None if that is impossible."""
+    """Return the text with these values, keeping ranges next to numbers; None if that is impossible."""
     try:
         for key, value in values.items():
             text = _put(text, key, value)
@@ -50,7 +50,7 @@ def _put(text: str, key: Key, value: object) -> str:
 
 
 def literal(value: object) -> str:
-    """Return a value as TOML, tables on one line."""
+    """Return a value as TOML, with tables on one line."""
     if isinstance(value, Mapping):
         return (
             "{ "
@@ -69,7 +69,7 @@ def _bare(name: str) -> str:
 
 
 def as_toml(data: Mapping[str, Any]) -> str:
-    """Return a world as TOML: its JSON form without absent values."""
+    """Return a world as TOML, without null values."""
     plain = {k: v for k, v in data.items() if not isinstance(v, Mapping)}
     lines = [f"{k} = {literal(v)}" for k, v in plain.items() if v is not None]
     for name, part in data.items():
@@ -79,7 +79,7 @@ def as_toml(data: Mapping[str, Any]) -> str:
 
 
 def _section(key: Key, part: Mapping[str, Any]) -> list[str]:
-    """Return a table under its header; species, objects and fields with a header for each entry."""
+    """Return a table under its header; in species, objects and fields, each entry has its own header."""
     head = ".".join(_bare(str(k)) for k in key)
     if len(key) == 1 and key[0] in ("species", "objects", "fields"):
         return [line for name, inner in part.items() for line in _section((*key, name), inner)]

@@ -1,4 +1,4 @@
-"""Describe pydantic's errors: key, value, what is expected, the nearest valid name."""
+"""Describe pydantic's errors: key, value, what is expected, and the nearest valid name."""
 
 import typing
 from typing import Any
@@ -18,7 +18,7 @@ WORDS: dict[Any, str] = {
     float: "a finite number",
     int: "a whole number",
     bool: "true or false",
-    str: "a text",
+    str: "text",
     list: "a list",
     dict: "a table",
 }
@@ -30,14 +30,14 @@ LIMITS = {
     "too_short": "at least {min_length} entries",
     "too_long": "at most {max_length} entries",
     "string_too_long": "at most {max_length} characters",
-    "string_pattern_mismatch": "a text like {pattern}",
+    "string_pattern_mismatch": "text that matches {pattern}",
 }
 
 
 def problems_of(
     error: ValidationError, data: dict[str, Any], model: type[Section] = WorldConfig
 ) -> list[Problem]:
-    """Return one problem for each error of pydantic in data for a model, for at most MOST + 1 of them."""
+    """Return one problem for each of pydantic's errors in data for a model, at most MOST + 1."""
     errors = error.errors(include_url=False, include_input=False)[: MOST + 1]
     unknown = any(e["type"] == "extra_forbidden" for e in errors)
     places = list(places_of(model, data)) if unknown else []
@@ -62,7 +62,7 @@ def _problem(error: Any, data: dict[str, Any], model: type[Section], places: lis
     if kind == "missing":
         return Problem(key, "is missing", allowed=_words(info) + about)
     if kind == "extra_forbidden" and info is not None:
-        return Problem(key, f"is given twice, also by its former name {info.alias}", value, "one of them")
+        return Problem(key, f"is given twice: also by its former name {info.alias}", value, "one name")
     if kind == "extra_forbidden":
         known = tuple(parent.model_fields) if parent else ()
         near = suggestion(key, data, model, places, known)
@@ -95,7 +95,7 @@ def _problem(error: Any, data: dict[str, Any], model: type[Section], places: lis
 def _key(loc: tuple[Any, ...], data: object) -> Key:
     """Return the location without the tags of unions."""
     key: list[str | int] = []
-    tagged = False  # whether the tag of this section has been left out already
+    tagged = False  # whether the tag of this section has already been left out
     for part in loc:
         if part == "[key]" or (isinstance(data, dict) and data.get("kind") == part and not tagged):
             tagged = True

@@ -1,4 +1,4 @@
-"""Models of worlds whose species have features defined by users."""
+"""Models of worlds whose species have custom features."""
 
 from collections.abc import Iterator
 from difflib import get_close_matches
@@ -19,15 +19,15 @@ Features = tuple[type[Feature], ...]
 
 
 def model_for(code: Code, handed: Features = ()) -> type[WorldConfig]:
-    """Return the model of a world that lists this code, and whose species have features passed in Python:
-    those that the code defines included, or any key if the code may not run yet."""
+    """Return the model of a world whose species have the features passed in Python and those that its code
+    defines, or any key if the code is not yet allowed to run."""
     features = (*handed, *(f for f in code.subclasses(Feature) if f not in handed))
     return world_with(features, bool(code.sources) and not code.allowed)
 
 
 @lru_cache(100)
 def world_with(features: Features, any_key: bool = False) -> type[WorldConfig]:
-    """Return the model of worlds whose species have these features too, or `any_key`."""
+    """Return the model of worlds whose species also have these features, or `any_key`."""
     if not features and not any_key:
         return WorldConfig
     config = {"model_config": ConfigDict(extra="allow")} if any_key else {}
@@ -42,12 +42,12 @@ def world_with(features: Features, any_key: bool = False) -> type[WorldConfig]:
         __doc__=WorldConfig.__doc__,
         species=(table, Field(description=known.description)),
     )
-    setattr(model, "__reduce__", _reduced)  # noqa: B010 (mypy takes no assignment to a method)
+    setattr(model, "__reduce__", _reduced)  # noqa: B010 (mypy refuses assignments to methods)
     return model
 
 
 def unknown_keys(config: WorldConfig) -> Iterator[Problem]:
-    """Yield keys that are most likely misspelled, of species that may have any."""
+    """Yield keys that are most likely misspelled, in species that can have any key."""
     for name, species in config.species.items():
         for key, value in (species.model_extra or {}).items():
             if near := get_close_matches(key, Species.model_fields, n=1, cutoff=0.85):
@@ -55,7 +55,7 @@ def unknown_keys(config: WorldConfig) -> Iterator[Problem]:
 
 
 def _reduced(config: Any) -> tuple[Any, ...]:
-    """Return how to pickle a world whose model, created here, has no name in other processes."""
+    """Return how to pickle a world whose model is created here and has no name in other processes."""
     handed = tuple(f for f in own_features(config) if not config._code.subclasses(Feature, f))
     data = config.model_dump() | {"search": config.search, "viewer": config.viewer}
     return _restored, (config._code, handed, data, dict(config.__pydantic_private__ or {}))

@@ -1,4 +1,4 @@
-"""Former names of keys, which a field declares with `former`: they are still read, and hashes are computed
+"""Former names of keys, which fields declare with `former`: they are still accepted, and hashes are computed
 with them."""
 
 import types
@@ -21,13 +21,13 @@ def present_names(model: type[Section]) -> dict[str, str]:
 
 
 def rename(data: Any, kind: Any, key: Key = ()) -> Iterator[tuple[Key, str]]:
-    """Give keys in the data of a section their present names; yield each key, and its former name."""
+    """Rename keys in the data of a section to their present names; yield each key and its former name."""
     if not has_former(kind):
         return
     kind = type_of(kind, data)
     if isinstance(data, dict) and is_section(kind) and (names := present_names(kind)).keys() & data.keys():
         now = {names.get(name, name): value for name, value in data.items()}
-        if len(now) == len(data):  # otherwise a key is given by both names, and the former one is refused
+        if len(now) == len(data):  # otherwise both names of a key are given, and the former one is refused
             yield from [((*key, names[name]), name) for name in data if name in names]
             data.clear()
             data.update(now)
@@ -37,7 +37,7 @@ def rename(data: Any, kind: Any, key: Key = ()) -> Iterator[tuple[Key, str]]:
 
 
 def both_names(key: Key, data: Any, kind: Any) -> tuple[Key, Key, Any]:
-    """Return a key below data of a type by its present names, by its former ones, and its type."""
+    """Return a key in data of a type with present names, the key with former names, and the key's type."""
     now, before = list(key), list(key)
     for i, part in enumerate(key):
         kind = type_of(kind, data)
@@ -79,7 +79,7 @@ def by_former_names(config: Any) -> dict[str, Any]:
 
 
 def notes_on(renamed: Mapping[Key, str], config: Any) -> Iterator[str]:
-    """Yield the present name of each key that was given by a former one, at its first place."""
+    """Yield the present name of each key that was given by a former name, at its first occurrence."""
     first = {(former, key[-1]): key for key, former in reversed([*renamed.items()])}
     yield from (
         f"{Problem(key, '').path} was called {former}" for (former, _), key in reversed(first.items())
@@ -91,12 +91,12 @@ def notes_on(renamed: Mapping[Key, str], config: Any) -> Iterator[str]:
 
 @cache
 def is_section(kind: object) -> bool:
-    """Return whether a type is that of a section."""
+    """Return whether a type is a section."""
     return isinstance(kind, type) and issubclass(kind, Section)
 
 
 def types_in(kind: object) -> Iterator[Any]:
-    """Yield a type, and the types and marks of which it is made."""
+    """Yield a type, and the types and annotations that it consists of."""
     yield kind
     for part in get_args(kind):
         yield from types_in(part)
@@ -104,7 +104,7 @@ def types_in(kind: object) -> Iterator[Any]:
 
 @cache
 def has_former(kind: Any) -> bool:
-    """Return whether a key in values of a type has a former name."""
+    """Return whether values of a type can contain a key that has a former name."""
     sections = filter(is_section, types_in(kind))
     return any(
         present_names(s) or any(has_former(f.annotation) for f in s.model_fields.values()) for s in sections
@@ -130,13 +130,13 @@ def below(kind: Any, data: Any, part: str | int) -> tuple[Any, Any]:
 
 
 def type_of(kind: Any, data: object) -> Any:
-    """Return a type without Annotated and None; of a union of sections that of the data, by its `kind`."""
+    """Return a type without Annotated and None; of a union of sections, the one with the data's `kind`."""
     if isinstance(data, Section):
         return type(data)
     members = members_of(kind)
     if len(members) > 1 and isinstance(data, dict):
         tag = data.get("kind")
-        for member in members:  # a section may stand next to lists or words
+        for member in members:  # a union can contain sections along with lists or words
             if tag in tags_of(member) if tag is not None else is_section(member):
                 return member
     return members[0]
@@ -144,7 +144,7 @@ def type_of(kind: Any, data: object) -> Any:
 
 @cache
 def members_of(kind: object) -> tuple[Any, ...]:
-    """Return the types that a type unites, without Annotated and None."""
+    """Return the members of a union type, without Annotated and None."""
     if get_origin(kind) is Annotated:
         return members_of(get_args(kind)[0])
     if get_origin(kind) in (types.UnionType, Union):

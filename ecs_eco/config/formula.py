@@ -1,7 +1,7 @@
 """A small language of expressions over named arrays, for happiness and reflexes.
 
-Everything is float32; true is 1, false is 0, and any number but 0 counts as true (NaN, too). Python itself
-never evaluates the text: it is parsed into a tree of the operations listed here.
+Everything is float32; true is 1, false is 0, and any nonzero number counts as true, including NaN. Python
+itself never evaluates the text; it is parsed into a tree of the operations listed here.
 """
 
 import ast
@@ -18,7 +18,7 @@ Values = Mapping[str, np.ndarray]
 Node = Callable[[Any], np.ndarray]
 LONGEST = 1000  # characters
 
-# name: (function, fewest, most arguments)
+# name: (function, minimum and maximum number of arguments)
 FUNCTIONS: dict[str, tuple[Callable[..., np.ndarray], int, int]] = {
     "min": (lambda *x: _fold(np.minimum, x), 2, 20),
     "max": (lambda *x: _fold(np.maximum, x), 2, 20),
@@ -53,8 +53,8 @@ ALLOWED = (
 
 
 class FormulaError(ValueError):
-    """A formula that is not valid: the problem, its position (characters from 1), what is expected and the
-    nearest valid name."""
+    """An invalid formula: the problem, its position (character from 1), expected input and nearest valid
+    name."""
 
     def __init__(self, fault: str, position: int, allowed: str = ALLOWED, close: str = "") -> None:
         self.what, self.position = f"{fault} at character {position}", position
@@ -83,7 +83,7 @@ class Formula:
         self.text, self.names, self._run = text, names, run
 
     def __call__(self, values: Values) -> np.ndarray:
-        """Return the value at every place: float32, in the common shape of the arrays."""
+        """Return the values, float32, in the common shape of the arrays."""
         given, shapes = {}, set()
         for name, value in values.items():
             shapes.add(value.shape if type(value) is np.ndarray else np.shape(value))
@@ -104,17 +104,17 @@ def compile_formula(text: str, names: Iterable[str]) -> Formula:
         An expression of names, numbers, + - * / **, comparisons, `and`, `or`, `not`, `a if b else c`, min, max,
         abs, exp, log, sqrt, tanh and clip.
     names : iterable of str
-        Names that may occur.
+        Names that the formula can use.
 
     Returns
     -------
     Formula
-        Call it with a mapping from names to arrays; `names` contains those that the formula uses.
+        Call it with a mapping from names to arrays; `names` contains the names that the formula uses.
 
     Raises
     ------
     FormulaError
-        For an unknown name, and for anything else that is not allowed.
+        If a name is unknown or anything else is not allowed.
 
     Examples
     --------
@@ -129,10 +129,10 @@ def compile_formula(text: str, names: Iterable[str]) -> Formula:
 
 
 def compiled(text: str, compiler_of: Callable[[str, int], Any]) -> tuple[Any, Any]:
-    """Return the function of a text, and its `compiler_of(line, characters before the text)`."""
+    """Return the function that a text defines, and `compiler_of(line, characters before the text)`."""
     line = " ".join(text.split("\n"))
     if len(line) > LONGEST:
-        raise FormulaError("a formula that is too long, ending", LONGEST, f"{LONGEST} characters")
+        raise FormulaError("too long: it must end", LONGEST, f"at most {LONGEST} characters")
     lead = len(line) - len(line.lstrip())
     compiler = compiler_of(line, lead)
     try:
@@ -149,7 +149,7 @@ def compiled(text: str, compiler_of: Callable[[str, int], Any]) -> tuple[Any, An
 
 
 class Compiler:
-    """Converts the tree of one text into nested functions."""
+    """Convert the syntax tree of one text into nested functions."""
 
     dtype: type[np.floating] = np.float32
     allowed = ALLOWED
@@ -183,7 +183,7 @@ class Compiler:
         return operator.itemgetter(name)
 
     def _attribute(self, tree: ast.Attribute) -> Node:
-        """Read Component.field, the name of the sensor of a component's field."""
+        """Read Component.field, which names a sensor of that field."""
         owner = tree.value.id if isinstance(tree.value, ast.Name) else "…"
         if owner == "…" or tree.attr.startswith("_"):
             raise self._error(f'attribute "{owner}.{tree.attr:.40}" is not allowed', tree)

@@ -1,4 +1,4 @@
-"""The JSON schema of world files, with which editors complete keys, explain them and mark errors."""
+"""The JSON schema of world files, which lets editors complete keys, explain them and mark errors."""
 
 from dataclasses import fields
 from typing import Any
@@ -8,7 +8,7 @@ from ecs_eco.learning.aliases import ALIASES
 from ecs_eco.learning.settings import PPO
 
 PLAIN = ("Search", "Goal", "Confirm", "Range")  # sections whose numbers have no range
-RANGED: dict[str, Any] = {  # a value, and the range in which `ecs-eco search` looks for a better one
+RANGED: dict[str, Any] = {  # a value, and the range that `ecs-eco search` explores
     "properties": {
         "value": {"type": "number", "description": "the value that runs use"},
         "search": {
@@ -21,7 +21,7 @@ RANGED: dict[str, Any] = {  # a value, and the range in which `ecs-eco search` l
         "scale": {
             "enum": ["linear", "log"],
             "default": "linear",
-            "description": "whether equal steps are equal differences or factors",
+            "description": "whether equal steps are equal differences or equal ratios",
         },
     },
     "required": ["value", "search"],
@@ -32,9 +32,9 @@ TYPES = {"int": "integer", "float": "number", "bool": "boolean"}
 
 def json_schema(model: type[WorldConfig] = WorldConfig) -> dict[str, Any]:
     """Return the schema (JSON Schema 2020-12) of a world file: every key with its description, `unit`,
-    default and limits. `model` is the class of a loaded world, which may have custom features.
+    default and limits. `model` is the class of a loaded world, which can have custom features.
 
-    It limits single values; only `ecs-eco check` checks that values fit together.
+    It limits only single values; `ecs-eco check` also checks that values fit together.
     """
     schema = _without_null(model.model_json_schema(by_alias=False))
     sections = {name: part if name in PLAIN else _ranged(part) for name, part in schema["$defs"].items()}
@@ -55,7 +55,7 @@ def json_schema(model: type[WorldConfig] = WorldConfig) -> dict[str, Any]:
 
 
 def _hyperparameters() -> dict[str, Any]:
-    """Return the fields of PPO, which validates them itself."""
+    """Return the schema of PPO's fields, which PPO validates itself."""
     properties = {}
     for f in fields(PPO):
         low, high, kind = f.metadata["low"], f.metadata["high"], TYPES[str(f.type)]
@@ -66,19 +66,19 @@ def _hyperparameters() -> dict[str, Any]:
             )
         properties[f.name] = {"type": kind, "description": f.metadata["doc"], "default": f.default, **limits}
     others = {
-        word: properties[name] | {"description": f"another name of {name}"} for word, name in ALIASES.items()
+        word: properties[name] | {"description": f"another name for {name}"} for word, name in ALIASES.items()
     }
     return properties | others
 
 
 def _ranged(node: object) -> Any:
-    """Return the schema in which any number may have a range next to it."""
+    """Return the schema in which any number can have a range next to it."""
     if isinstance(node, list):
         return [_ranged(x) for x in node]
     if not isinstance(node, dict):
         return node
     if node.get("type") in ("number", "integer") and "const" not in node:
-        # which limits only tables
+        # this reference limits only tables
         return node | {"type": [node["type"], "object"], "$ref": "#/$defs/Ranged"}
     return {key: _ranged(value) for key, value in node.items()}
 

@@ -1,5 +1,4 @@
-"""The values that pages offer to change in a run: numbers and switches that may change, and the knobs of a
-world."""
+"""The values that pages let users change in a run: numbers, switches, and a world's knobs."""
 
 from collections.abc import Container, Iterable, Iterator
 from functools import reduce
@@ -24,7 +23,7 @@ Way = tuple[str, ...]
 
 
 def check_knobs(config: WorldConfig, set_: Iterable[Key] = ()) -> list[Problem]:
-    """Return problems of [viewer]: knobs without a number, a width or an effect."""
+    """Return problems with [viewer]: knobs without a number, a range or an effect."""
     problems: list[Problem] = []
     data = config.model_dump() if config.viewer.knobs else {}
     real = [real_key(data, key_of(knob.key)) for knob in config.viewer.knobs]
@@ -44,35 +43,34 @@ def check_knobs(config: WorldConfig, set_: Iterable[Key] = ()) -> list[Problem]:
             problems.append(_not_offered(config, (*place, "key"), knob, name, value))
         elif not knob.min < knob.max:
             problems.append(
-                Problem((*place, "max"), "is not a range", knob.max, f"more than min, {knob.min:g}")
+                Problem((*place, "max"), "is not above min", knob.max, f"more than min, {knob.min:g}")
             )
         elif not knob.min <= value <= knob.max:
             end = "min" if value < knob.min else "max"
-            fault = f"does not contain the world's own value, {value:g}"
-            problems.append(Problem((*place, end), fault, getattr(knob, end), "a range around it"))
+            fault = f"the range does not contain the world's value, {value:g}"
+            problems.append(Problem((*place, end), fault, getattr(knob, end), "a range that contains it"))
     return problems
 
 
 def _not_offered(config: WorldConfig, place: Key, knob: Knob, name: str, value: object) -> Problem:
-    """Return the problem of a key whose value exists, but cannot be a knob."""
+    """Return the problem with a key whose value exists but cannot be a knob."""
     known = [row["key"] for row in parameters(config)]
-    numbers = "the key of a number that may change in a run"
+    numbers = "the key of a number that can change during a run"
     if why := why_not(name, type(config)):
         return Problem(place, f"cannot change during a run: {name}", knob.key, f"{numbers}; or {why}")
     if isinstance(value, bool) or not isinstance(value, int | float):
-        fault = f"has no value: {name}" if value is None else f"holds no number: {name} = {value!r:.60}"
+        fault = f"has no value: {name}" if value is None else f"is not a number: {name} = {value!r:.60}"
         return Problem(place, fault, knob.key, numbers, nearest(name, known))
     if gene := coded(config).get(name):
         fault = f"the gene {gene} codes for it, so it differs between organisms"
-        return Problem(place, fault, knob.key, "values that no gene codes for")
-    allowed = f"a number that has one, as {listed(known[:3])}"
+        return Problem(place, fault, knob.key, "a value that no gene codes for")
+    allowed = f"a number that has an effect, such as {listed(known[:3])}"
     return Problem(place, "has no effect during a run", knob.key, allowed, nearest(name, known))
 
 
 def offered(config: WorldConfig | None) -> dict[str, Any]:
-    """Return the values that pages may change: "list", every number and switch, and "knobs", those that
-    the world names: key, label, unit, low, high. Knobs without a number, because of a treatment or an
-    island, are left out."""
+    """Return the values that pages can change: "list", every number and switch, and "knobs", the world's
+    knobs (key, label, unit, low, high) except those that a treatment or an island leaves without a number."""
     if config is None:
         return {"list": [], "knobs": []}
     rows = parameters(config)
@@ -94,9 +92,9 @@ def offered(config: WorldConfig | None) -> dict[str, Any]:
 
 
 def parameters(config: WorldConfig, keys: Iterable[str] | None = None) -> list[dict[str, Any]]:
-    """Return all numbers and switches that an intervention "set" may change: key, value, whether it is an
-    integer, unit, low, high (null: no bound), about. Only `keys`, dotted, if they are given; none that
-    genes code for."""
+    """Return all numbers and switches that a "set" intervention can change: key, value, whether it is an
+    integer, unit, low, high (null: no bound), about. Values that genes code for are left out; `keys`, dotted,
+    selects some."""
     parts = [tuple(key.split(".")) for key in keys or ()]
     wanted = None if keys is None else {part[:n] for part in parts for n in range(len(part) + 1)}
     genes = coded(config)
@@ -111,7 +109,7 @@ def parameters(config: WorldConfig, keys: Iterable[str] | None = None) -> list[d
 
 
 def coded(config: WorldConfig) -> dict[str, str]:
-    """Return the gene that codes for a value, by dotted key."""
+    """Return the names of genes by the dotted key of the value that they code for."""
     return {
         ".".join(map(str, ("species", name, *key))): gene.name
         for name, species in config.species.items()
@@ -121,7 +119,7 @@ def coded(config: WorldConfig) -> dict[str, str]:
 
 
 def _key_of(species: Species, trait: str) -> Key | None:
-    """Return the key of a trait's value in a species' section; None if there is none."""
+    """Return the key of a trait's value in a species' section; None if it has none."""
     kind, _, rest = trait.partition(".")
     name, _, field = rest.rpartition(".")
     if kind == "reflex" and species.reflex is not None:
@@ -181,7 +179,7 @@ def _walk(
 
 
 def _field(info: FieldInfo) -> dict[str, Any]:
-    """Return unit, bounds and description of a field."""
+    """Return the unit, bounds and description of a field."""
     extra = info.json_schema_extra if isinstance(info.json_schema_extra, dict) else {}
     low, high, _ = reduce(narrowed, info.metadata, (-LARGEST, LARGEST, False))
     return {

@@ -1,4 +1,4 @@
-"""Find the line of each key in a TOML text and the characters of its value, which tomllib does not report."""
+"""Find the line of each key in TOML text and the position of its value, which tomllib does not report."""
 
 import re
 
@@ -13,7 +13,7 @@ TOKEN = re.compile(
 
 
 def key_lines(text: str) -> dict[Key, int]:
-    """Return the line (from 1) of every key and list entry in valid TOML, by its full key."""
+    """Return the line (from 1) of every key and list entry in valid TOML, by full key."""
     return _Reader(text).lines
 
 
@@ -23,7 +23,7 @@ def value_spans(text: str) -> dict[Key, tuple[int, int]]:
 
 
 class _Reader:
-    """Reads a text once, token by token, and records the lines and spans of its keys."""
+    """Read a text once, token by token, and record the lines and spans of its keys."""
 
     def __init__(self, text: str) -> None:
         self.lines: dict[Key, int] = {}
@@ -37,7 +37,7 @@ class _Reader:
                 self._tokens.append((match.group(), line, match.start(), match.end()))
             line += match.group().count("\n")
         table: Key = ()
-        counts: dict[Key, int] = {}  # last entry of each list of tables
+        counts: dict[Key, int] = {}  # index of the last entry in each list of tables
         while (ahead := self._ahead()) is not None:
             if ahead == "[":
                 table = self._header(counts)
@@ -91,7 +91,7 @@ class _Reader:
                 index += 1
                 self._at += self._ahead() == ","
             self._at += 1
-        else:  # a scalar: all text up to the end of the line or the entry
+        else:  # a scalar: everything up to the end of the line or entry
             while self._at < len(self._tokens) and self._tokens[self._at][0] not in ("\n", ",", "]", "}"):
                 self._at += 1
         self.spans[key] = begin, self._tokens[self._at - 1][3]

@@ -1,4 +1,4 @@
-"""Load a world with values set from outside, or report all problems."""
+"""Load a world, with values set from outside, or report all its problems."""
 
 import copy
 from collections.abc import Iterable, Mapping, Sequence
@@ -28,7 +28,7 @@ from ecs_eco.config.rules import Key, written_at
 from ecs_eco.engine.errors import MOST, ConfigError, Problem
 from ecs_eco.inputs.code import Code, read
 
-NO_PLAN: dict[str, Any] = {"set": {}, "vary": {}, "ramp": []}  # of a training world
+NO_PLAN: dict[str, Any] = {"set": {}, "vary": {}, "ramp": []}  # the plan of a training world
 
 WorldSource: TypeAlias = str | Path | Mapping[str, Any] | WorldConfig | Document
 """A world: the name of a shipped world, a TOML file, its content, or a loaded configuration."""
@@ -59,8 +59,8 @@ def load(
     features : sequence of type
         Classes derived from `Feature`, in addition to those in the file's code.
     trust : bool, default False
-        Whether the code that the file lists in `code` may run in this process. Code that may not run is not
-        checked.
+        Whether the code that the file lists in `code` is allowed to run in this process. If not, it is not
+        checked either.
     places : sequence of Path
         Folders to search for code files; default: the folder of the file.
 
@@ -101,9 +101,9 @@ def load(
     problems += wrong_ranges + [_beside(p, inline) for p in invalid]
     if config is not None:
         problems += check_search(config, inline, document.set)
-        if document.original is None:  # values of a modified world may lie outside the range of its knobs
+        if document.original is None:  # values of a modified world may be outside its knobs' ranges
             problems += check_knobs(config, document.set)
-            if not problems and not document.places:  # the world of a recording: its folder keeps a copy
+            if not problems and not document.places:  # a recording's world: its folder keeps a copy
                 problems += check_measurements(config)
     if config is not None and not problems:
         problems = _check_training(config) or check_islands(config, island_of)
@@ -131,7 +131,7 @@ def for_training(config: WorldConfig, values: Mapping[str, Any] | None = None) -
     >>> for_training(load("predator-prey")).species["deer"].count
     350
     """
-    # with the functions themselves, not their names
+    # with functions, not their names
     data = config.model_dump() | {"interventions": [], "reporters": {}, "record": []}
     wanted = {**data["training"]["set"], **(values or {})}
     data["training"] |= NO_PLAN
@@ -141,7 +141,7 @@ def for_training(config: WorldConfig, values: Mapping[str, Any] | None = None) -
 
 
 def island_of(config: WorldConfig, name: str) -> WorldConfig:
-    """Return the world of one island, with the island's values and seed; raise ConfigError."""
+    """Return the world of one island, with the island's values and seed. Raises ConfigError."""
     plan = config.archipelago
     assert plan is not None
     data = config.model_dump()
@@ -150,11 +150,11 @@ def island_of(config: WorldConfig, name: str) -> WorldConfig:
 
 
 def changed(config: WorldConfig, values: Overrides, folder: Path | None = None) -> WorldConfig:
-    """Return the world with new values, as changed during a run; raise ConfigError."""
+    """Return the world with new values, as if changed during a run. Raises ConfigError."""
     names = values if isinstance(values, Mapping) else [text.partition("=")[0] for text in values or ()]
     data, touched = config.model_dump(), {name.strip().partition(".")[0] for name in names}
     kept: dict[str, Any] = {}
-    if "interventions" not in touched:  # already checked: not repeated for each change
+    if "interventions" not in touched:  # already checked, so not repeated for each change
         data["interventions"], kept["interventions"] = [], config.interventions
     if "training" not in touched:
         data["training"] |= NO_PLAN
@@ -165,7 +165,7 @@ def changed(config: WorldConfig, values: Overrides, folder: Path | None = None) 
 def intervention(
     config: WorldConfig, request: Mapping[str, Any], before: Iterable[Mapping[str, Any]] = ()
 ) -> AnyIntervention:
-    """Return a checked intervention that may depend on those in `before`; raise ConfigError."""
+    """Return a checked intervention, which can depend on those in `before`. Raises ConfigError."""
     data = config.model_dump() | {"interventions": [*before, dict(request)]}
     data["ticks"] = max(config.ticks, request["at"] + 1)
     data["training"] |= NO_PLAN
@@ -187,13 +187,13 @@ def _modified(
     set_by: str = "--set",
     folder: Path | None = None,
 ) -> WorldConfig:
-    """Load the data of a modified world, which uses the code of its original."""
+    """Load the data of a modified world, which uses the original's code."""
     source, folder = source or config._source, folder or config._folder
     return load(Document(data, source, folder, set_by=set_by, code=config._code, original=config), values)
 
 
 def _refuse_code(config: WorldConfig, values: Mapping[str, Any]) -> None:
-    """Raise ConfigError if an intervention from outside names code: only function objects are accepted."""
+    """Raise a ConfigError if an intervention from outside names code: only function objects are accepted."""
     before = {_home(key): value for key, value in names_in(config)}
     for key, value in names_in(changed(config, values)):
         if isinstance(value, str) and before.get(_home(key)) != value:
@@ -223,7 +223,7 @@ def _check_training(config: WorldConfig) -> list[Problem]:
 
 
 def _check_ramp(config: WorldConfig, number: int, ramp: Ramp) -> list[Problem]:
-    """Return problems of the two ends of a ramp, in the training world."""
+    """Return problems with the two ends of a ramp, in the training world."""
     at = ("training", "ramp", number)
     for end, value in enumerate(ramp.values):
         try:
@@ -246,7 +246,7 @@ def _moved_to_training(problem: Problem, plan: Training) -> Problem:
 
 
 def _beside(problem: Problem, inline: Mapping[str, Key]) -> Problem:
-    """Return a problem of a range at the number that the range is written next to."""
+    """Return a problem, moved to the number next to which its range is written, if any."""
     name = problem.key[2] if problem.key[:2] == ("search", "ranges") and len(problem.key) > 2 else None
     return problem.moved(key=(*inline[str(name)], *problem.key[3:])) if name in inline else problem
 
@@ -260,7 +260,7 @@ def document_of(world: object, overrides: Overrides = None) -> Document:
 
 
 def _validate(document: Document) -> tuple[WorldConfig | None, list[Problem]]:
-    """Return the world and the problems across its sections, or those within its sections."""
+    """Return the world and the problems across its sections, or the problems within its sections."""
     try:
         return _checked(document.data, document)
     except ValidationError as error:
@@ -269,7 +269,7 @@ def _validate(document: Document) -> tuple[WorldConfig | None, list[Problem]]:
 
 
 def _checked(data: dict[str, Any], document: Document) -> tuple[WorldConfig, list[Problem]]:
-    """Return the world of this data and the problems across its sections; raise ValidationError."""
+    """Return the world of this data and the problems across its sections. Raises ValidationError."""
     known = document.original
     if known is not None and "viewer" not in data:
         data = data | {"viewer": known.viewer}
@@ -284,7 +284,7 @@ def _checked(data: dict[str, Any], document: Document) -> tuple[WorldConfig, lis
 
 
 def _model(document: Document, code: Code) -> type[WorldConfig]:
-    """Return the model of a document with this code and the users' features."""
+    """Return the model of a document with this code and its custom features."""
     before = () if document.original is None else own_features(document.original)
     return model_for(code, tuple(dict.fromkeys((*before, *document.features))))
 
@@ -295,19 +295,19 @@ def code_listed(document: Document) -> Code:
 
 
 def _read_code(document: Document, entries: object) -> tuple[Code, list[Problem]]:
-    """Return the code that a document lists, as text; a modified world has the code of its original."""
+    """Return the code that a document lists, as text; a modified world has the original's code."""
     entries = [e for e in entries if isinstance(e, str)] if isinstance(entries, list) else []
     if (code := document.code) is None:
         return read(entries, document.places or [document.folder])
     own = list(dict.fromkeys(s.module if s.of_session else s.entry for s in code.sources))
     if entries == own:
         return code, []
-    allowed = f"the world's own, {own}, or a different world file"
+    allowed = f"the world's code, {own}, or a different world file"
     return code, [Problem(("code",), "cannot be set from outside", entries, allowed)]
 
 
 def _with_checks(problems: list[Problem], document: Document) -> list[Problem]:
-    """Add problems across sections, after sections with problems are repaired as far as possible."""
+    """Add problems across sections, after repairing sections with problems as far as possible."""
     if len(problems) > MOST:
         return problems
     data = copy.deepcopy(document.data)

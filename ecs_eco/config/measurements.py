@@ -1,4 +1,4 @@
-"""Measurements: external time series from a CSV file with evenly spaced times; and the checks of [data]."""
+"""Measurements: external time series from CSV files with evenly spaced times, and the checks of [data]."""
 
 import csv
 from collections.abc import Iterator, Mapping, Sequence
@@ -18,7 +18,7 @@ MOST_ROWS = 1000
 
 
 class Place(NamedTuple):
-    """The origin of an external series, for messages: keys and their source."""
+    """The origin of an external series, for messages: keys and their sources."""
 
     file: tuple[str, ...] = ()
     columns: tuple[str, ...] = ()
@@ -30,8 +30,8 @@ IN_WORLD = Place(("data", "file"), ("data", "columns"), "", "")
 
 
 class Outside(NamedTuple):
-    """An external series: evenly spaced times f64[n], and columns f64[n] by the species or reporter that
-    each is compared with; `named` gives their names in the file."""
+    """An external series: evenly spaced times f64[n], and columns f64[n] by the species or reporter that they
+    are compared with; `named` gives their names in the file."""
 
     times: np.ndarray
     columns: dict[str, np.ndarray]
@@ -41,19 +41,19 @@ class Outside(NamedTuple):
 
     @property
     def step(self) -> float:
-        """Time between samples."""
+        """The time between samples."""
         return float(self.times[1] - self.times[0])
 
 
 def outside_of(data: Mapping[str, Any], folder: Path, names: Sequence[str], source: str = "") -> Outside:
-    """Read the external series of [data] for species and reporters `names`; raise ConfigError."""
+    """Read the external series of [data] for the species and reporters in `names`. Raises ConfigError."""
     place = IN_WORLD._replace(of_file=source, of_columns=source)
     read = read_outside(folder / data["file"], names, data.get("columns"), place, data.get("time"))
     return read._replace(unit=data.get("unit") or read.unit, ticks=data.get("ticks"))
 
 
 def measured(config: WorldConfig, source: str = "") -> Outside | None:
-    """Read the external series of a world if it has one; raise ConfigError at `source`."""
+    """Read the external series of a world if it has one. Raises ConfigError, located at `source`."""
     data = config.data
     if data is None or not ((config.folder / config._source).is_file() or config.file(data.file).is_file()):
         return None
@@ -67,9 +67,9 @@ def read_outside(
     place: Place | None = None,
     time: str | None = None,
 ) -> Outside:
-    """Read a CSV file with its times in the column `time`, or in the first; `match` gives the species or
-    reporter, of `names`, that a column is compared with. Rows without numbers at both ends are left out.
-    Raises ConfigError."""
+    """Read a CSV file with times in the column `time`, by default the first; `match` maps columns to the
+    species or reporters in `names` that they are compared with. Rows without numbers at either end are left
+    out. Raises ConfigError."""
     place = place or Place()
     head, rows = _rows(Path(file), place)
     if time is not None and time not in head:
@@ -105,7 +105,7 @@ def read_outside(
 def _named(
     file: str | Path, head: list[str], names: Sequence[str], match: Mapping[str, str], place: Place
 ) -> dict[str, str]:
-    """Return the columns that are used, and the species or reporter that each is compared with."""
+    """Return the columns used, and the species or reporter that each is compared with."""
     named = {name: name for name in head if name in names}
     for column, name in match.items():
         for what, value, known in (("column", column, head), ("species or reporter", name, names)):
@@ -125,7 +125,7 @@ def _named(
         named = {k: v for k, v in named.items() if v != name} | {column: name}
     if not named:
         how = '[data] columns = { COLUMN = "SPECIES" }' if place.columns else "--match COLUMN=SPECIES"
-        allowed = f"{how}, with a column of {listed(head)} and a species of {listed(names)}"
+        allowed = f"{how}, with a column ({listed(head)}) and a species ({listed(names)})"
         raise _refused(place, "no column has the name of a species", file, allowed)
     return named
 
@@ -160,7 +160,7 @@ def _refused(place: Place, what: str, file: str | Path, allowed: str) -> ConfigE
 
 
 def check_measurements(config: WorldConfig) -> list[Problem]:
-    """Return the problems of the file named in [data]."""
+    """Return the problems with the file named in [data]."""
     try:
         measured(config)
     except ConfigError as error:
@@ -169,7 +169,7 @@ def check_measurements(config: WorldConfig) -> list[Problem]:
 
 
 def check_data(config: WorldConfig) -> Iterator[Problem]:
-    """Yield the problems of names in [data]."""
+    """Yield the problems with names in [data]."""
     if config.data is None:
         return
     known, taken = [*config.species, *config.reporters], set()
@@ -179,5 +179,5 @@ def check_data(config: WorldConfig) -> Iterator[Problem]:
             yield no_such(key, "species or reporter", name, known)
         elif name in taken:
             fault = "another column is also compared with it"
-            yield Problem(key, fault, name, "a single column for each species or reporter")
+            yield Problem(key, fault, name, "one column per species or reporter")
         taken.add(name)

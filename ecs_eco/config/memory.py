@@ -1,5 +1,4 @@
-"""The memory that a world needs at its start, estimated from its numbers alone, and the memory of the
-machine."""
+"""The memory that a world needs at its start, estimated only from its numbers, and the machine's memory."""
 
 import math
 import os
@@ -12,13 +11,13 @@ from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.rules import Key
 from ecs_eco.engine.errors import MISSING, ConfigError, Problem
 
-ROW = 160  # bytes per organism or object, without senses, learning and genome
+ROW = 160  # bytes per organism or object, excluding senses, learning and genome
 MOST_SHOWN = 5
 CGROUPS = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes")
 
 
 def require_memory(config: WorldConfig, available: float | None = None) -> None:
-    """Raise ConfigError if a world needs more memory at its start than is available [bytes]."""
+    """Raise a ConfigError if a world needs more memory at its start than is available [bytes]."""
     available = machine_memory() if available is None else available
     parts = sorted(needs(config), key=lambda part: -part[1])
     total = sum(size for _, size in parts)
@@ -40,7 +39,7 @@ def require_memory(config: WorldConfig, available: float | None = None) -> None:
 
 
 def needs(config: WorldConfig) -> Iterator[tuple[Key, float]]:
-    """Yield the key and bytes of all that a world allocates at its start and in its first rollout."""
+    """Yield the key and bytes of everything that a world allocates at its start and in its first rollout."""
     for name, field in config.fields.items():
         cells = math.prod(max(1.0, s / field.cell) for s in config.space.size)
         yield ("fields", name, "cell"), (12 if field.substance is None else 32) * cells

@@ -1,4 +1,4 @@
-"""Values of a world file that may change during a run, and the alternatives for the rest."""
+"""Values of a world file that can change during a run, and the alternatives for the rest."""
 
 from collections.abc import Iterator
 from functools import lru_cache
@@ -17,7 +17,7 @@ from ecs_eco.inputs.section import ANEW, FREE, SHAPE, Change, Use, function_name
 def changes(old: object, new: object, key: Key = ()) -> Iterator[tuple[Key, Any, Any]]:
     """Yield the key, old value and new value of every difference between two sections of `model_dump`."""
     if isinstance(new, dict) and "use" in new and (isinstance(old, str) or callable(old)):
-        old = {"use": old}  # a function without parameters got some: only these are new
+        old = {"use": old}  # only the parameters of this function are new
     if isinstance(old, dict) and isinstance(new, dict):
         for part in dict.fromkeys([*old, *new]):
             yield from changes(old.get(part, MISSING), new.get(part, MISSING), (*key, part))
@@ -36,7 +36,7 @@ def refused(old: WorldConfig, new: WorldConfig) -> list[Problem]:
         if not hint and MISSING in (before, now) and {"properties", "substances"} & {key[0], *key[2:3]}:
             hint = SHAPE  # a column would be added or removed
         if not hint and key[0] == "objects" and key[-1] == "renewal" and before is MISSING:
-            hint = ANEW  # there is no system for it
+            hint = ANEW  # no system exists for it
         if hint:
             problems.append(Problem(key, "cannot change during a run", now, hint))
     for name, species in new.species.items():
@@ -46,22 +46,22 @@ def refused(old: WorldConfig, new: WorldConfig) -> list[Problem]:
 
 
 def may_change(key: str, model: type[WorldConfig] = WorldConfig) -> bool:
-    """Return whether the value of a dotted key may change during a run."""
+    """Return whether the value of a dotted key can change during a run."""
     return not why_not(key, model)
 
 
-@lru_cache(10_000)  # keys may come from untrusted users
+@lru_cache(10_000)  # keys can come from untrusted users
 def why_not(key: str, model: type[WorldConfig] = WorldConfig) -> str:
-    """Return the alternative if the value of a dotted key cannot change, else ""."""
+    """Return the alternative if the value of a dotted key cannot change, otherwise ""."""
     return _instead(key.split("."), model, ANEW)
 
 
 def _instead(key: list[str], kind: Any, held: str) -> str:
-    """Return the alternative to changing a key below a type; `held` belongs to the type itself."""
+    """Return the alternative to changing a key below a type; `held` is the type's alternative."""
     for part in members_of(kind) if key else ():
         if get_origin(part) in (dict, list):
             return _instead(key[1:], get_args(part)[-1], held)
-        if part is Use:  # the parameters of a function, and its name
+        if part is Use:  # a function's name and parameters
             return held if key[0] == "use" else FREE
         if is_section(part) and (field := part.model_fields.get(key[0])) is not None:
             change = next((mark for mark in field.metadata if isinstance(mark, Change)), Change())
@@ -73,7 +73,7 @@ def _instead(key: list[str], kind: Any, held: str) -> str:
 
 
 def _of_genes(key: Key, old: Species, new: Species, config: WorldConfig) -> Iterator[Problem]:
-    """Yield problems of genes: each organism has its own values, and the number of such columns is fixed."""
+    """Yield problems with genes, because organisms have their own values in a fixed number of columns."""
     if new.policy.kind == "individual" and old.ppo["horizon"] != new.ppo["horizon"]:
         yield Problem((*key, "ppo", "horizon"), "cannot change during a run", new.ppo["horizon"], SHAPE)
     if new.genome is None:
@@ -99,7 +99,7 @@ def _of_genes(key: Key, old: Species, new: Species, config: WorldConfig) -> Iter
 
 
 def _plain(value: object) -> Any:
-    """Return a comparable value: functions and systems by their name."""
+    """Return a comparable value, with functions and systems replaced by their names."""
     if callable(value) or callable(getattr(value, "process", None)):
         return function_name(value)
     if isinstance(value, dict):

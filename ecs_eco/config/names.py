@@ -1,5 +1,4 @@
-"""The keys of a world that name code, derived from the types of its fields so that no new key is
-forgotten."""
+"""The keys of a world that name code, derived from the types of its fields so that no new key is missed."""
 
 from collections.abc import Iterator
 from functools import cache
@@ -21,7 +20,7 @@ def names_in(section: object, key: Key = ()) -> Iterator[tuple[Key, Any]]:
 
 
 def used_in(section: object, key: Key = (), marked: bool = False) -> Iterator[tuple[Key, Any]]:
-    """Yield each function, "module:name" or Use, by key; `marked`: the field may name code."""
+    """Yield each function, "module:name" or Use, by key; `marked` means that the field can name code."""
     if isinstance(section, BaseModel) and not (marked and isinstance(section, Use)):
         fields = fields_of(type(section))
         for word in _deep_fields_of(type(section)):
@@ -37,7 +36,7 @@ def used_in(section: object, key: Key = (), marked: bool = False) -> Iterator[tu
 
 @cache
 def fields_of(model: type[BaseModel]) -> frozenset[str]:
-    """Return the fields of a model whose values may name code."""
+    """Return the fields of a model whose values can name code."""
     return frozenset(
         name
         for name, field in model.model_fields.items()
@@ -47,7 +46,7 @@ def fields_of(model: type[BaseModel]) -> frozenset[str]:
 
 @cache
 def _deep_fields_of(model: type[BaseModel]) -> tuple[str, ...]:
-    """Return the fields of a model that may name code, directly or in their contents."""
+    """Return the fields of a model that can name code, directly or in their contents."""
     return tuple(
         name
         for name, field in model.model_fields.items()
@@ -64,7 +63,7 @@ def is_component(thing: object) -> bool:
 
 
 def own_features(config: Any) -> list[type[Feature]]:
-    """Return the users' own features of a world's species."""
+    """Return the custom features of a world's species."""
     models: list[type[Section]] = list(dict.fromkeys(map(type, config.species.values())))
     found = dict.fromkeys(feature for model in models for feature in features_of(model))
     return [feature for feature in found if not feature.__module__.startswith("ecs_eco.")]

@@ -1,4 +1,4 @@
-"""Notes on a world: settings that are allowed but may not be what its author intends."""
+"""Notes on a world: settings that are allowed but might not be intended."""
 
 from collections.abc import Iterator
 
@@ -11,7 +11,7 @@ from ecs_eco.config.shipped import WORLDS
 from ecs_eco.learning.aliases import hint
 from ecs_eco.learning.weights import NAMES
 
-LATE = 0.25  # of a lifespan: a species that begins to breed this late has generations that hardly overlap
+LATE = 0.25  # of a lifespan; generations hardly overlap if breeding begins this late
 
 
 def notes(config: WorldConfig) -> list[str]:
@@ -46,8 +46,8 @@ def _on_energy(config: WorldConfig, species: Species) -> Iterator[str]:
     most = species.metabolism.energy_max
     if why := meaningless_debt(config, species):
         yield (
-            f": its energy can fall below 0 ({why}), and nothing happens then: give it "
-            'lethal = [{ property = "energy", min = 0.0 }] or metabolism.torpor = true, or no costs'
+            f": its energy can fall below 0 ({why}), which has no effect: give it "
+            'lethal = [{ property = "energy", min = 0.0 }] or metabolism.torpor = true, or remove the costs'
         )
     way = species.reproduction
     if (
@@ -57,13 +57,13 @@ def _on_energy(config: WorldConfig, species: Species) -> Iterator[str]:
     ):
         if (litter := way.litter) > 1 and litter * each >= most:
             yield (
-                f".reproduction.litter = {litter}: no mother can pay for the whole litter: "
+                f".reproduction.litter = {litter}: no mother can pay for the whole litter, because "
                 f"metabolism.energy_max is {most:g}, and each newborn costs {each:g}"
             )
         if way.energy_min < each:
             yield (
-                f".reproduction.energy_min = {way.energy_min:g}: less than the {each:g} that a newborn "
-                "costs its mother; a mother gives birth only when she can pay"
+                f".reproduction.energy_min = {way.energy_min:g}: less than the {each:g} that a newborn costs "
+                "its mother, who gives birth only when she can pay"
             )
     for i, food in enumerate(species.diet):
         if food.satiation is not None and food.satiation > most:
@@ -78,15 +78,15 @@ def _on_decisions(species: Species) -> Iterator[str]:
     if free and species.reflex is None and species.policy.kind == "none":
         yield (
             f".actions: nothing controls {', '.join(free)}: add a reflex or a policy, or list actions that "
-            "it always takes under always_on"
+            "it should always take under always_on"
         )
     formulas = species.reflex.formulas if species.reflex is not None else {}
     for group, actions in species.groups().items():
         always = [a for a in actions if _is_positive(formulas.get(f"{group}.{a}", formulas.get(a, "")))]
         if always and (never := actions[actions.index(always[0]) + 1 :]):
             yield (
-                f".reflex.formulas.{always[0]} always forces this action, and of each group only the first "
-                f"forced action is taken; never taken: {', '.join(never)}"
+                f".reflex.formulas.{always[0]} always forces this action, and only the first forced action "
+                f"of each group is taken; never taken: {', '.join(never)}"
             )
 
 
@@ -109,9 +109,9 @@ def _on_founders(species: Species) -> Iterator[str]:
             )
     elif oldest > (adult := max(_adult(species).values())) >= LATE * oldest:
         yield (
-            f": all founders have age 0: none breeds before {adult:g} s, and all survivors die at the same time at "
-            f"{oldest:g} s, so numbers oscillate with the generations; give founders different ages: age = "
-            f"[0, {oldest:g}]"
+            f": all founders have age 0: none breed before {adult:g} s, and all survivors die at the same "
+            f"time at {oldest:g} s, so numbers oscillate with the generations; give founders different ages: "
+            f"age = [0, {oldest:g}]"
         )
 
 
@@ -126,7 +126,7 @@ def _on_weights(config: WorldConfig, species: Species) -> Iterator[str]:
 
 
 def _oldest(species: Species) -> float | None:
-    """Return the age at which a species dies [s], or None without a limit."""
+    """Return the age at which a species dies [s], or None if it has no limit."""
     return min(
         (limit.max for limit in species.lethal if limit.property == "age" and limit.max is not None),
         default=None,
@@ -134,7 +134,7 @@ def _oldest(species: Species) -> float | None:
 
 
 def _adult(species: Species) -> dict[str, float]:
-    """Return the ages from which a species can breed [s], by their keys."""
+    """Return the ages from which a species can breed [s], by key."""
     breeding = species.breeding
     return {
         "reproduction.age_min": getattr(species.reproduction, "age_min", 0.0),
@@ -157,19 +157,19 @@ def _on_lives(config: WorldConfig, name: str, species: Species) -> Iterator[str]
         and species.max_count is None
     ):
         yield (
-            ": it breeds, and nothing kills it: give it lethal limits, such as "
+            ": it breeds, but nothing kills it: give it lethal limits, such as "
             '[{ property = "age", max = 1000.0 }], a predator, or max_count'
         )
     ticks = config.search.ticks or config.ticks
     if config.search.ranges and oldest is not None and way is not None and ticks * config.dt < oldest:
         yield (
-            f": runs of a search last {ticks * config.dt:g} s, less than a lifespan of {oldest:g} s, so "
-            "survivors at the end may all be founders"
+            f": a search's runs last {ticks * config.dt:g} s, less than a lifespan of {oldest:g} s, so all "
+            "survivors at the end may be founders"
         )
 
 
 def meaningless_debt(config: WorldConfig, species: Species) -> str:
-    """Return the keys of costs that can take the energy below 0 without any effect; or ""."""
+    """Return the keys of costs that can reduce energy below 0 without any effect, or ""."""
     deadly = any(limit.property == "energy" and limit.min is not None for limit in species.lethal)
     return "" if deadly or species.metabolism.torpor else ", ".join(_costs(config, species))
 

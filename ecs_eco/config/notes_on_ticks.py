@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from ecs_eco.config.features.feature import of_each
 from ecs_eco.config.models.world import WorldConfig
 
-ROUNDED = 0.1  # relative rounding of a time to whole ticks above which a note is given
+ROUNDED = 0.1  # a note is given if rounding to whole ticks changes a time by more than this fraction
 
 
 def notes_on_ticks(config: WorldConfig) -> list[str]:
@@ -24,14 +24,14 @@ def _on_contacts(config: WorldConfig) -> Iterator[str]:
             if fix:
                 fixes.append(f"{fix} = {_rounded(reach + way - meet, 3, up=True)}")
             yield (
-                f"species.{name}.{key}: {name} and {other} move up to {way:.3g} m past each other in a "
-                f"tick, and contacts within {meet:.3g} m are tested only at its end: about "
+                f"species.{name}.{key}: {name} and {other} move up to {way:.3g} m past each other in a tick, "
+                f"and contacts within {meet:.3g} m are checked only at its end: about "
                 f"{share_met(way, meet):.0%} of encounters are detected; {' or '.join(fixes)} detects 96%"
             )
 
 
 def _contacts(config: WorldConfig) -> Iterator[tuple[str, str, str, float, str]]:
-    """Yield the key, the species, the kind that it contacts, the reach [m], and the key of the reach."""
+    """Yield the key, the species, the kind that it contacts, the reach [m], and the reach's key."""
     for name, species in config.species.items():
         for key, other, reach in of_each(species, "meets"):
             yield key, name, other, reach, "reach"
@@ -44,8 +44,8 @@ def _contacts(config: WorldConfig) -> Iterator[tuple[str, str, str, float, str]]
 
 
 def share_met(way: float, meet: float) -> float:
-    """Return the proportion of the strip within `meet` [m] of a straight course that lies within `meet` of
-    points `way` [m] apart on the course."""
+    """Return the proportion of encounters detected: of the strip within `meet` [m] of a straight course, the
+    part that is within `meet` of points `way` [m] apart on the course."""
     disc = math.pi * meet * meet
     if way < 2 * meet:  # subtract the overlap of two neighboring discs
         disc -= 2 * meet * meet * math.acos(way / 2 / meet) - way / 2 * math.sqrt(4 * meet * meet - way * way)
@@ -53,7 +53,7 @@ def share_met(way: float, meet: float) -> float:
 
 
 def _fastest(config: WorldConfig, name: str) -> float:
-    """Return the highest speed of a species, or of objects that move by themselves [m/s]."""
+    """Return the maximum speed of a species, or of objects with `motion` [m/s]."""
     if (species := config.species.get(name)) is not None:
         gaits = [] if species.locomotion is None else species.locomotion.speed.values()
         return max((*gaits, species.ranges().get("speed", (0.0, 0.0))[1]))
@@ -79,7 +79,7 @@ def _on_times(config: WorldConfig) -> Iterator[str]:
             if lasts > time * (1 + ROUNDED):
                 yield (
                     f"species.{name}.{key} = {time:g}: times are whole ticks of dt = {config.dt:g} s, so "
-                    f"this one lasts {lasts:g} s; a smaller dt is more exact"
+                    f"this one lasts {lasts:g} s; a smaller dt is more accurate"
                 )
 
 
@@ -107,7 +107,7 @@ def _on_cycles(config: WorldConfig) -> Iterator[str]:
 
 
 def _rounded(value: float, digits: int, up: bool) -> str:
-    """Return a number with so many digits, rounded up or down."""
+    """Return a number rounded up or down to this many digits."""
     digit = 10.0 ** (math.floor(math.log10(value)) + 1 - digits)
     whole = math.ceil(value / digit - 1e-9) if up else math.floor(value / digit + 1e-9)
     return f"{whole * digit:.{digits}g}"

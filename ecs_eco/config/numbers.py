@@ -26,7 +26,7 @@ class Number:
     whole: bool
     unit: str
     text: str
-    own: bool | str | Column | None = None  # whether a gene may code for it (see `Own`)
+    own: bool | str | Column | None = None  # whether a gene can code for it (see `Own`)
 
     @property
     def name(self) -> str:
@@ -35,13 +35,13 @@ class Number:
 
     @property
     def codable(self) -> bool:
-        """Whether a gene may code for it."""
+        """Whether a gene can code for it."""
         return self.own in (True, COLUMN) or isinstance(self.own, Column)
 
 
 @cache
 def numbers_of(model: type[Section]) -> dict[Key, Number]:
-    """Return every number that a section and its subsections may contain, by pattern."""
+    """Return every number that a section and its subsections can contain, by pattern."""
     out: dict[Key, Number] = {}
     default = model.marks[1]
     for name, field in model.model_fields.items():
@@ -55,7 +55,7 @@ def numbers_of(model: type[Section]) -> dict[Key, Number]:
 
 
 def _numbers(key: Key, kind: Any, field: FieldInfo, span: tuple[float, float, bool]) -> Iterator[Number]:
-    """Yield the numbers that a type may contain."""
+    """Yield the numbers that a type can contain."""
     origin, arguments = get_origin(kind), get_args(kind)
     if origin is Annotated:
         for mark in arguments[1:]:
@@ -86,7 +86,7 @@ def _number(key: Key, whole: bool, field: FieldInfo, span: tuple[float, float, b
 
 
 def narrowed(span: tuple[float, float, bool], limit: object) -> tuple[float, float, bool]:
-    """Return a range narrowed by a limit from the package annotated_types."""
+    """Return a range narrowed by a limit from the annotated_types package."""
     low, high, above = span
     ends = {w: float(x) for w in ("gt", "ge", "le", "lt") if (x := getattr(limit, w, None)) is not None}
     low, high = ends.get("gt", ends.get("ge", low)), ends.get("le", ends.get("lt", high))
@@ -94,9 +94,9 @@ def narrowed(span: tuple[float, float, bool], limit: object) -> tuple[float, flo
 
 
 def values_in(section: Section) -> Iterator[tuple[Number, Key, float]]:
-    """Yield (number, key, value) for every number in a section, in the order of its schema.
+    """Yield (number, key, value) for every number in a section, in schema order.
 
-    In a list the key has the entry's name, food or property, or else its index.
+    A list entry appears in the key with its name, food or property; if it has none, with its index.
     """
     schema = numbers_of(type(section))
     for field in type(section).model_fields:
@@ -107,7 +107,7 @@ def values_in(section: Section) -> Iterator[tuple[Number, Key, float]]:
 
 
 def _values(pattern: Key, key: Key, value: object) -> Iterator[tuple[Key, Key, float, Number | None]]:
-    """Yield the numbers in a value; None as the number means that the schema of the section describes it."""
+    """Yield the numbers in a value; if the number is None, the section's schema describes it."""
     if isinstance(value, Section):
         for number, below, own in values_in(value):
             yield (*pattern, *number.pattern), (*key, *below), own, number
@@ -120,7 +120,7 @@ def _values(pattern: Key, key: Key, value: object) -> Iterator[tuple[Key, Key, f
 
 
 def labels(entries: list[Any]) -> list[str]:
-    """Return labels of list entries: name, food or property, numbered if shared, or else the index."""
+    """Return labels of list entries: name, food or property, numbered if shared; otherwise the index."""
     words = ("label", "name", "eats", "property")
     names = [str(next(filter(None, (getattr(e, w, None) for w in words)), i)) for i, e in enumerate(entries)]
     shared, seen = Counter(names), Counter[str]()
@@ -132,7 +132,7 @@ def labels(entries: list[Any]) -> list[str]:
 
 
 def with_value(part: Any, key: Key, value: float) -> Any:
-    """Return a copy of a section, table or list with a new value for the number at `key` of `values_in`."""
+    """Return a copy of a section, table or list with a new value at `key`, one from `values_in`."""
     if not key:
         return value
     name, below = key[0], key[1:]

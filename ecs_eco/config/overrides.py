@@ -33,8 +33,8 @@ def apply_overrides(document: Document, overrides: Overrides) -> list[Problem]:
             document.renamed[key] = str(written[-1])
         if isinstance(value, Problem):
             problems.append(value)
-        elif re.search(r"(^|\.)(\.|$)", re.sub(r'"[^"]+"', "x", str(name))):  # part of the key is empty
-            allowed = "for example species.deer.count"
+        elif re.search(r"(^|\.)(\.|$)", re.sub(r'"[^"]+"', "x", str(name))):  # a part of the key is empty
+            allowed = "a key such as species.deer.count"
             problems.append(Problem(("",), "an empty key", str(name), allowed, source=document.set_by))
         elif problem := _put(document, key, written, value):
             problems.append(problem.moved(key=written, value=value, source=document.set_by))
@@ -46,7 +46,7 @@ def parse(text: str) -> tuple[str, Any]:
     name, sign, value = (part.strip() for part in text.partition("="))
     if not sign or not name.strip(". "):
         return name, Problem(
-            (), "not of the form key=value", text, "for example species.deer.count=50", source="--set"
+            (), "not of the form key=value", text, "a text such as species.deer.count=50", source="--set"
         )
     try:
         parsed = parse_toml(f"v = {value}")
@@ -55,7 +55,7 @@ def parse(text: str) -> tuple[str, Any]:
     except ValueError:
         if re.fullmatch(r"[A-Za-z_#][\w-]*", value):
             return name, value
-    example = 'for example 0.5, true, "text", [1, 2]'
+    example = 'a value such as 0.5, true, "text" or [1, 2]'
     return name, Problem((name,), "the value is not TOML", value, example, source="--set")
 
 
@@ -88,7 +88,7 @@ def _put(document: Document, key: Key, written: Key, value: object) -> Problem |
 
 
 def fix_ranges(document: Document) -> None:
-    """Drop the search ranges of values that were set, unless the range was set too."""
+    """Drop the search ranges of values that were set, unless the range was also set."""
     search = document.data.get("search")
     ranges = search.get("ranges") if isinstance(search, dict) else None
     for name in list(ranges) if isinstance(ranges, dict) else ():

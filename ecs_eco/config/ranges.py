@@ -16,7 +16,7 @@ PARTS = ("value", "search", "scale")
 
 
 def key_of(name: str) -> Key:
-    """Return the key of a dotted name; a part that contains a dot is in quotes."""
+    """Return the key of a dotted name; parts that contain a dot are quoted."""
     return tuple([part.strip('"') for part in re.findall(r'"[^"]*"|[^.]+', name)])
 
 
@@ -26,7 +26,7 @@ def name_of(key: Key) -> str:
 
 
 def take_ranges(data: dict[str, Any]) -> tuple[dict[str, Key], list[Problem]]:
-    """Replace numbers with a range by their values; return the keys of the ranges, and problems."""
+    """Replace numbers that have a range by their values; return the keys of the ranges, and problems."""
     ranges: dict[str, Key] = {}
     problems: list[Problem] = []
     for holder, key in list(_tables(data, ())):
@@ -42,7 +42,7 @@ def take_ranges(data: dict[str, Any]) -> tuple[dict[str, Key], list[Problem]]:
         if isinstance(search, dict) and isinstance(search.setdefault("ranges", {}), dict):
             if name_of(key) in search["ranges"]:
                 problems.append(
-                    Problem(key, "has a range here and in [search.ranges]", part["search"], "one of the two")
+                    Problem(key, "has a range here and in [search.ranges]", part["search"], "one range")
                 )
             ranges[name_of(key)] = key
             search["ranges"][name_of(key)] = {k: v for k, v in part.items() if k in ("search", "scale")}
@@ -64,7 +64,7 @@ def _tables(node: object, key: Key) -> Iterator[tuple[Any, Key]]:
 def check_search(
     config: WorldConfig, inline: Mapping[str, Key], set_: Mapping[Key, Any]
 ) -> Iterator[Problem]:
-    """Yield problems of [search]: of its objective, and of ranges."""
+    """Yield problems with the objective and ranges of [search]."""
     yield from _check_objective(config)
     data = config.model_dump() if config.search.ranges else {}
     for name, span in config.search.ranges.items():
@@ -73,14 +73,14 @@ def check_search(
         if wrong is not None:
             yield wrong.moved(key=place, value=name)
         elif key[0] == "search":
-            allowed = "a dotted key, for example species.deer.count"
+            allowed = "a dotted key, such as species.deer.count"
             yield Problem(place, "not a number of the world", name, allowed)
         else:
             yield from _check_range(name, span, place, value, key in set_)
 
 
 def _check_range(name: str, span: Range, place: Key, value: object, set_: bool) -> Iterator[Problem]:
-    """Yield problems of the range of a value; the value may lie outside if it is `set_`."""
+    """Yield problems with the range of a value; the value may be outside it if it was set (`set_`)."""
     low, high = given = span.search
     if isinstance(value, bool) or not isinstance(value, int | float):
         fault = "has no value yet" if value is None else "is a range, but its key is not a number"
@@ -91,12 +91,12 @@ def _check_range(name: str, span: Range, place: Key, value: object, set_: bool) 
     elif span.scale == "log" and low <= 0:
         yield Problem(place, "not possible on a log scale", given, "low > 0")
     elif not low <= value <= high and not set_:
-        fault = f"does not contain the world's own value, {value:g}"
+        fault = f"does not contain the world's value, {value:g}"
         yield Problem(place, fault, given, "a range that contains this value")
 
 
 def real_key(data: Any, key: Key) -> tuple[Key, Any, Problem | None]:
-    """Return the key with integers as list indices and the value there, or the problem with the key."""
+    """Return the key with integers as list indices, and the value there or the problem with the key."""
     real: list[str | int] = []
     key = both_names(key, data, WorldConfig)[0]
     for part in key:
@@ -136,16 +136,16 @@ def _check_objective(config: WorldConfig) -> Iterator[Problem]:
     if "data" in goals and config.data is None:
         fault, allowed = (
             "is missing: the objective of [search] is data",
-            'for example [data] file = "pelts.csv"',
+            'such as [data] file = "pelts.csv"',
         )
         yield Problem(("data",), fault, allowed=allowed)
     if "population" in goals and not {*search.wanted} & {*own}:
-        fault, allowed = "is missing: the objective is population", "for example { deer = 500 }"
+        fault, allowed = "is missing: the objective is population", "such as { deer = 500 }"
         yield Problem(("search", "wanted"), fault, allowed=allowed)
 
 
 def place_in(entries: list[Any], part: str | int) -> int | None:
-    """Return the list index that a part of a key gives: a number, or the unique name of an entry."""
+    """Return the list index that part of a key refers to: a number, or the unique name of an entry."""
     if str(part).isdecimal() and len(str(part)) < 10:
         return int(part) if int(part) < len(entries) else None
     found = [i for i, entry in enumerate(entries) if name_of_entry(entry) == part]
@@ -159,7 +159,7 @@ def names_of(entries: list[Any]) -> list[str]:
 
 
 def entries_in_words(entries: list[Any]) -> str:
-    """Return the numbers and names of the entries of a list, in words."""
+    """Return the numbers and names of a list's entries, as text."""
     if not entries:
         return "none, the list is empty"
     names, last = names_of(entries), len(entries) - 1
@@ -167,7 +167,7 @@ def entries_in_words(entries: list[Any]) -> str:
 
 
 def name_of_entry(entry: object) -> str:
-    """Return the name of an entry: its own, or the name of the class or function that it uses; "" if unnamed."""
+    """Return the name of an entry, or else of the class or function that it uses; "" if unnamed."""
     if isinstance(entry, dict):
         own = entry.get("name")
         return own if isinstance(own, str) else name_of_entry(entry.get("use", entry.get("function")))

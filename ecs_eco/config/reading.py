@@ -1,4 +1,4 @@
-"""Read untrusted files: regular files of limited size, TOML of limited depth."""
+"""Read untrusted files: regular files with limited size, and TOML with limited depth."""
 
 import os
 import re
@@ -9,8 +9,8 @@ from typing import Any
 
 from ecs_eco.engine.errors import ConfigError, Problem
 
-MOST_BYTES = 500_000  # limit of a world file: tomllib takes seconds above it; shipped files have up to 20,000
-DEEPEST = 32  # limit of nested tables and lists; the shipped worlds have up to 7
+MOST_BYTES = 500_000  # limit of a world file: tomllib takes seconds for more; shipped files have up to 20,000
+DEEPEST = 32  # maximum nesting of tables and lists; shipped worlds have up to 7 levels
 LONG_KEY = re.compile(
     r"""(?:^|[{,\[])[ \t]*(?:(?:[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*){32}""", re.MULTILINE
 )
@@ -19,7 +19,7 @@ DIGITS = re.compile(r"\d[\d_]{4000}")
 
 
 def read_bytes(path: Path, most: int) -> bytes:
-    """Return the content of a regular file of at most `most` bytes; raise OSError."""
+    """Return the content of a regular file with at most `most` bytes; otherwise raise an OSError."""
     # opening a pipe must not block
     flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
     handle = os.open(path, flags)
@@ -30,13 +30,13 @@ def read_bytes(path: Path, most: int) -> bytes:
         raise
     with open(handle, "rb") as file:
         content = file.read(most + 1)
-    if len(content) > most:  # some files claim to have 0 bytes, such as those in /proc
+    if len(content) > most:  # some files, such as those in /proc, claim to have 0 bytes
         raise OSError(f"is longer than {most:,} bytes")
     return content
 
 
 def check_regular(status: os.stat_result, most: int) -> None:
-    """Raise OSError for anything but a regular file of at most `most` bytes."""
+    """Raise an OSError unless the file is a regular file with at most `most` bytes."""
     if not stat.S_ISREG(status.st_mode):
         raise OSError("is a folder" if stat.S_ISDIR(status.st_mode) else "is not a regular file")
     if status.st_size > most:
@@ -44,10 +44,10 @@ def check_regular(status: os.stat_result, most: int) -> None:
 
 
 def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
-    """Return the text and content of a TOML file; raise ConfigError with the line of an error."""
+    """Return the text and content of a TOML file; raise a ConfigError that gives the line of an error."""
     allowed = "a TOML file in UTF-8"
     try:
-        # some editors begin files with a byte order mark
+        # some editors write a byte order mark
         text = read_bytes(path, MOST_BYTES).decode("utf-8-sig")
     except (OSError, ValueError) as error:  # ValueError: not UTF-8, or an impossible file name
         why = getattr(error, "strerror", None) or error
@@ -62,21 +62,21 @@ def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
 
 
 def parse_toml(text: str) -> dict[str, Any]:
-    """Return the content of a TOML text; raise ValueError if Python cannot read it."""
-    if match := LONG_KEY.search(text):  # tomllib needs time quadratic in the number of parts
-        raise _at(text, match, f"a dotted key of more than {DEEPEST} parts")
+    """Return the content of TOML text; raise a ValueError if Python cannot read it."""
+    if match := LONG_KEY.search(text):  # tomllib's time is quadratic in the number of parts
+        raise _at(text, match, f"a dotted key has more than {DEEPEST} parts")
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError:
         raise
     except RecursionError:
         raise _at(text, NESTED.search(text), "tables or lists are nested too deeply") from None
-    except ValueError:  # raised by int() for more than some thousand digits
+    except ValueError:  # raised by int() for several thousand digits
         raise _at(text, DIGITS.search(text), "a whole number has too many digits") from None
 
 
 def too_deep(data: object) -> Problem | None:
-    """Return the problem of the first table or list nested more than DEEPEST levels deep, or None."""
+    """Return the problem with the first table or list nested more than DEEPEST levels deep, or None."""
     level: list[tuple[tuple[str | int, ...], Any]] = [((), data)]
     for _ in range(DEEPEST):
         inner: list[tuple[tuple[str | int, ...], Any]] = []
@@ -94,7 +94,7 @@ def too_deep(data: object) -> Problem | None:
 
 
 def _at(text: str, match: re.Match[str] | None, fault: str) -> ValueError:
-    """Return the error at a position in the text, worded as in tomllib."""
+    """Return the error at a position in the text, in tomllib's wording."""
     if match is None:
         return ValueError(f"{fault} (at end of document)")
     before = text[: match.start()]
@@ -105,7 +105,7 @@ def _at(text: str, match: re.Match[str] | None, fault: str) -> ValueError:
 
 def _syntax(path: Path, text: str, message: str) -> ConfigError:
     match = re.search(r"^(.*) \(at line (\d+), column (\d+)\)$", message, re.DOTALL)
-    lines = text.rstrip("\n").split("\n")  # position of errors at the end of the document
+    lines = text.rstrip("\n").split("\n")  # for errors at the end of the document
     fault, line, column = (
         (match[1], int(match[2]), int(match[3])) if match else (message, len(lines), len(lines[-1]) + 1)
     )

@@ -1,7 +1,7 @@
 """Formulas of reporters: numbers computed from the fields of components over all living organisms.
 
-`mean(Metabolism.energy)` gives a number for each species, `mean(wolf.Metabolism.energy)` one for the world.
-The language within the parentheses is defined in formula.py, with fields in place of sensors. All numbers are
+`mean(Metabolism.energy)` gives a number per species, `mean(wolf.Metabolism.energy)` one for the world. The
+language within the parentheses is that of formula.py, with fields instead of sensors. All numbers are
 float64, and organisms are sorted by uid, so results do not depend on the order of rows.
 """
 
@@ -14,7 +14,7 @@ import numpy as np
 from ecs_eco.config.formula import FUNCTIONS, Compiler, FormulaError, Node, compiled
 from ecs_eco.engine.errors import listed, nearest
 
-NONE = float("nan")  # if there are no values to average
+NONE = float("nan")  # result if there are no values
 
 
 def _of_some(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -37,12 +37,12 @@ ALLOWED = (
     f"{', '.join(f for f in FUNCTIONS if f not in AGGREGATES)}"
 )
 USUAL = ("Metabolism", "Body", "Biology", "Nervous", "Position")  # searched first for a bare field name
-Field = tuple[str | None, str, str]  # species, or None for each species; component; field
-Fields = Mapping[str, Mapping[str, Any]]  # of each component: its fields, as `component.fields`
+Field = tuple[str | None, str, str]  # species, or None for every species; component; field
+Fields = Mapping[str, Mapping[str, Any]]  # component: its fields, as in `component.fields`
 
 
 class Living:
-    """The living organisms of one table, sorted by uid, as formulas read them."""
+    """The living organisms of one table, sorted by uid, for formulas to read."""
 
     def __init__(self, table: Any) -> None:
         self._rows, self._columns = table.by_uid(), {c.__name__: v for c, v in table.columns.items()}
@@ -58,8 +58,7 @@ class Living:
 
 
 class Scope:
-    """The organisms that the names in a formula refer to: a species or object type; None is the species
-    that the number describes."""
+    """The organisms that names in a formula refer to; None is the species that the number describes."""
 
     def __init__(self, tables: Mapping[str, Any]) -> None:
         self.own: str | None = None
@@ -74,17 +73,17 @@ class Scope:
 
 
 class ReporterFormula:
-    """A compiled formula, called with the living organisms and the species that its number may describe.
+    """A compiled formula, called with the living organisms and the species that its number can describe.
 
-    `fields` are the fields that it reads. It gives one number, or, if `each`, one for each species that has
-    all fields.
+    `fields` are the fields that it reads. It returns one number or, if `each`, one for each species that has
+    all the fields.
     """
 
     def __init__(self, text: str, run: Node, fields: frozenset[Field], each: bool) -> None:
         self.text, self.fields, self.each, self._run = text, fields, each, run
 
     def __call__(self, scope: Scope, species: Iterable[str]) -> float | dict[str, float]:
-        """Return the number for the world, or one for each species that has the fields."""
+        """Return the number for the world, or a number for each species that has the fields."""
         if not self.each:
             return self._number(scope)
         out = {}
@@ -103,8 +102,8 @@ def compile_reporter(
 ) -> ReporterFormula:
     """Compile the text of a reporter in a world with these species and object types.
 
-    `fields` are the fields of all components; unless they are `complete`, further fields may be named. Raises
-    FormulaError for unknown names and for everything that is not allowed.
+    `fields` are the fields of all components; unless they are `complete`, the text can name others. Raises
+    FormulaError if a name is unknown or anything else is not allowed.
     """
     run, compiler = compiled(text, lambda line, lead: _Compiler(line, lead, kinds, fields, complete))
     if not compiler.aggregates:
@@ -113,7 +112,7 @@ def compile_reporter(
 
 
 class _Compiler(Compiler):
-    """Turns a syntax tree into functions of a Scope and, within an aggregate, of Living organisms."""
+    """Convert a syntax tree into functions of a Scope and, within an aggregate, of Living organisms."""
 
     dtype = np.float64
     allowed = ALLOWED
@@ -122,7 +121,7 @@ class _Compiler(Compiler):
         super().__init__(line, lead, ())
         self.kinds, self.known, self.complete = kinds, known, complete
         self.fields, self.aggregates, self.each = set[Field](), 0, False
-        self.within: set[str | None] | None = None  # within an aggregate: the owners of the fields read
+        self.within: set[str | None] | None = None  # within an aggregate, the owners of the fields read
 
     def _call(self, tree: ast.Call) -> Node:
         name = tree.func.id if isinstance(tree.func, ast.Name) else ""
@@ -134,14 +133,14 @@ class _Compiler(Compiler):
             return super()._call(tree)
         if self.within is not None:
             raise self._error(
-                f"{name} within another", tree, "aggregates side by side, as in mean(x) / max(x)"
+                f"{name} within another aggregate", tree, "separate aggregates, as in mean(x) / max(x)"
             )
         self.aggregates += 1
         whole = not tree.keywords and (not tree.args or (one and isinstance(tree.args[0], ast.Name)))
         return self._count(tree) if name == "count" and whole else self._aggregate(tree, name)
 
     def _count(self, tree: ast.Call) -> Node:
-        """Return the count of the species that the number describes, or of a named species or object type."""
+        """Return a function that counts the species that the number describes, or a named kind."""
         of = tree.args[0].id if tree.args else None  # type: ignore[attr-defined]
         if of is not None and of not in self.kinds:
             fault = f'no species or object type named "{of}"'
@@ -174,7 +173,7 @@ class _Compiler(Compiler):
         value = tree.value if isinstance(tree, ast.Constant) else None
         if not isinstance(value, int | float) or not 0 <= value <= 1:
             raise self._error(
-                "quantile without a valid proportion", tree, "a number from 0 to 1, as in quantile(x, 0.9)"
+                "quantile needs a proportion", tree, "a number from 0 to 1, as in quantile(x, 0.9)"
             )
         return float(value)
 

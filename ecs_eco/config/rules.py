@@ -31,7 +31,7 @@ def named(key: Key, kind: str, name: str, known: Iterable[str]) -> Iterator[Prob
 
 
 def no_such(key: Key, kind: str, name: str, known: Iterable[str]) -> Problem:
-    """Return the problem of a name that the world does not define."""
+    """Return the problem for a name that the world does not define."""
     known = list(known)
     return Problem(key, f"no such {kind}", name, listed(known), nearest(name, known))
 
@@ -50,12 +50,12 @@ def at_most(key: Key, fault: str, value: float, most: float, unit: str = " m") -
 
 
 def check_objects(config: WorldSections, key: Key, ways: Sequence[Any], distance: str) -> Iterator[Problem]:
-    """Yield problems of entries that each name an object type and search for it within a distance."""
+    """Yield problems with entries that each name an object type and search for it within a distance."""
     for i, way in enumerate(ways):
         if way.object not in config.objects:
             yield unknown((*key, i, "object"), "object type", way.object, config.objects)
         elif way.object in (other.object for other in ways[:i]):
-            allowed = "one entry for each object type"
+            allowed = "one entry per object type"
             yield Problem((*key, i, "object"), "named twice", way.object, allowed)
         fault = "larger than the largest search distance in this world"
         yield from at_most((*key, i, distance), fault, getattr(way, distance), config.space.widest)
@@ -64,7 +64,10 @@ def check_objects(config: WorldSections, key: Key, ways: Sequence[Any], distance
 def check_used(species: Any, key: Key, section: str, group: str) -> Iterator[Problem]:
     """Yield a problem if a species has a group of actions but lacks the section that it needs."""
     if group in species.actions and not getattr(species, section):
-        fault, allowed = f"it {section} nothing", f'{section} = [{{ object = "stick", … }}], or no such group'
+        fault, allowed = (
+            f"it {section} nothing",
+            f'{section} = [{{ object = "stick", … }}], or remove the group',
+        )
         yield Problem((*key, "actions", group), fault, species.actions[group], allowed)
 
 
@@ -77,12 +80,12 @@ def inside(key: Key, at: Sequence[float], size: Sequence[float]) -> Iterator[Pro
 
 
 def extent(size: Sequence[float]) -> str:
-    """Return the range of coordinates in a space of this size, in words."""
+    """Return the range of coordinates in a space of this size as text."""
     return " and ".join(f"0 to {side:g} m" for side in size)
 
 
 def written_at(problem: Problem, place: Key, written: str | None, while_: str = "") -> Problem:
-    """Return a problem of a derived world, moved to `place` or, if given, to the value `written` there."""
+    """Return a problem of a derived world, moved to `place` or to the value `written` there, if given."""
     where = "" if written is not None else f", at {problem.path}{while_}"
     key = place if written is None else (*place, written)
     return problem.moved(key=key, what=problem.what + where, source="", line=None)

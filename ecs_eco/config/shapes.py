@@ -1,4 +1,4 @@
-"""The shapes of networks whose weights genes may encode, before any network exists."""
+"""The shapes of networks whose weights genes can encode, before any network exists."""
 
 from functools import partial
 from itertools import pairwise
@@ -10,9 +10,9 @@ from ecs_eco.genomes.traits import Shapes
 
 
 def shapes_of_networks(config: WorldConfig, name: str) -> dict[str, Shapes]:
-    """Return the shapes of the matrices and biases of a species' networks, by the traits of their weights.
+    """Return the shapes of the matrices and biases of a species' networks, by the trait of their weights.
 
-    The shapes of a torch module are missing if its code may not run or if it cannot be created.
+    The shapes of a torch module are missing if its code is not allowed to run or it cannot be created.
     """
     species = config.species[name]
     shapes: dict[str, Shapes] = {}
@@ -25,8 +25,8 @@ def shapes_of_networks(config: WorldConfig, name: str) -> dict[str, Shapes]:
 
 
 def instincts(config: WorldConfig, name: str) -> dict[str, Any]:
-    """Return the networks of a species' reflex and happiness from `fit_network`, by the traits of their
-    weights; networks in code that may not run are left out."""
+    """Return a species' reflex and happiness networks from `fit_network`, by the trait of their weights;
+    networks in code that is not allowed to run are left out."""
     found = {}
     for word in ("reflex", "happiness"):
         function = getattr(getattr(config.species[name], word), "function", None)
@@ -43,13 +43,13 @@ def policy_shapes(species: Species, dims: int) -> list[tuple[int, ...]]:
 
 
 def _options(species: Species) -> list[int]:
-    """Return the number of options in each discrete group of actions that the policy chooses from."""
+    """Return the number of options in each discrete action group that the policy chooses from."""
     chosen = {group for group, _ in species.decisions()} - species.ranges().keys()
     return [max(len(actions), 2) for group, actions in species.groups().items() if group in chosen]
 
 
 def _of_module(config: WorldConfig, species: Species) -> Shapes | None:
-    """Return the shapes of the trainable parameters of a torch module, or None if there is none."""
+    """Return the shapes of a torch module's trainable parameters, or None if there is no module."""
     from ecs_eco.learning.continuous import CONTINUOUS
     from ecs_eco.learning.mlp import MLP
     from ecs_eco.learning.module_brain import made

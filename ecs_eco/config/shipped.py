@@ -14,8 +14,8 @@ def shipped() -> dict[str, Path]:
 
 
 def named(world: object) -> Path | None:
-    """Return the file of a world by name: a shipped world, or "package:world" of an installed package,
-    whose folder contains world.toml; None for any other text. The package is not imported."""
+    """Return the file of a world by name: a shipped world, or "package:world" for an installed package whose
+    folder contains world.toml; None for any other text. The package is not imported."""
     worlds, text = shipped(), str(world)
     if (path := worlds.get(text.replace("_", "-"))) is not None:
         return path
@@ -33,7 +33,7 @@ def named(world: object) -> Path | None:
 
 
 def titles() -> dict[str, str]:
-    """Return the titles of these worlds, by name."""
+    """Return the titles of the shipped worlds, by name."""
     found = {}
     for name, path in shipped().items():
         try:

@@ -1,4 +1,4 @@
-"""Finds the likely meaning of an unknown key: in this section, in a variant of it, or in a nearby section."""
+"""Find the likely meaning of an unknown key: in its section, in a variant of it, or in a nearby section."""
 
 import typing
 from collections.abc import Iterator, Mapping
@@ -14,8 +14,8 @@ from ecs_eco.inputs.section import Section
 from ecs_eco.learning import aliases
 from ecs_eco.learning.settings import PPO
 
-NAMED = ("species", "fields", "objects", "substances")  # tables whose keys the world file chooses
-SYNONYMS = {  # words of other programs and papers → ours
+NAMED = ("species", "fields", "objects", "substances")  # tables whose keys are chosen in the world file
+SYNONYMS = {  # terms of other programs and papers → our terms
     **aliases.ALIASES,
     "timestep": "dt",
     "time_step": "dt",
@@ -30,8 +30,8 @@ SYNONYMS = {  # words of other programs and papers → ours
     "velocity": "speed",
     "layers": "hidden",
 }
-ONE_LETTER = 0.9  # similarity of words that differ by one letter: preferred to the same key elsewhere
-EVERYWHERE = ("name", "kind", "title", "description")  # words too common to show where they belong
+ONE_LETTER = 0.9  # similarity of words that differ by one letter; preferred to the same key elsewhere
+EVERYWHERE = ("name", "kind", "title", "description")  # words too common to show which section is meant
 NEAR = 2  # maximum steps up and down from the section of an unknown key to the section that has it
 
 
@@ -54,12 +54,12 @@ def suggestion(
 
 
 def kind_of_key(key: Key, places: list[Place]) -> str:
-    """Return the first other kind of a section that has its unknown key, or ""."""
+    """Return the first other kind of section that has this unknown key, or ""."""
     return next((place.kind for place in places if place.key == key and place.kind), "")
 
 
 def _table_of(word: str, data: Mapping[str, Any], model: type[Section]) -> str:
-    """Return the table that has an entry of this name, or whose entries have the keys below it."""
+    """Return the table that has an entry with this name, or whose entries have the keys below it."""
     keys = set(_table(data.get(word)))
     for table in (name for name in NAMED if name in model.model_fields):
         entry = typing.get_args(model.model_fields[table].annotation)[-1]
@@ -84,9 +84,9 @@ def _guesses(key: Key, word: str, places: list[Place], siblings: tuple[str, ...]
 
 
 def _closest(key: Key, word: str, places: list[Place]) -> str:
-    """Return the only key of this name in the sections closest to the section of an unknown key, or "".
+    """Return the only key with this name in the sections closest to an unknown key's section, or "".
 
-    Sections present in the world come first.
+    Sections that the world has come first.
     """
     found: dict[tuple[int, bool], dict[Key, Key]] = {}
     for place in places:
@@ -102,7 +102,7 @@ def _closest(key: Key, word: str, places: list[Place]) -> str:
 
 
 def _steps(here: Key, there: Key) -> int | None:
-    """Return the steps up and down from one section to the other; None if they have little in common."""
+    """Return the steps up and down from one section to another; None if they have little in common."""
     common = len([*takewhile(lambda pair: pair[0] == pair[1], zip(here, there, strict=False))])
     up, down = len(here) - common, len(there) - common
     if down and up + down > NEAR and common < 2:
@@ -111,7 +111,7 @@ def _steps(here: Key, there: Key) -> int | None:
 
 
 def places_of(model: type[Section], data: object, key: Key = (), kind: str = "") -> Iterator[Place]:
-    """Yield all possible keys of the sections of a world, for the entries in its data."""
+    """Yield all possible keys of a world's sections, for the entries in its data."""
     for name, info in model.model_fields.items():
         yield Place((*key, name), kind, data is not None)
         if name == "ppo":
@@ -140,7 +140,7 @@ def _table(value: object) -> Mapping[str, Any]:
 
 
 def _only_parts(value: object) -> Key:
-    """Return the key within a table down to its first value or branch."""
+    """Return the path down a table to its first value or branch."""
     if isinstance(value, Mapping) and len(value) == 1:
         ((name, inner),) = value.items()
         return (name, *_only_parts(inner))

@@ -1,4 +1,4 @@
-"""Values of a species that can be heritable, and the columns that store each organism's own values."""
+"""Values of a species that can be heritable, and the columns that store each organism's values."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import fields, replace
@@ -15,14 +15,14 @@ from ecs_eco.genomes.traits import Kind, Trait
 from ecs_eco.inputs.section import LARGEST, SMALLEST, Column
 from ecs_eco.learning.settings import PPO
 
-TINY = 1e-6  # the minimum of traits that must be above 0
+TINY = 1e-6  # minimum of traits that must be above 0
 
 
 def traits_of(species: Species, dims: int, extra_components: Iterable[Any] = ()) -> dict[str, Trait]:
-    """Return every trait that this species could make heritable, by name, in a space of `dims` axes.
+    """Return every trait that this species could make heritable, by name, in a space with `dims` axes.
 
-    Each number of `extra_components`, defined by users, is a trait Component.field. Traits that a gene of the
-    species codes for have their index in the component Traits.
+    Each number in `extra_components`, which users define, is a trait Component.field. Traits that a gene of
+    the species codes for have their index in the component Traits.
     """
     traits = [
         *_of_body(species),
@@ -49,7 +49,7 @@ def traits_of(species: Species, dims: int, extra_components: Iterable[Any] = ())
 
 
 def numbers_of_species(model: type[Species] = Species) -> dict[str, Number]:
-    """Return every number that a species section may contain, hyperparameters included, by pattern."""
+    """Return every number that a species section can contain, including hyperparameters, by pattern."""
     known = {number.name: number for number in numbers_of(model).values()}
     for field in fields(PPO):
         if field.type in ("int", "float"):
@@ -69,7 +69,7 @@ def numbers_of_species(model: type[Species] = Species) -> dict[str, Number]:
 
 
 def why_shared(key: str, model: type[Species] = Species) -> str:
-    """Return why no organism can have its own value of a key of its species; or ""."""
+    """Return why organisms cannot have individual values for a key of their species, or ""."""
     parts = key.split(".")
     for number in numbers_of_species(model).values():
         fits = len(number.pattern) == len(parts) and all(
@@ -81,7 +81,7 @@ def why_shared(key: str, model: type[Species] = Species) -> str:
 
 
 def label_of(connection: Connection) -> str:
-    """Return the name of a reflex connection for genes: its own, or SENSOR_ACTION."""
+    """Return the name that genes use for a reflex connection: its `name`, or SENSOR_ACTION."""
     return connection.name or f"{connection.sensor}_{connection.action}"
 
 
@@ -97,7 +97,7 @@ def _trait(
     field: str = "",
     index: int | None = None,
 ) -> Trait:
-    """Return a trait; its field is the last part of its name unless given."""
+    """Return a trait; unless given, its field is the last part of its name."""
     return Trait(name, component, field or name.rpartition(".")[2], index, own, low, high, kind, unit, text)
 
 
@@ -106,7 +106,7 @@ def _of_body(species: Species) -> Iterator[Trait]:
     yield _trait("body.radius", owner, body.radius, "radius of the body", "m", TINY)
     yield _trait("body.mass", owner, body.mass, "mass of the body", "kg", TINY)
     if species.locomotion is not None:
-        text = "factor of all speeds; the cost of moving increases with its square"
+        text = "factor for all speeds; the cost of moving increases with its square"
         yield _trait("locomotion.pace", "SpeedScale", 1.0, text)
     for name, value in species.properties.items():
         text, unit = f"{name.replace('_', ' ')} at birth", PROPERTIES.get(name, "1")
@@ -114,7 +114,7 @@ def _of_body(species: Species) -> Iterator[Trait]:
 
 
 def _of_section(species: Species) -> Iterator[Trait]:
-    """Yield the numbers of the section that are stored in Traits, or in a declared column."""
+    """Yield the section's numbers that are stored in Traits or in a declared column."""
     for number, key, value in values_in(species):
         if number.own is True and key != ("lethal", "age", "max"):
             low = SMALLEST if number.above and number.low == 0 else number.low
@@ -139,9 +139,9 @@ def _of_sensors(species: Species) -> Iterator[Trait]:
             text = f"range of the sensor {sensor.name}"
             yield _trait(f"{name}.range", "Senses", reach, text, "m", TINY, field="radius", index=i)
         if (at := getattr(sensor, "at", None)) is None or sensor.kind in ("touch", "own"):
-            continue  # of the own body only the vertical position matters, and no gene codes for it
+            continue  # only the vertical position matters within its own body, and no gene codes for it
         for own, way in zip(at, ("forward", "left"), strict=False):
-            text = f"position of the sensor {sensor.name} on the body, {way}, in radii of the body"
+            text = f"position of the sensor {sensor.name} on the body, {way}, in body radii"
             yield _trait(f"{name}.{way}", "Senses", own, text, low=-LARGEST, index=i)
 
 
@@ -160,7 +160,7 @@ def _of_nerves(species: Species) -> Iterator[Trait]:
         yield _trait(
             f"happiness.{channel}", "HappinessWeights", weight, text, low=-LARGEST, field="weight", index=i
         )
-    for word in ("reflex", "happiness"):  # networks that only evolution changes, created by `fit_network`
+    for word in ("reflex", "happiness"):  # networks created by `fit_network`, which only evolution changes
         if getattr(getattr(species, word), "function", None) is not None:
             text = f"weights of its {word} network, if fit_network created the function"
             yield _trait(f"{word}.weights", "Instincts", 0.0, text, "1", -LARGEST, kind="weights", field=word)
@@ -178,7 +178,7 @@ def _of_learning(species: Species) -> Iterator[Trait]:
         text = f"{field.replace('_', ' ')} of its learning by PPO"
         yield _trait(f"ppo.{field}", "LearningRates", own, text, high=high, field=field.removesuffix("_coef"))
     if species.policy.network is not None or species.ranges():
-        return  # torch learns with the hyperparameters of the species
+        return  # torch learns with the species' hyperparameters
     for name, number in numbers_of_species().items():
         value = settings.get(name.removeprefix("ppo."))
         if name.startswith("ppo.") and number.own is True and isinstance(value, int | float):
@@ -191,7 +191,7 @@ def _of_breeding(species: Species) -> Iterator[Trait]:
         if getattr(species.reproduction, "kind", "spread") != "spread":  # otherwise nothing uses it
             yield _trait("fertility", "Biology", own, "fertility", high=1.0)
         return
-    yield _trait("fertility", "Breeding", own, "maximum of its fertility", high=1.0, field="peak")
+    yield _trait("fertility", "Breeding", own, "its maximum fertility", high=1.0, field="peak")
     ages = {
         "maturity": (way.maturity, "age from which it is fertile"),
         "prime": (way.age_of_prime(), "age at which it is most fertile"),
@@ -228,7 +228,7 @@ def _of_life(species: Species) -> Iterator[Trait]:
 
 
 def _of_organs(species: Species) -> Iterator[Trait]:
-    """Yield switches for the sensors and actions, and the number of hidden units, of an organism."""
+    """Yield an organism's switches for sensors and actions, and its numbers of hidden units."""
     switches = {
         f"sensors.{s.name}.present": f"whether it has the sensor {s.name}; if absent, it reads 0"
         for s in species.sensors
@@ -241,7 +241,7 @@ def _of_organs(species: Species) -> Iterator[Trait]:
         yield _trait(name, "Traits", 1.0, text, high=1.0, kind="whole", field="value")
     if species.policy.kind == "individual" and species.policy.network is None and not species.ranges():
         for i, units in enumerate(species.policy.hidden):
-            text = f"units of the hidden layer {i} of its policy network"
+            text = f"units in hidden layer {i} of its policy network"
             yield _trait(f"policy.hidden.{i}", "Traits", units, text, "1", 1.0, units, "whole", "value")
 
 

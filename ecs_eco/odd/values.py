@@ -105,7 +105,7 @@ def unit_of(info: FieldInfo) -> str:
 def text_of(info: FieldInfo) -> str:
     """Return the description of a field, without its unit or the effect of its absence."""
     text = _UNIT_AT_END.sub("", info.description or "")
-    return re.sub(r"[;,:]? absent: [^;]*", "", text)
+    return re.sub(r"[;,:]? (?:absent|default): [^;]*", "", text)
 
 
 def shown(value: object) -> str:

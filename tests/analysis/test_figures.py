@@ -56,7 +56,7 @@ def test_a_line_marks_each_intervention_and_its_words_stand_at_the_first_of_its_
         del marked.manifest["intervened"]
     assert [line.get_xdata()[0] for line in ax.get_lines() if line.get_linestyle() == "--"] == [100, 400, 401]
     assert [(text.xy[0], text.get_text()) for text in ax.texts] == [
-        (100, "cull 50 % of wolf"),
+        (100, "cull 50% of wolf"),
         (400, "fence along [1, 2] [3, 4]"),
     ]
     assert not figures.populations(run).axes[-1].texts

@@ -76,7 +76,7 @@ def test_a_problem_of_a_former_name_has_its_line(fell):
 
 
 def test_a_key_by_both_names_is_refused(fell):
-    with pytest.raises(ConfigError, match=r"photosynthesis = 0\.02\s+is given twice, also .* growth"):
+    with pytest.raises(ConfigError, match=r"photosynthesis = 0\.02\s+is given twice: also .* growth"):
         load(fell(FELL + "photosynthesis = 0.02\n"))
 
 

@@ -102,10 +102,11 @@ PAIRS = {"max_count": 9, "reproduction": {"kind": "sexual", "energy_min": 0.5, "
         (WALKS | {"reflex": {"formulas": {"walk": "1"}}}, ""),
         (
             WALKS | THINKS | {"reflex": {"formulas": {"still": "1.0"}}},
-            "species.hermit.reflex.formulas.still always forces this action, and of each group",
+            "species.hermit.reflex.formulas.still always forces this action, and only the first forced "
+            "action",
         ),
         (WALKS | THINKS | {"reflex": {"formulas": {"still": "energy - 0.5"}}}, ""),
-        (BREEDS, "species.hermit: it breeds, and nothing kills it"),
+        (BREEDS, "species.hermit: it breeds, but nothing kills it"),
         (BREEDS | {"max_count": 9}, ""),
         (BREEDS | {"diet": [{"eats": "hermit", "gain": 0.5}]}, ""),
         (BREEDS | {"lethal": [{"property": "age", "max": 50.0}]}, ""),
@@ -122,7 +123,7 @@ PAIRS = {"max_count": 9, "reproduction": {"kind": "sexual", "energy_min": 0.5, "
         ),
         (
             LIVES | {"reproduction": BREEDS["reproduction"] | {"age_min": 20.0}},
-            "species.hermit: all founders have age 0: none breeds before 20 s, and all survivors die at the "
+            "species.hermit: all founders have age 0: none breed before 20 s, and all survivors die at the "
             "same time at 50 s",
         ),
         (LIVES | {"reproduction": BREEDS["reproduction"] | {"age_min": 10.0}}, ""),
@@ -130,7 +131,7 @@ PAIRS = {"max_count": 9, "reproduction": {"kind": "sexual", "energy_min": 0.5, "
         (LIVES | {"age": [0.0, 51.0]}, "species.hermit.age = [0, 51]: it dies at age 50, so older founders"),
         (
             BREEDS | {"max_count": 9, "reproduction": BREEDS["reproduction"] | {"litter": 5}},
-            "species.hermit.reproduction.litter = 5: no mother can pay for the whole litter: "
+            "species.hermit.reproduction.litter = 5: no mother can pay for the whole litter, because "
             "metabolism.energy_max is 1, and",
         ),
         (PAIRS, ""),

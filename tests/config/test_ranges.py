@@ -89,7 +89,7 @@ def test_ranges_survive_loading_a_loaded_world(tmp_path: Path) -> None:
         (
             "search = [2, 9]",
             "search = [5, 9]",
-            ["line 7", "species.mite.count.search = [5, 9]", "does not contain the world's own value, 4"],
+            ["line 7", "species.mite.count.search = [5, 9]", "does not contain the world's value, 4"],
         ),
         ("search = [2, 9]", "search = [9, 2]", ["line 7", "not a range", "low < high"]),
         ("search = [2, 9]", "search = [4, 4]", ["line 7", "not a range"]),
@@ -120,7 +120,7 @@ def test_ranges_survive_loading_a_loaded_world(tmp_path: Path) -> None:
         ),
         ("species.mite.metabolism.basal", "space.cell", ["has no value yet"]),
         ("species.mite.metabolism.basal", "species.mite.count", ["has a range here and in [search.ranges]"]),
-        ("[0.001, 0.02]", "[0.02, 0.04]", ["line 18", "does not contain the world's own value, 0.01"]),
+        ("[0.001, 0.02]", "[0.02, 0.04]", ["line 18", "does not contain the world's value, 0.01"]),
         ("ticks = 60", "tick = 60", ["line 16", "unknown key", 'did you mean "ticks"']),
         (
             "ticks = 60",

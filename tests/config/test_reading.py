@@ -32,8 +32,8 @@ def refusal(tmp_path: Path, text: str | bytes) -> str:
         ("ticks = " + "9" * 4400, "a whole number has too many digits", 9),
         ("ticks = " + "[" * 50_000 + "]" * 50_000, "tables or lists are nested too deeply", 9),
         ("ticks = " + "{a=" * 400 + "1" + "}" * 400, "tables or lists are nested too deeply", 9),
-        (".".join("a" * 5000) + " = 1", f"a dotted key of more than {DEEPEST} parts", 1),
-        ("[" + ".".join("a" * 5000) + "]", f"a dotted key of more than {DEEPEST} parts", 1),
+        (".".join("a" * 5000) + " = 1", f"a dotted key has more than {DEEPEST} parts", 1),
+        ("[" + ".".join("a" * 5000) + "]", f"a dotted key has more than {DEEPEST} parts", 1),
     ],
     ids=["digits", "lists", "tables", "key", "header"],
 )

@@ -16,7 +16,7 @@ from tests.systems.couples import WAY
         (
             {"reproduction": {"reach": 10.1}},
             "reproduction.reach",
-            "larger than half of the torus",
+            "larger than half the width of the torus",
             "at most 10 m",
         ),
         ({"reproduction": {"reach": -1.0}}, "reproduction.reach", "", "at least 0"),
@@ -57,7 +57,7 @@ from tests.systems.couples import WAY
         (
             {"reproduction": {"dispersal": 10.1}},
             "reproduction.dispersal",
-            "larger than half of the torus",
+            "larger than half the width of the torus",
             "at most 10 m",
         ),
         (
@@ -97,7 +97,7 @@ def test_the_mate_action_needs_reproduction_that_is_sexual_or_a_system_of_ones_o
     with pytest.raises(
         ConfigError,
         match=r"species.deer.actions.mate = .*\n.*expected: "
-        r'reproduction.kind = "sexual", or no such group',
+        r'reproduction.kind = "sexual", or remove this action group',
     ):
         meadow(reproduction=way, actions={"mate": ["mate"]})
     config = meadow(reproduction=way).config.model_dump()

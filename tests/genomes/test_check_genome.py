@@ -114,7 +114,11 @@ WRONG = [
     (gene(1, low=0.7), "genome.genes.1.low", "less than 0.6"),
     (gene(1, at=0), "genome.genes.1.at", "overlaps the gene red"),
     (gene(1, high=30.0), "genome.genes.1.high", "at most 20 m"),
-    (gene(1, trait="sensors.eye.range", high=21.0), "genome.genes.1.high", "larger than half of the torus"),
+    (
+        gene(1, trait="sensors.eye.range", high=21.0),
+        "genome.genes.1.high",
+        "larger than half the width of the torus",
+    ),
     (gene(1, trait="reproduction.energy_min", high=2.0), "genome.genes.1.high", "at most 1"),
     (lambda goat: goat["genome"].update(loci=4), "genome.loci", "at least 5"),
     (larger_than_own, "genome.genes.1.trait", "cannot code for the species' own value, 0.4"),
@@ -124,7 +128,7 @@ WRONG = [
     (operator("mutate", operator="mutFlipBit", indpb=0.1), "genome.mutate.operator", "4 letters"),
     (two_of_a_name, "reflex.connections.1.name", "a unique name"),
     (inherit("birth"), "policy.inherit", "no gene codes for policy.weights"),
-    (inherit("learned"), "policy.inherit", "codes for policy.weights too"),
+    (inherit("learned"), "policy.inherit", "also codes for policy.weights"),
 ]
 
 
@@ -218,7 +222,7 @@ def test_the_conformance_check_finds_values_beyond_the_range_and_rows_that_mix(
     ("trait", "reason"),
     [
         ("max_count", "it counts organisms"),
-        ("body.density", "mass follows from it"),
+        ("body.density", "it determines the mass"),
         ("reproduction.immigration", "organisms without parents"),
     ],
 )

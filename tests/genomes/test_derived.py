@@ -110,7 +110,7 @@ def test_the_summary_and_the_records_have_derived_traits(tmp_path):
                 "a": {"from": "b", "trait": "locomotion.pace", "formula": "b"},
                 "b": {"from": "a", "trait": "metabolism.basal", "formula": "a"},
             },
-            ["a circle: it reads itself, or formulas that do"],
+            ["circular: it reads itself, directly or through other formulas"],
         ),
         (
             {"a": {"from": "size", "trait": "reproduction.litter", "formula": "size"}},
@@ -126,7 +126,7 @@ def test_the_summary_and_the_records_have_derived_traits(tmp_path):
         ),
         (
             {"a": {"from": "size", "trait": "locomotion.pace", "formula": "100 * size"}},
-            ["more than half of the world", "derived.a.formula"],
+            ["more than half the world's width", "derived.a.formula"],
         ),
         ({"a": {"from": "size", "trait": "species", "formula": "size"}}, ["no such trait"]),
         ({"liter": {"from": "size", "formula": "size"}}, ["no such trait"]),

@@ -82,7 +82,7 @@ def test_a_world_without_the_key_has_the_hash_and_the_founders_that_it_had():
 @pytest.mark.parametrize(
     ("age", "message"),
     [
-        ([2000.0, 0.0], r"(?s)species.carp.age = .*the least is more than the most; expected: .0, 2000"),
+        ([2000.0, 0.0], r"(?s)species.carp.age = .*the minimum is above the maximum; expected: .0, 2000"),
         ([0.0], "species.carp.age"),
         ([-1.0, 0.0], "species.carp.age"),
     ],

@@ -175,7 +175,7 @@ def test_a_meadow_without_animals_has_no_predation_no_senses_and_no_learning() -
     assert headings(text, 3)[-2:] == ["Aging", "Spread of plants"]
     for word in ("Strannegård", "PPO (", "energy_min", "speed of the gait"):
         assert word not in text
-    assert "| `reproduction.rate` | 1/s | 0.03 | births per second and parent |" in text
+    assert "| `reproduction.rate` | 1/s | 0.03 | births per parent per second |" in text
     assert "Individuals do not learn." in text
     assert "Individuals sense nothing." in text
 
@@ -195,7 +195,7 @@ def test_who_learns_by_what_rate_and_for_what_is_said_of_each_species() -> None:
 def test_interventions_are_input_with_their_ticks() -> None:
     cull = {"kind": "cull", "species": "grass", "share": 0.5, "at": 40, "every": 20, "until": 80}
     text = describe(MEADOW | {"interventions": [cull]}).markdown()
-    assert "- At tick 40, then every 20 ticks until tick 80: cull 50 % of grass." in text
+    assert "- At tick 40, then every 20 ticks until tick 80: cull 50% of grass." in text
     assert "no input data" in describe(MEADOW).markdown()
 
 

@@ -139,7 +139,7 @@ def test_recording_changes_no_other_column_and_no_result(run, tmp_path):
         ("Strain.virulense", ['record.0 = "Strain.virulense"', "Strain has no field", "Strain.virulence"]),
         ("Strian.virulence", ['unknown component "Strian"', 'did you mean "Strain.virulence"?']),
         ("Strain", ["Strain is a component", "Strain.virulence, Strain.genome"]),
-        ("virulence", ["no Component.field", 'did you mean "Strain.virulence"?']),
+        ("virulence", ["not a Component.field", 'did you mean "Strain.virulence"?']),
         ("Gestation.sperm", None),
     ],
 )

@@ -123,7 +123,7 @@ def test_a_world_made_by_hand_measures_components_of_its_own():
         ("x", "quantile(Body.mass, 2)", "a number from 0 to 1"),
         ("x", "mean(Position.x", "not an expression"),
         ("x", "garden:ferns", "which `code` does not list"),
-        ("x", "garden:ferns:2", "neither a formula nor module:name"),
+        ("x", "garden:ferns:2", "expected a formula or module:name"),
         ("x", 3, "wrong type"),
     ],
 )

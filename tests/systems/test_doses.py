@@ -111,10 +111,10 @@ def test_a_dosed_world_keeps_its_promises_with_the_ledger_closed():
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
-        ({"field": "soil", "species": "sheep"}, "exactly one of field and species"),
-        ({}, "exactly one of field and species"),
+        ({"field": "soil", "species": "sheep"}, "either field or species"),
+        ({}, "either field or species"),
         ({"field": "soi"}, 'did you mean "soil"'),
-        ({"field": "soil", "substance": "salt"}, "a field has its own"),
+        ({"field": "soil", "substance": "salt"}, "a field defines its own"),
         ({"species": "sheep", "substance": "sal"}, 'did you mean "salt"'),
         ({"species": "shep", "substance": "salt"}, 'did you mean "sheep"'),
         ({"species": "sheep"}, "interventions.0.substance\n  is missing"),

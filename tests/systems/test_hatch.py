@@ -301,9 +301,9 @@ def test_the_system_keeps_the_rules(meadow):
         ({}, {"reproduction": None}, "it does not lay these eggs"),
         ({"hatch": {"into": "der", "incubation": 1.0}}, {}, 'hatch.into = "der"'),
         ({"hatch": EGG["hatch"] | {"temperature": 270.0}}, {}, "not above the threshold"),
-        ({}, {"substances": {}, "born_with": "mother"}, "its newborn are eggs"),
+        ({}, {"substances": {}, "born_with": "mother"}, "its newborns are eggs"),
         ({"diet": [{"eats": "grass", "gain": 0.1}]}, {}, "an egg has none"),
-        ({"metabolism": {"energy": 0.1, "energy_max": 0.1}}, {}, "more than an egg holds"),
+        ({"metabolism": {"energy": 0.1, "energy_max": 0.1}}, {}, "more than an egg can store"),
     ],
 )
 def test_wrong_values_are_refused_by_name(meadow, egg, deer, place):

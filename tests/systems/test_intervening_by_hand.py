@@ -105,7 +105,7 @@ def test_by_hand_a_wrong_intervention_is_refused_as_in_a_file():
     w = world().run(2)
     with pytest.raises(ConfigError, match=r'species = "wofl"(.|\n)*did you mean "wolf"'):
         w.intervene({"kind": "cull", "species": "wofl", "share": 0.5})
-    with pytest.raises(ConfigError, match="there is no such fence"):
+    with pytest.raises(ConfigError, match="no such fence exists"):
         w.intervene({"kind": "fence", "line": [[1.0, 1.0], [2.0, 2.0]], "remove": True})
     with pytest.raises(ValueError, match="it is tick 2 now"):
         w.intervene({"kind": "cull", "species": "wolf", "share": 0.5, "at": 7})

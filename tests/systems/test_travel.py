@@ -144,7 +144,7 @@ def test_what_is_still_has_no_such_system():
         ({"velocity": [1.0, 0.0], "speed": 1.0}, "given without a path"),
         ({"velocity": [1.0, 0.0, 1.0]}, "wrong number of coordinates"),
         ({"path": [[1.0, 1.0], [30.0, 2.0]], "speed": 1.0}, "outside the world"),
-        ({"velocity": [9.0, 0.0]}, "more than half of the world"),
+        ({"velocity": [9.0, 0.0]}, "more than half the world's width"),
     ],
 )
 def test_motion_that_cannot_be_is_refused(motion, fault):

@@ -71,7 +71,7 @@ def test_refusals_are_marked_and_name_what_was_asked_for():
     one.act({"kind": "cull", "species": "dear", "share": 0.5})
     one.act("nonsense", **{"as": "burn"})
     cull, nonsense = two.logged
-    assert (cull["level"], cull["page"], cull["what"]) == ("error", 1, "cull 50 % of dear")
+    assert (cull["level"], cull["page"], cull["what"]) == ("error", 1, "cull 50% of dear")
     assert 'did you mean "deer"?' in cull["text"]
     assert (nonsense["level"], nonsense["what"]) == ("error", "")
     assert "as" not in nonsense

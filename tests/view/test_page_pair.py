@@ -53,7 +53,7 @@ def test_without_wolves_the_world_goes_on_beside_the_one_with_wolves(forked):
     assert page.evaluate("ecs.counts.deer === ecs.second.counts.deer")
     until(page, "document.querySelector('#pairSays').innerText.includes('12 live in the original')")
     assert f"wolf died out at {tick} here" in page.locator("#pairSays").inner_text()
-    assert f"from tick {tick} onward: cull 100 % of wolf" in page.locator("#pairWhat").inner_text()
+    assert f"from tick {tick} onward: cull 100% of wolf" in page.locator("#pairWhat").inner_text()
     row = page.locator(".legend-row", has_text="wolf")
     assert row.locator("b").all_inner_texts() == ["12", "0"]
     assert row.locator("b.differs").count() == 1
@@ -69,7 +69,7 @@ def test_without_wolves_the_world_goes_on_beside_the_one_with_wolves(forked):
         "/wolf\\s*12 \\| 0/.test(head.innerText))",
     )
     page.locator("#tab-why").click()
-    assert "what if: cull 100 % of wolf" in page.locator("#why").inner_text()
+    assert "what if: cull 100% of wolf" in page.locator("#why").inner_text()
 
 
 def test_both_are_looked_at_from_the_same_place(forked):

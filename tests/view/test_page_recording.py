@@ -158,7 +158,7 @@ def test_what_is_clicked_is_recorded_and_comes_out_the_same_again(recorded):
     assert add["at_place"] == pytest.approx([30, 30], abs=3)  # where it was clicked: the middle
     assert (cull["kind"], cull["species"], cull["share"]) == ("cull", "deer", 0.2)
     assert [line.split()[0] for line in output["log"][:2]] == [str(tick), str(tick + 1)]
-    assert "cull 20 % of deer" in output["log"][2]
+    assert "cull 20% of deer" in output["log"][2]
     assert manifest["done"] == tick + 22
     result = CliRunner().invoke(app, ["repeat", str(out), "--quiet"])
     assert result.exit_code == 0, result.output

@@ -45,7 +45,7 @@ def test_what_people_do_is_told_too(page):
     page.locator("#step").click()
     page.locator("#tab-why").click()
     page.locator(".story li.act").first.wait_for()
-    assert "cull 20 % of deer" in page.locator(".story").inner_text()
+    assert "cull 20% of deer" in page.locator(".story").inner_text()
 
 
 def test_an_organism_has_a_sentence_first(page):

@@ -70,7 +70,7 @@ def deer_by_tick(series):
 def test_the_original_is_the_same_with_a_fork_and_without():
     pair, _ = watched(Live(small()), 20, {8: [asks("whatif", tick=None, what=WITHOUT)]})
     alone, _ = watched(Live(small()), 20)
-    assert pair.second.told["change"] == "cull 100 % of wolf"
+    assert pair.second.told["change"] == "cull 100% of wolf"
     assert pair.first.world.digest() == alone.first.world.digest() == small().run(20).digest()
     assert pair.second.source.world.digest() != pair.first.world.digest()
     assert pair.first.counts()["wolf"] > pair.second.source.counts()["wolf"] == 0
@@ -122,7 +122,7 @@ def test_the_log_says_when_the_worlds_parted_and_by_what():
         Live(small()), 12, {8: [asks("whatif", what=WITHOUT)], 10: [asks("whatif", close=True)]}
     )
     logs = [marks["interventions"] for marks in page.got("marks")]
-    assert [{"tick": 8, "text": "what if: cull 100 % of wolf"}] in logs
+    assert [{"tick": 8, "text": "what if: cull 100% of wolf"}] in logs
     assert logs[-1] == []  # it is closed
     assert pair.second is None
     assert "closed" in page.got("beside")[-1]

@@ -73,10 +73,10 @@ def test_a_recorded_run_is_watched_acted_upon_stopped_while_it_stands_still_and_
             while (state := receive(ws, "state"))["playing"]:
                 pass
             ws.send(json.dumps({"kind": "act", "what": {"kind": "cull", "species": "deer", "share": 0.5}}))
-            assert receive(ws, "said")["text"] == f"tick {state['tick']}: cull 50 % of deer"
+            assert receive(ws, "said")["text"] == f"tick {state['tick']}: cull 50% of deer"
             ws.send('{"kind": "step"}')
             assert receive(ws, "marks")["interventions"] == [
-                {"tick": state["tick"], "text": "cull 50 % of deer"}
+                {"tick": state["tick"], "text": "cull 50% of deer"}
             ]
             run.process.send_signal(signal.SIGINT)
             output = run.process.communicate(timeout=180)[1]

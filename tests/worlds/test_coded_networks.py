@@ -142,7 +142,7 @@ def test_a_fitted_reflex_is_in_the_letters_and_what_mutates_reacts_otherwise():
 
 def test_a_function_that_is_no_network_has_no_weights_for_genes():
     gene = gene_for("wants", "happiness.weights", 2, low=-1.0, high=1.0, form="direct")
-    with pytest.raises(ConfigError, match="no network, but a gene codes for its weights"):
+    with pytest.raises(ConfigError, match="not a network, but a gene codes for its weights"):
         World.from_config(
             herd(happiness={"function": lambda x: x[:, 0], "minimum": -1.0}, genome=genome(gene))
         )
@@ -189,10 +189,10 @@ def test_genes_hold_the_weights_of_a_torch_module():
 
 def test_a_gene_that_reaches_a_value_that_would_be_refused_is_refused():
     gene = gene_for("gut", "metabolism.energy_max", low=0.1, high=2.0)  # they begin with 0.6
-    with pytest.raises(ConfigError, match=r"metabolism.energy would be more than energy_max"):
+    with pytest.raises(ConfigError, match=r"metabolism.energy: more than energy_max"):
         World.from_config(herd(genome=genome(gene)))
     fast = gene_for("legs", "locomotion.speed.walk", low=0.5, high=99.0)  # in a world of 30 m
-    with pytest.raises(ConfigError, match="more than half of the world"):
+    with pytest.raises(ConfigError, match="more than half the world's width"):
         World.from_config(herd(genome=genome(fast)))
 
 

@@ -169,7 +169,7 @@ def test_a_module_that_cannot_be_is_refused_before_the_first_tick_with_its_speci
     ("given", "message"),
     [
         ({"network": "learning.mlp:Mlp"}, "names code in learning.mlp, which `code` does not list"),
-        ({"network": Plain, "hidden": [8]}, "the network's own class defines its layers"),
+        ({"network": Plain, "hidden": [8]}, "the class of the network defines its layers"),
         ({"network": Plain, "kind": "none"}, "no network uses it"),
         ({"network": 3}, "policy.network"),
         ({"device": "gpu"}, "policy.device"),

@@ -1,4 +1,4 @@
 """Checks across sections of a world file, each problem at its key.
 
-Limits of a single key belong to its model in `ecs_eco.config.models`.
+The limits of single keys are in their models, in `ecs_eco.config.models`.
 """

@@ -1,4 +1,4 @@
-"""Checks of one species' groups of actions."""
+"""Checks of one species' action groups."""
 
 import math
 import re
@@ -13,10 +13,10 @@ from ecs_eco.inputs.section import LARGEST
 
 
 def check_actions(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
-    """Yield all problems of the species' groups of actions."""
+    """Yield all problems with the species' action groups."""
     wrong = [*_check_groups(config, key, species)]
     yield from wrong
-    if not wrong:  # otherwise names of groups or actions may be valid
+    if not wrong:  # otherwise a valid group or action name could be refused
         yield from _check_neutral(key, species)
         yield from _check_automatic(key, species)
 
@@ -43,8 +43,8 @@ def _check_known_group(
     """Check a group that shipped systems carry out."""
     actions = species.groups()[group]
     if group == "pitch":
-        allowed = "{ continuous = [min, max] }; or up, none and down in the group climb"
-        yield Problem(at, "has only a continuous action", actions, allowed)
+        allowed = "{ continuous = [min, max] }, or the group climb with up, none and down"
+        yield Problem(at, "must be continuous", actions, allowed)
         return
     if not actions:
         yield Problem(at, "is empty", actions, listed(known))
@@ -54,11 +54,11 @@ def _check_known_group(
     ways = {"turn": ("turn",), "climb": ("climb", "pitch")}.get(group, ())
     if ways and not any(getattr(species.locomotion, way, 0) for way in ways):
         fault = f"it cannot {group}: locomotion.{group} is missing or 0"
-        yield Problem(at, fault, actions, f"locomotion.{group} > 0, or no such group")
+        yield Problem(at, fault, actions, f"locomotion.{group} > 0, or remove this action group")
     if group == "climb" and config.dims == 2:
-        yield Problem(at, "no up and down in a plane", actions, "a space of three sizes, or no such group")
+        yield Problem(at, "no up and down in a plane", actions, "a 3D space, or remove this action group")
     if group == "eat" and not species.diet:
-        yield Problem(at, "it has no diet", actions, "a diet, or no such group")
+        yield Problem(at, "it has no diet", actions, "a diet, or remove this action group")
 
 
 def _check_neutral(key: Key, species: Species) -> Iterator[Problem]:
@@ -71,52 +71,52 @@ def _check_neutral(key: Key, species: Species) -> Iterator[Problem]:
             yield from named(at, f"action in the group {group}", str(rest), species.groups()[group])
         elif isinstance(rest, str) or not ranges[group][0] <= rest <= ranges[group][1]:
             low, high = ranges[group]
-            yield Problem(at, "not a number of this continuous action", rest, f"{low:g} to {high:g}")
+            yield Problem(at, "not a possible value of this continuous action", rest, f"{low:g} to {high:g}")
 
 
 def _check_range(
     config: WorldConfig, key: Key, species: Species, group: str, free: bool
 ) -> Iterator[Problem]:
-    """Check a continuous action; a `free` one is carried out by the world's own system."""
+    """Check a continuous action; a `free` one is carried out by a custom system."""
     low, high = species.ranges()[group]
     given, at = {"continuous": [low, high]}, key[:-1]
     if not low < high:
         yield Problem(
-            key, "the first is above the second", [low, high], "two numbers, the first below the second"
+            key, "the minimum is not below the maximum", [low, high], "two numbers, the smaller one first"
         )
     elif free:
         return
     elif group not in MOTIONS:
-        allowed = f"a list of actions; continuous may be {listed(MOTIONS)}"
+        allowed = f"a list of actions; only {listed(MOTIONS)} can be continuous"
         yield Problem(at, "cannot be continuous", given, allowed)
     elif species.locomotion is None:
-        yield Problem(at, "it cannot move: locomotion is missing", given, "locomotion, or no such group")
+        yield Problem(at, "locomotion is missing", given, "locomotion, or remove this action group")
     else:
         if group in ("climb", "pitch") and config.dims == 2:
-            yield Problem(at, "no up and down in a plane", given, "a space of three sizes, or no such group")
+            yield Problem(at, "no up and down in a plane", given, "a 3D space, or remove this action group")
         if group == "pitch" and "climb" in species.actions:
-            yield Problem(at, "it moves up and down by climb", given, "one of climb and pitch")
+            yield Problem(at, "it already moves up and down with climb", given, "either climb or pitch")
         ends = {"speed": (0.0, max(species.locomotion.speed.values())), "pitch": (-math.pi / 2, math.pi / 2)}
         least, most = ends.get(group, (-LARGEST, LARGEST))
         if low < least or high > most:
-            words = "speeds up to that of the fastest gait" if group == "speed" else "angles"
+            words = "speeds up to the fastest gait's" if group == "speed" else "angles"
             yield Problem(key, "out of range", [low, high], f"{words}, {least:g} to {most:g}")
 
 
 def groups_of_systems(config: WorldConfig) -> list[str]:
-    """Return the groups of actions that the world's own systems carry out."""
+    """Return the action groups that the world's custom systems carry out."""
     return [group for system in config.systems for group in getattr(config.known(system), "acts", ())]
 
 
 def _groups_of_exchange(species: Species) -> list[str]:
-    """Return the groups of actions by which a species exchanges or converts substances, of any name."""
+    """Return the action groups during which a species exchanges or converts substances."""
     used = {getattr(way, "action", None) for way in (*species.exchange, *species.reactions)}
     known = species.known_groups()
     return [g for g, actions in species.groups().items() if g not in known and not used.isdisjoint(actions)]
 
 
 def _may_act(config: WorldConfig) -> bool:
-    """Return whether systems that are not loaded yet may carry out any group of actions."""
+    """Return whether systems that are not loaded yet could carry out any action group."""
     return not config._code.allowed and any(
         isinstance(name := getattr(s, "use", s), str) and name not in SHIPPED for s in config.systems
     )
@@ -138,7 +138,7 @@ def _check_automatic(key: Key, species: Species) -> Iterator[Problem]:
         if action not in rows:
             yield unknown(at, "action of the species", action, rows)
         elif (group := pairs[rows[action]][0]) in species.ranges():
-            yield Problem(at, "is continuous: it is always executed", action, "the only action of its group")
+            yield Problem(at, "is continuous, so always executed", action, "the only action of its group")
         elif len(groups[group]) > 1:
             allowed = f"the only action of its group: {listed(a[0] for a in groups.values() if len(a) == 1)}"
-            yield Problem(at, f"the policy chooses among the group {group}", action, allowed)
+            yield Problem(at, f"the policy chooses among the actions of {group}", action, allowed)

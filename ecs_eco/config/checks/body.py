@@ -1,4 +1,4 @@
-"""Checks of bodies: of organisms and inanimate objects, of movement, reproduction and features."""
+"""Checks of organisms and inanimate objects: bodies, movement, reproduction and features."""
 
 import math
 from collections.abc import Iterator
@@ -14,18 +14,18 @@ from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.rules import Key, at_most, extent, inside, named
 from ecs_eco.engine.errors import Problem
 
-MOST_SITES = 10_000_000  # of plants
-# spheres placed at random until none fits, per spacing^dims
+MOST_SITES = 10_000_000  # plant sites per species
+# number of spheres, per spacing^dims, when no more fit at random positions
 JAMMED = {2: 0.547 / (math.pi / 4), 3: 0.384 / (math.pi / 6)}
 
 
 def check_body(config: WorldConfig, name: str) -> Iterator[Problem]:
-    """Yield all problems of the species except those of its nervous system."""
+    """Yield all problems with the species, except for its nervous system."""
     species, key = config.species[name], ("species", name)
     yield from check_matter(config, key, species)
     yield from check_size(config, key, species.body)
     if species.age is not None and species.age[0] > species.age[1]:
-        fault = "the least is more than the most"
+        fault = "the minimum is above the maximum"
         yield Problem((*key, "age"), fault, species.age, f"[{species.age[1]:g}, {species.age[0]:g}]")
     if species.max_count is not None and species.count > species.max_count:
         yield Problem((*key, "count"), "more than max_count", species.count, f"at most {species.max_count}")
@@ -46,7 +46,9 @@ def _check_locomotion(config: WorldConfig, key: Key, species: Species) -> Iterat
     for gait, speed in species.locomotion.speed.items():
         if speed * config.dt > most:
             allowed = f"at most {most / config.dt:g} m/s"
-            yield Problem((*key, "speed", gait), "more than half of the world in one tick", speed, allowed)
+            yield Problem(
+                (*key, "speed", gait), "moves more than half the world's width in a tick", speed, allowed
+            )
     for gait in species.locomotion.cost:
         yield from named((*key, "cost", gait), "gait", gait, species.locomotion.speed)
 
@@ -54,7 +56,7 @@ def _check_locomotion(config: WorldConfig, key: Key, species: Species) -> Iterat
 def _check_reproduction(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
     way, at = species.reproduction, (*key, "reproduction")
     if "mate" in species.actions and not isinstance(way, Sexual) and "mate" not in groups_of_systems(config):
-        allowed = 'reproduction.kind = "sexual", or no such group'
+        allowed = 'reproduction.kind = "sexual", or remove this action group'
         yield Problem(
             (*key, "actions", "mate"), "it has no sexual reproduction", species.actions["mate"], allowed
         )
@@ -62,7 +64,7 @@ def _check_reproduction(config: WorldConfig, key: Key, species: Species) -> Iter
         return
     if isinstance(way, Alone | Spread) and way.rate * config.dt > 1:
         yield Problem(
-            (*at, "rate"), "more than one birth a tick", way.rate, f"at most {1 / config.dt:g} per second"
+            (*at, "rate"), "more than one birth per tick", way.rate, f"at most {1 / config.dt:g} per second"
         )
     if way.place == "near" and way.dispersal is None and not isinstance(way, Sexual):
         yield Problem((*at, "dispersal"), 'is missing with place = "near"', allowed="a distance [m]")
@@ -73,7 +75,7 @@ def _check_reproduction(config: WorldConfig, key: Key, species: Species) -> Iter
         yield from at_most((*at, "energy_min"), fault, way.energy_min, most, "")
         if isinstance(way, Alone) and way.energy_given > way.energy_min:
             allowed = f"at most energy_min, {way.energy_min:g}"
-            yield Problem((*at, "energy_given"), "more than the parent must have", way.energy_given, allowed)
+            yield Problem((*at, "energy_given"), "exceeds the parent's minimum", way.energy_given, allowed)
         yield from at_most((*at, "energy_given"), "more than energy_max", way.energy_given, most, "")
     if isinstance(way, Sexual):
         yield from _check_mating(config, key, species, way)
@@ -82,7 +84,7 @@ def _check_reproduction(config: WorldConfig, key: Key, species: Species) -> Iter
         fault = f"too small: the ground would have {room:.3g} sites"
         yield Problem((*at, "spacing"), fault, way.spacing, f"at most {MOST_SITES:.0e} sites")
     if species.count > room:
-        fault = f"cannot hold count = {species.count}: at most {room}"
+        fault = f"count = {species.count} organisms do not fit: at most {room}"
         yield Problem((*at, "spacing"), fault, way.spacing, "a smaller spacing, or fewer organisms")
 
 
@@ -94,7 +96,7 @@ def _check_mating(config: WorldConfig, key: Key, species: Species, way: Sexual) 
     yield from at_most((*at, "reach"), config.space.too_wide, way.reach, config.space.widest)
     farthest = (way.dispersal or 4 * species.body.bound) * (1 if config.dims == 2 else math.sqrt(2))
     if way.place == "near" and farthest <= way.spacing:
-        fault = "the mother herself is nearer to every newborn"
+        fault = "the mother herself is closer to every newborn"
         yield Problem((*at, "spacing"), fault, way.spacing, f"less than {farthest:g} m")
     elif way.place == "near" and species.body.opaque and farthest <= 2 * species.body.bound:
         allowed = f"more than {2 * species.body.bound:g} m, or body.opaque = false"
@@ -103,7 +105,7 @@ def _check_mating(config: WorldConfig, key: Key, species: Species, way: Sexual) 
         return
     if way.father_share and way.father_share * way.energy_given * way.litter >= most:
         allowed = f"less than {most / (way.energy_given * way.litter):g}, or a smaller litter"
-        fault = "for the whole litter at least energy_max: no father can pay"
+        fault = "the whole litter costs at least energy_max: no father can pay"
         yield Problem((*at, "father_share"), fault, way.father_share, allowed)
     if way.father_share < 1 and (1 - way.father_share) * way.energy_given >= most:
         allowed = f"less than {most / (1 - way.father_share):g}"
@@ -113,7 +115,7 @@ def _check_mating(config: WorldConfig, key: Key, species: Species, way: Sexual) 
 
 
 def _room(config: WorldConfig, species: Species) -> float:
-    """Return how many organisms fit with the spacing of newborn: sites, or random places."""
+    """Return how many organisms fit with the spacing of newborns, on sites or at random positions."""
     way, size = species.reproduction, config.space.size
     if way is None or way.spacing == 0:
         return math.inf
@@ -123,7 +125,7 @@ def _room(config: WorldConfig, species: Species) -> float:
 
 
 def farthest(config: WorldConfig, species: Species) -> float:
-    """Return the greatest distance of a sensor from the largest body that fits into the world [radii]."""
+    """Return the maximum distance of a sensor from the center of the largest possible body [body radii]."""
     radii = (gene for gene in all_genes(species) if gene.trait == "body.radius")
     inherited = [max(gene.values or [gene.high or 0.0]) for gene in radii]
     radius = max([species.body.radius, *inherited])
@@ -131,7 +133,7 @@ def farthest(config: WorldConfig, species: Species) -> float:
 
 
 def check_matter(config: WorldConfig, key: Key, kind: Species | ObjectType) -> Iterator[Problem]:
-    """Yield problems of undeclared properties and substances, and of a missing pressure."""
+    """Yield problems with undeclared properties and substances, and with a missing pressure."""
     for name in kind.properties:
         yield from named((*key, "properties", name), "property", name, PROPERTIES)
     for name in kind.substances:
@@ -143,7 +145,7 @@ def check_matter(config: WorldConfig, key: Key, kind: Species | ObjectType) -> I
 
 
 def check_size(config: WorldConfig, key: Key, body: Body) -> Iterator[Problem]:
-    """Yield problems of a body that does not fit into the world."""
+    """Yield problems with a body that does not fit into the world."""
     size, at = config.space.size, (*key, "body")
     if body.shape == "sphere":
         fault = "the body does not fit into the world"
@@ -164,25 +166,25 @@ def longest(config: WorldConfig) -> float:
 
 
 def check_object(config: WorldConfig, name: str, kind: ObjectType) -> Iterator[Problem]:
-    """Yield all problems of an object type."""
+    """Yield all problems with an object type."""
     key, placed = ("objects", name), [*kind.at, *kind.between]
     if kind.count and placed:
         fault = "given together with at" if kind.at else "given together with between"
-        yield Problem((*key, "count"), fault, kind.count, "one of count and at")
+        yield Problem((*key, "count"), fault, kind.count, "either count or single objects")
     made = (name in (s.remains, *of_each(s, "makes")) for s in config.species.values())
     if not kind.count and not placed and not any(made):
-        allowed = "at least 1, or a list at, or a species that builds it or leaves it as remains"
+        allowed = "at least 1, a list `at`, or a species that builds it or leaves it as remains"
         yield Problem((*key, "count"), "no object of this type would ever exist", kind.count, allowed)
     for i, at in enumerate(kind.at):
         yield from inside((*key, "at", i), at, config.space.size)
     if len(kind.heading) not in (0, 1, len(kind.at)):
-        fault = f"{len(kind.heading)} headings for {len(kind.at)} places in at"
+        fault = f"{len(kind.heading)} headings for {len(kind.at)} positions in `at`"
         yield Problem((*key, "heading"), fault, kind.heading, f"{len(kind.at)} numbers [rad], or one for all")
     elif kind.heading and not kind.at:
-        yield Problem((*key, "heading"), "given without at", kind.heading, "places in at with these headings")
+        yield Problem((*key, "heading"), "given without at", kind.heading, "positions in `at`")
     if kind.renewal and not kind.count:
-        fault = "there is no count to restore"
-        yield Problem((*key, "renewal"), fault, kind.renewal, "count of at least 1, or no renewal")
+        fault = "without count, there is no number to restore"
+        yield Problem((*key, "renewal"), fault, kind.renewal, "a count of at least 1, or remove renewal")
     yield from _check_ways(config, key, kind)
     yield from check_matter(config, key, kind)
     yield from check_size(config, key, kind.body)
@@ -191,10 +193,10 @@ def check_object(config: WorldConfig, name: str, kind: ObjectType) -> Iterator[P
 
 
 def _check_ways(config: WorldConfig, key: Key, kind: ObjectType) -> Iterator[Problem]:
-    """Yield problems of objects that reach from one place to another."""
+    """Yield problems with objects that extend between two positions."""
     if kind.between and kind.body.shape == "sphere":
-        fault = "a sphere cannot reach from place to place"
-        yield Problem((*key, "between"), fault, allowed='body.shape = "capsule" or "box", or places in at')
+        fault = "a sphere cannot extend between two positions"
+        yield Problem((*key, "between"), fault, allowed='body.shape = "capsule" or "box", or positions in at')
         return
     size, most = config.space.size[:2], longest(config)
     least = 0.0 if kind.body.shape == "box" else 2 * kind.body.radius
@@ -209,7 +211,7 @@ def _check_ways(config: WorldConfig, key: Key, kind: ObjectType) -> Iterator[Pro
 
 
 def _check_motion(config: WorldConfig, key: Key, kind: ObjectType) -> Iterator[Problem]:
-    """Yield all problems of the motion of objects of a type."""
+    """Yield all problems with the motion of an object type."""
     if kind.pushed and not kind.body.solid:
         yield Problem(
             (*key, "pushed"), "objects that are not solid cannot be pushed", True, "body.solid = true"
@@ -232,4 +234,4 @@ def _check_motion(config: WorldConfig, key: Key, kind: ObjectType) -> Iterator[P
         yield from inside((*at, "path", i), place, size)
     fastest = max(map(abs, motion.velocity or [motion.speed or 0.0]))
     most = min(size) / 2 / config.dt
-    yield from at_most(at, "more than half of the world in one tick", fastest, most, " m/s")
+    yield from at_most(at, "moves more than half the world's width in a tick", fastest, most, " m/s")

@@ -29,25 +29,25 @@ from ecs_eco.inputs.section import LARGEST, SMALLEST, function_name
 
 
 def check_genome(config: WorldConfig, name: str) -> Iterator[Problem]:
-    """Yield all problems of the species' genome."""
+    """Yield all problems with the species' genome."""
     species, key = config.species[name], ("species", name, "genome")
     if (section := species.genome) is None:
         return
     yield from _check_connections(name, species)
     if (own := components_of(config, species)) is None:
-        return  # its genes may name code that is not loaded
+        return  # its genes might name code that is not loaded
     traits = traits_of(species, config.dims, own)
     shapes = shapes_of_networks(config, name)
     absent = ({gene.trait for gene in section.genes} & traits.keys()) - shapes.keys()
     if "policy.weights" in absent:
-        return  # the network is code that is not loaded, or that another check refuses
+        return  # the network's code is not loaded, or another check refuses it
     for word in ("reflex", "happiness"):
         if f"{word}.weights" in absent:
             function = getattr(species, word).function
             if config.known(function) is not None:
                 at, fault = (
                     ("species", name, word, "function"),
-                    "no network, but a gene codes for its weights",
+                    "it is not a network, but a gene codes for its weights",
                 )
                 yield Problem(at, fault, function_name(function), "the result of fit_network")
             return
@@ -75,7 +75,7 @@ def check_genome(config: WorldConfig, name: str) -> Iterator[Problem]:
 
 
 def _placed(problem: Problem, key: Key, section: GenomeSection, whole: GenomeSection) -> Problem:
-    """Return the problem of a gene in `whole`; of a derived trait, which has no number, at its formula."""
+    """Return the problem of a gene in `whole`, located at its formula if it is a derived trait."""
     number = int(problem.key[len(key) + 1])
     if number < len(section.genes):
         return problem
@@ -87,13 +87,13 @@ def _placed(problem: Problem, key: Key, section: GenomeSection, whole: GenomeSec
 
 
 def components_of(config: WorldConfig, species: Species) -> list[Any] | None:
-    """Return the user's own components of the species; None if they may not be loaded, or are invalid."""
+    """Return the species' custom components; None if they are invalid or not allowed to be loaded."""
     own = config.own_components(species)
     return own if all(map(is_component, own)) else None
 
 
 def _check_connections(name: str, species: Species) -> Iterator[Problem]:
-    """Yield problems of reflex connections that genes cannot distinguish."""
+    """Yield problems with reflex connections that genes cannot distinguish."""
     seen = set[str]()
     for i, connection in enumerate(species.reflex.connections if species.reflex else ()):
         if (label := label_of(connection)) in seen:
@@ -104,7 +104,7 @@ def _check_connections(name: str, species: Species) -> Iterator[Problem]:
 
 
 def _check_range(config: WorldConfig, species: Species, key: Key, gene: Gene) -> Iterator[Problem]:
-    """Yield problems of values of a gene that do not fit this world."""
+    """Yield problems with gene values that do not fit this world."""
     most, trait = min(config.space.size) / 2, gene.trait
     fastest = max(species.locomotion.speed.values()) * config.dt if species.locomotion else 0.0
     highest = max(gene.values) if gene.values else gene.high
@@ -120,24 +120,24 @@ def _check_range(config: WorldConfig, species: Species, key: Key, gene: Gene) ->
         farthest_off = farthest(config, species)
         for field, value in _ends(gene):
             if abs(value) > farthest_off:
-                fault = "further from the body than the width of the world, in its radii"
+                fault = "farther from the body than the width of the world, in body radii"
                 yield Problem((*key, field), fault, value, f"{-farthest_off:g} to {farthest_off:g}")
     if trait == "locomotion.pace" and highest * fastest > most:
-        fault = "more than half of the world in one tick"
+        fault = "moves more than half the world's width in a tick"
         yield Problem(at, fault, highest, f"at most {most / fastest:g}")
     if trait in ("reproduction.energy_min", "reproduction.energy_given"):
         yield from at_most(at, "more than energy_max", highest, species.metabolism.energy_max, "")
 
 
 def _ends(gene: Gene) -> list[tuple[str, float]]:
-    """Return the least and the greatest value of a gene, with their fields."""
+    """Return the minimum and maximum of a gene, with their fields."""
     if gene.values:
         return [("values", min(gene.values)), ("values", max(gene.values))]
     return [("low", gene.low or 0.0), ("high", gene.high or 0.0)]
 
 
 def _check_masses(species: Species, key: Key, gene: Gene) -> Iterator[Problem]:
-    """Yield a problem if a gene for the radius, with the density, gives masses out of range."""
+    """Yield a problem if a gene for the radius leads, with the density, to masses out of range."""
     for field, radius in _ends(gene) if species.body.density is not None else ():
         mass = species.body.mass * (radius / species.body.radius) ** 3
         if radius > 0 and not SMALLEST <= mass <= LARGEST:
@@ -148,7 +148,7 @@ def _check_masses(species: Species, key: Key, gene: Gene) -> Iterator[Problem]:
 def _check_extremes(
     config: WorldConfig, name: str, key: Key, section: GenomeSection, traits: dict[str, Trait]
 ) -> Iterator[Problem]:
-    """Yield problems of genes whose least or greatest value would make the species itself invalid."""
+    """Yield problems with genes whose minimum or maximum would make the species itself invalid."""
     species = config.species[name]
 
     def faults(changed: Species) -> list[Problem]:
@@ -172,19 +172,19 @@ def _check_extremes(
             new = (p for p in faults(changed) if (p.key, p.what) not in known)
             if (problem := next(new, None)) is not None:
                 what = ".".join(map(str, problem.key[2:]))
-                fault = f"the species would be refused with it: {what} would be {problem.what}"
+                fault = f"this value would make the species invalid: {what}: {problem.what}"
                 yield Problem((*key, "genes", i, *field), fault, value, problem.allowed)
 
 
 def _check_brain(name: str, species: Species, section: GenomeSection) -> Iterator[Problem]:
-    """Yield a problem unless policy.inherit and the genes agree on the origin of a brain's weights."""
+    """Yield a problem unless policy.inherit and the genes agree on where a brain's weights come from."""
     coded = any(gene.trait == "policy.weights" for gene in section.genes)
     key, inherit = ("species", name, "policy", "inherit"), species.policy.inherit
     if inherit == "birth" and not coded:
-        allowed = 'a gene with trait = "policy.weights", or another value'
+        allowed = 'a gene with trait = "policy.weights", or another value here'
         yield Problem(key, "no gene codes for policy.weights", inherit, allowed)
     if inherit == "learned" and coded:
-        yield Problem(key, "a gene codes for policy.weights too", inherit, '"birth", or no such gene')
+        yield Problem(key, "a gene also codes for policy.weights", inherit, '"birth", or remove this gene')
 
 
 def _check_founders(key: Key, section: GenomeSection, layout: Layout) -> Iterator[Problem]:
@@ -201,7 +201,7 @@ def _check_founders(key: Key, section: GenomeSection, layout: Layout) -> Iterato
 
 
 def _check_operators(config: WorldConfig, species: Species, key: Key, layout: Layout) -> Iterator[Problem]:
-    """Yield problems of the operators; whether crossover fits these genomes is checked only if it is used."""
+    """Yield problems with the operators; crossover is checked against these genomes only if it is used."""
     for word in ("mate", "mutate"):
         entry = getattr(species.genome, word)
         operator = entry.operator

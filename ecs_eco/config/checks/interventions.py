@@ -1,5 +1,4 @@
-"""Checks of interventions and of land use: the things that they name exist, lie in the world, and may
-change."""
+"""Checks of interventions and land use: whatever they name exists, is in the world and can change."""
 
 import math
 from collections.abc import Callable, Iterator, Mapping
@@ -30,7 +29,7 @@ Changed = Callable[[WorldConfig, Mapping[str, Any], Path], WorldConfig]
 
 
 def check_interventions(config: WorldConfig, folder: Path, changed: Changed) -> Iterator[Problem]:
-    """Yield the problems of interventions; `changed(config, values, folder)` is a checked world."""
+    """Yield the problems with interventions; `changed(config, values, folder)` returns a checked world."""
     for i, intervention in enumerate(config.interventions):
         key = ("interventions", i)
         yield from _check_time(config, key, intervention)
@@ -56,10 +55,10 @@ def check_interventions(config: WorldConfig, folder: Path, changed: Changed) -> 
 def _check_time(config: WorldConfig, key: Key, intervention: Intervention) -> Iterator[Problem]:
     at, until = intervention.at, intervention.until
     if at >= config.ticks:
-        allowed = f"0 to {config.ticks - 1}, or a larger `ticks` of the world"
+        allowed = f"0 to {config.ticks - 1}, or larger `ticks` in the world"
         yield Problem((*key, "at"), f"never happens: a run has {config.ticks} ticks", at, allowed)
     if until is not None and intervention.every is None:
-        yield Problem((*key, "until"), "given without every", until, "both, or neither")
+        yield Problem((*key, "until"), "given without every", until, "both or neither")
     elif until is not None and until < at:
         yield Problem((*key, "until"), "before at", until, f"at least {at}")
 
@@ -73,7 +72,7 @@ def _check_cull(config: WorldConfig, key: Key, cull: Cull) -> Iterator[Problem]:
 
 
 def check_region(key: Key, region: list[float], config: WorldConfig) -> Iterator[Problem]:
-    """Yield problems of a region that is not in the world."""
+    """Yield problems with a region that is not in the world."""
     size = config.space.size[:2]
     allowed = f"{REGION}, within {extent(size)}"
     if len(region) == 4:
@@ -81,14 +80,14 @@ def check_region(key: Key, region: list[float], config: WorldConfig) -> Iterator
             if low < 0 or high > length:
                 yield Problem(key, f"outside the world along {axis}", region, allowed)
             elif low >= high:
-                fault = f"without extent along {axis}: {axis}0 is not less than {axis}1"
+                fault = f"empty along {axis}: {axis}0 is not less than {axis}1"
                 yield Problem(key, fault, region, REGION)
         return
     most = min(size) / 2 if config.space.edges == "torus" else math.hypot(*size)
     if not all(0 <= x <= length for x, length in zip(region, size, strict=False)):
         yield Problem(key, "its center is outside the world", region, allowed)
     if not 0 < region[2] <= most:
-        yield Problem(key, f"a radius of {region[2]:g} m", region, f"more than 0, at most {most:g} m")
+        yield Problem(key, f"its radius is {region[2]:g} m", region, f"more than 0, at most {most:g} m")
 
 
 def _check_add(config: WorldConfig, key: Key, add: Add) -> Iterator[Problem]:
@@ -99,28 +98,28 @@ def _check_add(config: WorldConfig, key: Key, add: Add) -> Iterator[Problem]:
     if place is None:
         return
     if add.region is not None:
-        yield Problem(at, "given together with region", place, "one of the two")
+        yield Problem(at, "given together with region", place, "only one of them")
     outside = list(inside(at, place, config.space.size))
     yield from outside
     for group in () if outside or config.terrain is None else ("rocks", "lakes"):
         for i, mark in enumerate(getattr(config.terrain, group)):
             if math.dist(mark.at, place[:2]) < mark.radius:
-                yield Problem(at, f"within terrain.{group}.{i}", place, "a place on open ground")
+                yield Problem(at, f"within terrain.{group}.{i}", place, "a position on open ground")
     if kind is not None and isinstance(kind.reproduction, Spread) and add.count > 1:
         allowed = "count = 1, or a region instead of at_place"
-        yield Problem((*key, "count"), f"a site has only one {add.species}", add.count, allowed)
+        yield Problem((*key, "count"), f"a site holds only one {add.species}", add.count, allowed)
 
 
 def _check_dose(config: WorldConfig, key: Key, dose: Dose) -> Iterator[Problem]:
     at = (*key, "substance")
     if (dose.field is None) == (dose.species is None):
         allowed = 'field = "soil", or species = "deer" with a substance'
-        yield Problem((*key, "field"), "give exactly one of field and species", allowed=allowed)
+        yield Problem((*key, "field"), "give either field or species", allowed=allowed)
     elif dose.field is not None:
         yield from named((*key, "field"), "field", dose.field, config.fields)
         if dose.substance is not None:
             yield Problem(
-                at, "given together with field", dose.substance, "no substance: a field has its own"
+                at, "given together with field", dose.substance, "no substance: a field defines its own"
             )
     else:
         holders = [name for name, kind in config.objects.items() if kind.substances]
@@ -132,13 +131,13 @@ def _check_dose(config: WorldConfig, key: Key, dose: Dose) -> Iterator[Problem]:
         else:
             yield from named(at, "substance", dose.substance, config.substances)
     if dose.amount == 0:
-        yield Problem((*key, "amount"), "not a dose", 0.0, "more or less than 0")
+        yield Problem((*key, "amount"), "not a dose", 0.0, "a positive or negative number")
 
 
 def _check_switch(config: WorldConfig, key: Key, switch: Switch) -> Iterator[Problem]:
     if switch.reproduction is None and switch.learning is None:
         allowed = "true or false for one of them, or both"
-        yield Problem((*key, "reproduction"), "is missing, and learning too", allowed=allowed)
+        yield Problem((*key, "reproduction"), "is missing, and so is learning", allowed=allowed)
     if switch.species is None:
         return
     yield from named((*key, "species"), "species", switch.species, config.species)
@@ -155,25 +154,26 @@ def learns(species: Species) -> bool:
 def _check_standing(
     config: WorldConfig, kind: type[Fence | Road], there: list[tuple[Any, Any]]
 ) -> Iterator[Problem]:
-    """Yield problems of fences or roads in order of time; `there` has the line and region of each."""
+    """Yield problems with fences or roads in chronological order: only one that is in `there`, a list of
+    lines and regions, can be removed."""
     missing, lines, gone, allowed = {
         Fence: (
-            "is missing, and region too",
+            "is missing, and so is region",
             "corners [[x, y], …], or a region",
-            "there is no such fence then",
-            "the line or region of a fence put up before, or neither for all fences",
+            "no such fence exists at that time",
+            "the line or region of an existing fence, or neither for all fences",
         ),
         Road: (
             "is missing",
             "corners [[x, y], …]",
-            "there is no such road then",
-            "the line of a road laid before, or none for all roads",
+            "no such road exists at that time",
+            "the line of an existing road, or none for all roads",
         ),
     }[kind]
     for key, it in _in_time(config, kind):
         shape = line, region = it.line, getattr(it, "region", None)
         if line is not None and region is not None:
-            yield Problem((*key, "region"), "given together with line", region, "one of the two")
+            yield Problem((*key, "region"), "given together with line", region, "only one of them")
         elif shape == (None, None) and not it.remove:
             yield Problem((*key, "line"), missing, allowed=lines)
         yield from check_line((*key, "line"), line or [], config)
@@ -188,7 +188,7 @@ def _check_standing(
 
 
 def _in_time(config: WorldConfig, kind: type[Kind]) -> list[tuple[Key, Kind]]:
-    """Return the interventions of a kind with their keys, in the order of time."""
+    """Return the interventions of a kind with their keys, in chronological order."""
     found = [
         (("interventions", i), one) for i, one in enumerate(config.interventions) if isinstance(one, kind)
     ]
@@ -196,7 +196,7 @@ def _in_time(config: WorldConfig, kind: type[Kind]) -> list[tuple[Key, Kind]]:
 
 
 def check_line(key: Key, line: list[list[float]], config: WorldConfig) -> Iterator[Problem]:
-    """Yield problems of corners [x, y] [m] outside the world."""
+    """Yield problems with corners [x, y] [m] that are outside the world."""
     size = config.space.size[:2]
     for corner in line:
         if not all(0 <= x <= s for x, s in zip(corner, size, strict=False)):
@@ -204,13 +204,13 @@ def check_line(key: Key, line: list[list[float]], config: WorldConfig) -> Iterat
 
 
 def _check_sets(config: WorldConfig, folder: Path, changed: Changed) -> Iterator[Problem]:
-    """Yield problems of values to be set, in order of time: each must leave a valid world."""
+    """Yield problems with values to be set, in chronological order: each must leave a valid world."""
     now = config
     for place, change in _in_time(config, Set):
         key = (*place, "set")
         if any(name.partition(".")[0] == "interventions" for name in change.set):
             fault = "interventions cannot change other interventions"
-            yield Problem(key, fault, allowed="keys of the rest of the world")
+            yield Problem(key, fault, allowed="keys outside interventions")
             continue
         try:
             new = changed(now, change.set, folder)
@@ -224,7 +224,7 @@ def _check_sets(config: WorldConfig, folder: Path, changed: Changed) -> Iterator
 
 
 def check_land_use(config: WorldConfig) -> Iterator[Problem]:
-    """Yield all problems of harvests and plantings."""
+    """Yield all problems with harvests and plantings."""
     kinds = [*config.species, *config.objects]
     for i, use in enumerate(config.land_use):
         key = ("land_use", i)
@@ -235,7 +235,7 @@ def check_land_use(config: WorldConfig) -> Iterator[Problem]:
             yield Problem((*key, "until"), "before at", use.until, f"at least {use.at}")
         if use.season is not None and use.period is None:
             yield Problem(
-                (*key, "period"), "is missing: a season is a part of it", allowed="the length of a year [s]"
+                (*key, "period"), "is missing, but season needs it", allowed="the length of a year [s]"
             )
         if use.period is not None and use.period < config.dt:
             yield Problem(
@@ -243,9 +243,9 @@ def check_land_use(config: WorldConfig) -> Iterator[Problem]:
             )
         if use.season is not None and use.season[0] == use.season[1]:
             yield Problem(
-                (*key, "season"), "ends at its beginning", use.season, "two different shares of a year"
+                (*key, "season"), "start and end are equal", use.season, "two different fractions of a year"
             )
         if isinstance(use, Harvest) and use.most is not None and (use.least or 0.0) > use.most:
             yield Problem(
-                (*key, "most"), "less than least: nothing is taken", use.most, f"at least {use.least:g} m"
+                (*key, "most"), "below least: nothing is removed", use.most, f"at least {use.least:g} m"
             )

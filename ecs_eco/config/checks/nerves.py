@@ -31,16 +31,16 @@ from ecs_eco.inputs.section import LARGEST, function_name
 from ecs_eco.learning.aliases import ALIASES
 from ecs_eco.learning.settings import check_setting
 
-MOST_WHOLE = 10**9  # of an integer among the hyperparameters
-MOST_WEIGHTS = 10_000_000  # of a policy network: initializing more takes seconds, a decision a millisecond
+MOST_WHOLE = 10**9  # maximum of an integer hyperparameter
+MOST_WEIGHTS = 10_000_000  # of a network; more take seconds to initialize and a millisecond per decision
 
 
 def check_nerves(config: WorldConfig, name: str, folder: Path) -> Iterator[Problem]:
-    """Yield all problems of the species' nervous system; files are relative to `folder`."""
+    """Yield all problems with the species' nervous system; files are relative to `folder`."""
     species, key = config.species[name], ("species", name)
     yield from (wrong := [*check_sensors(config, name), *_check_channels(config, key, species)])
     yield from (unable := [*check_actions(config, key, species)])
-    # otherwise uses of their names may be valid
+    # otherwise valid uses of their names could be refused
     sensors = species.readings(config.dims) if not wrong else None
     yield from _check_reflex(key, species, sensors, species.action_rows() if not unable else None)
     yield from _check_happiness(key, species, sensors)
@@ -48,7 +48,7 @@ def check_nerves(config: WorldConfig, name: str, folder: Path) -> Iterator[Probl
 
 
 def check_sensors(config: WorldConfig, name: str) -> Iterator[Problem]:
-    """Yield all problems of the species' sensors, apart from the names of their channels."""
+    """Yield all problems with the species' sensors, except for the names of their channels."""
     for i, sensor in enumerate(config.species[name].sensors):
         yield from _check_sensor(config, config.species[name], ("species", name, "sensors", i), sensor)
 
@@ -77,10 +77,10 @@ def _check_sensor(config: WorldConfig, species: Species, key: Key, sensor: Senso
         yield from at_most((*key, "range"), config.space.too_wide, sensor.range, config.space.widest)
     at, most = getattr(sensor, "at", []), farthest(config, species)
     if isinstance(sensor, Smell | Place | Rays | Property) and math.hypot(*at) > most:
-        fault = "further from the body than the width of the world, in its radii"
+        fault = "farther from the body than the width of the world, in body radii"
         yield Problem((*key, "at"), fault, at, f"at most {most:g}")
     if isinstance(sensor, Touch) and at[0] == at[1]:
-        yield Problem((*key, "at"), "the sector is empty", at, "two angles that differ [rad]")
+        yield Problem((*key, "at"), "the sector is empty", at, "two different angles [rad]")
     elif not isinstance(sensor, Touch) and len(at) > config.dims:
         yield Problem((*key, "at"), "too many numbers for a plane", at, "forward and left")
 
@@ -111,13 +111,13 @@ def _check_kin(
     at = (*key, "target" if isinstance(sensor, Nearest) else "of")
     for kind in of:
         if kind not in family and kind in (*config.species, *config.objects):
-            yield Problem(at, "its kin are not among them", kind, " or ".join(family) + ", or no kin")
+            yield Problem(at, "no members of it are kin", kind, " or ".join(family) + ", or remove kin")
     if not of:
-        yield Problem(at, "is missing, but kin needs it", allowed=" or ".join(family))
+        yield Problem(at, "is missing, but kin requires it", allowed=" or ".join(family))
     if isinstance(sensor, Nearest) and (sensor.occlusion or sensor.sight is not None):
         word = "occlusion" if sensor.occlusion else "sight"
         fault = "kin are recognized by voice, not by sight"
-        yield Problem((*key, word), fault, getattr(sensor, word), f"kin or {word}, not both")
+        yield Problem((*key, word), fault, getattr(sensor, word), f"either kin or {word}")
 
 
 def _check_channels(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
@@ -127,7 +127,7 @@ def _check_channels(config: WorldConfig, key: Key, species: Species) -> Iterator
         for channel in sensor.channels(config.dims):
             own = noses[channel] == 1 and isinstance(sensor, Smell) and sensor.field == channel
             if channel in seen:
-                fault = f"has the channel {channel}, which sensor {seen[channel]} has, too"
+                fault = f"has the channel {channel}, which sensor {seen[channel]} also has"
                 yield Problem((*key, "sensors", i, "name"), fault, sensor.name, "a unique name")
                 break
             if noses[channel] and not own:
@@ -174,7 +174,7 @@ def _check_formula(key: Key, formula: str, names: Iterable[str] | None) -> Itera
 
 
 def _no_weights(path: Path) -> str:
-    """Return why a path cannot be a file of weights, or ""; its content is checked when a world is built."""
+    """Return why a path cannot be a file of weights, or ""; building a world checks its content."""
     try:
         if not os.path.isfile(path):
             return "no such file"
@@ -192,38 +192,38 @@ def _check_policy(key: Key, species: Species, folder: Path, dims: int) -> Iterat
         yield Problem((*at, "file"), wrong, policy.file, "a file next to the world file", near)
     inherited = {"inherit": policy.inherit != "none", "mutation_sd": policy.mutation_sd != 0}
     for word in (w for w, given in inherited.items() if given and policy.kind != "individual"):
-        allowed = 'policy.kind = "individual", or nothing here'
+        allowed = 'policy.kind = "individual", or remove this key'
         yield Problem((*at, word), "only individual networks are inherited", getattr(policy, word), allowed)
     if policy.network is not None and policy.hidden != type(policy).model_fields["hidden"].default:
-        fault = "the network's own class defines its layers"
-        yield Problem((*at, "hidden"), fault, policy.hidden, "policy.network or policy.hidden")
+        fault = "the class of the network defines its layers"
+        yield Problem((*at, "hidden"), fault, policy.hidden, "either policy.network or policy.hidden")
     if policy.thinks and policy.network is None and (size := n_weights(species, dims)) > MOST_WEIGHTS:
         fault = f"too large: the network would have {size:,} weights"
-        allowed = f"at most {MOST_WEIGHTS:,} weights, as of [2048, 2048]"
+        allowed = f"at most {MOST_WEIGHTS:,} weights, such as [2048, 2048]"
         yield Problem((*at, "hidden"), fault, policy.hidden, allowed)
     if policy.kind == "function" and policy.function is None:
-        allowed = '"module:name" of a function of sensors (n, channels) and uids (n)'
+        allowed = '"module:name" of a function from sensors (n, channels) and uids (n) to choices (n, groups)'
         yield Problem((*at, "function"), "is missing", allowed=allowed)
     if policy.kind != "function" and policy.function is not None:
-        fault, allowed = "no policy of this kind uses it", 'policy.kind = "function", or nothing here'
+        fault, allowed = "no policy of this kind uses it", 'policy.kind = "function", or remove this key'
         yield Problem((*at, "function"), fault, function_name(policy.function), allowed)
     settings: dict[Key, object] = {("ppo",): species.ppo}
     settings |= {("policy", word): getattr(policy, word) for word in ("file", "network", "learn")}
     for place, value in settings.items():
         if value and not policy.thinks:
-            allowed = 'policy.kind = "shared" or "individual", or nothing here'
+            allowed = 'policy.kind = "shared" or "individual", or remove this key'
             yield Problem((*key, *place), "no network uses it", value, allowed)
     if policy.kind != "none":
         yield from _check_needs(key, species)
 
 
 def _check_needs(key: Key, species: Species) -> Iterator[Problem]:
-    """Yield problems of a policy's requirements: observations, choices and, if it learns, happiness."""
+    """Yield problems with a policy's requirements: observations, choices and, if it learns, happiness."""
     needs = {"sensors": species.sensors, "actions": species.decisions()}
     needs |= {"happiness": species.happiness} if species.policy.thinks else {}
     for word in (word for word, needed in needs.items() if not needed):
         chosen = word == "actions" and species.actions
-        fault = "the policy has nothing to choose" if chosen else "is missing: the policy needs it"
+        fault = "the policy has nothing to choose from" if chosen else "is missing, but the policy needs it"
         yield Problem((*key, word), fault, allowed='an entry, or policy.kind = "none"')
     if species.policy.thinks:
         yield from _check_ppo((*key, "ppo"), species)
@@ -234,8 +234,8 @@ def _check_ppo(key: Key, species: Species) -> Iterator[Problem]:
     for name, value in species.ppo.items():
         most, at = MOST_WHOLE if isinstance(value, int) else LARGEST, (*key, name)
         if name in ALIASES and name not in known:
-            fault = f"another name of {ALIASES[name]}, which is given twice"
-            yield Problem(at, fault, value, f"{ALIASES[name]} alone")
+            fault = f"another name for {ALIASES[name]}, which is given twice"
+            yield Problem(at, fault, value, f"only {ALIASES[name]}")
         elif name not in known:
             fault = "no hyperparameter has this name"
             yield Problem(at, fault, value, listed(known, 40), nearest(name, known))

@@ -1,4 +1,4 @@
-"""Checks of reporters and recorded fields, and of the code that a world names, without calling it."""
+"""Checks of reporters, of recorded fields, and of the code that a world names, which is not called."""
 
 import re
 from collections.abc import Collection, Iterator
@@ -23,7 +23,7 @@ NAME = re.compile(r"[^\W\d_][\w \-/%()]{0,39}")
 
 
 def check_reporters(config: WorldConfig) -> Iterator[Problem]:
-    """Yield the problems of names and formulas; functions are checked with all other code."""
+    """Yield problems with names and formulas; functions are checked with all other code."""
     for i, (name, what) in enumerate(config.reporters.items()):
         key = ("reporters", name)
         if fault := fault_of_name(name, [*config.species, *config.objects]):
@@ -38,7 +38,7 @@ def check_reporters(config: WorldConfig) -> Iterator[Problem]:
 
 
 def check_record(config: WorldConfig) -> Iterator[Problem]:
-    """Yield the problems of recorded fields of organisms."""
+    """Yield problems with the fields of organisms to record."""
     fields, complete = fields_of_components(config) if config.record else ({}, True)
     known = [f"{component}.{field}" for component, own in fields.items() for field in own]
     for i, name in enumerate(config.record):
@@ -52,12 +52,12 @@ def check_record(config: WorldConfig) -> Iterator[Problem]:
             near = near and f"{component}.{near}"
             yield Problem(key, what, name, ", ".join(f"{component}.{f}" for f in own), near)
         elif component not in fields and (complete or not field):
-            what = f'unknown component "{component}"' if field else "no Component.field"
+            what = f'unknown component "{component}"' if field else "not a Component.field"
             yield Problem(key, what, name, listed(fields, 50), nearest(name, known))
 
 
 def fault_of_name(name: str, kinds: Collection[str]) -> str:
-    """Return the problem of the name of a reporter, and the expected name; or ""."""
+    """Return the problem with a reporter's name and what is expected, or ""."""
     if not NAME.fullmatch(name):
         return (
             "not a name; expected: a letter, then letters, digits, spaces or _ - / % ( ), at most 40 "
@@ -80,7 +80,7 @@ def formula_of(config: WorldConfig, text: str) -> ReporterFormula:
 
 
 def fields_of_components(config: WorldConfig) -> tuple[Fields, bool]:
-    """Return the fields of all components, and whether they are complete: not if own code may not run yet."""
+    """Return the fields of all known components, and whether all custom components are known."""
     fields = {name: getattr(components, name).fields for name in components.__all__}
     owns = [components_of(config, species) for species in config.species.values()]
     for own in owns:
@@ -88,7 +88,7 @@ def fields_of_components(config: WorldConfig) -> tuple[Fields, bool]:
     return fields, None not in owns
 
 
-ARGUMENTS = {  # by key, the number of arguments of a function; None: it is checked elsewhere, or not called
+ARGUMENTS = {  # number of arguments of a function, by key; None: checked elsewhere, or not called
     "systems.*": 0,
     "species.*.components.*": None,
     "species.*.sensors.*.function": 5,
@@ -106,7 +106,7 @@ ARGUMENTS = {  # by key, the number of arguments of a function; None: it is chec
 
 
 def check_code(config: WorldConfig) -> Iterator[Problem]:
-    """Yield problems of the functions, systems and components that a world names, and their parameters."""
+    """Yield problems with the functions, systems and components that a world names, and their parameters."""
     used = list(used_in(config))
     names = [entry.use if isinstance(entry, Use) else entry for _, entry in used]
     if any(isinstance(name, str) and name not in SHIPPED for name in names):
@@ -124,7 +124,7 @@ def check_code(config: WorldConfig) -> Iterator[Problem]:
         elif (thing := config._code.known(value)) is None:
             continue
         elif pattern == "systems.*" and not callable(getattr(thing, "process", None)):
-            fault = "not a system: it has no method process"
+            fault = "not a system: it has no `process` method"
             yield Problem(key, fault, function_name(value), "a class derived from ecs_eco.System")
         elif pattern == "species.*.components.*" and not is_component(thing):
             yield Problem(
@@ -135,10 +135,10 @@ def check_code(config: WorldConfig) -> Iterator[Problem]:
 
 
 def _check_call(place: Key, entry: object, thing: Any, n: int) -> Iterator[Problem]:
-    """Yield problems of a function that is called with n arguments, and of its parameters."""
+    """Yield problems with a function that is called with n arguments, and with its parameters."""
     given = entry.parameters if isinstance(entry, Use) else {}
     problems = problems_of_parameters(thing, given, n, place) if isinstance(entry, Use) else []
     yield from problems
     if not problems and (fault := takes(thing, n, given)):
         key = (*place, "use") if isinstance(entry, Use) else place
-        yield Problem(key, fault, function_name(entry), "a function as docs/how-to/extending.md shows it")
+        yield Problem(key, fault, function_name(entry), "a function as in docs/how-to/extending.md")

@@ -1,7 +1,7 @@
 """Checks that float32 resolves the steps by which positions, headings, energies and smells change.
 
-Other sums need no check: ages and times are ticks, incubation is float64, and masses, temperatures and
-substances store the remainder of float32.
+Other sums need no check: ages and times are in ticks, incubation is float64, and masses, temperatures and
+substances also store the rounding error of float32.
 """
 
 import math
@@ -22,7 +22,7 @@ def resolution(value: float) -> float:
 
 
 def check_resolution(config: WorldConfig) -> Iterator[Problem]:
-    """Yield problems of motion, decay and energy in steps that float32 rounds to nothing."""
+    """Yield problems with steps of motion, decay and energy that float32 rounds to 0."""
     size, dt = config.space.size, config.dt
     for name, species in config.species.items():
         yield from _motions(config, species, ("species", name))
@@ -49,7 +49,7 @@ def _motions(config: WorldConfig, species: Species, key: Key) -> Iterator[Proble
     if way is not None:
         moves += [(("locomotion", "speed", gait), speed, ground) for gait, speed in way.speed.items()]
         if 0 < way.turn * config.dt < (step := STEPS * resolution(2 * math.pi)):
-            fault = "too slow: headings are float32, and such steps round to 0"
+            fault = "too slow: as headings are float32, such steps round to 0"
             allowed = f"0, or at least {step / config.dt:.3g} rad/s"
             yield Problem((*key, "locomotion", "turn"), fault, way.turn, allowed)
     if config.dims == 3:
@@ -61,21 +61,21 @@ def _motions(config: WorldConfig, species: Species, key: Key) -> Iterator[Proble
 def _slow(moves: list[tuple[Key, float, float]], dt: float) -> Iterator[Problem]:
     for key, speed, extent in moves:
         if 0 < abs(speed) < (least := STEPS * resolution(extent) / dt):
-            fault = f"too slow for a world of {extent:g} m: positions are float32, and such steps round to 0"
+            fault = f"too slow for a world of {extent:g} m: as positions are float32, such steps round to 0"
             allowed = f"0, or at least {least:.3g} m/s; or a smaller world, or a longer tick"
             yield Problem(key, fault, speed, allowed)
 
 
 def _fades(key: Key, decay: float, dt: float) -> Iterator[Problem]:
     if 0 < decay * dt < (step := STEPS * resolution(1.0)):
-        fault = "too slow: amounts are float32, and such steps round to 0"
+        fault = "too slow: as amounts are float32, such steps round to 0"
         yield Problem(key, fault, decay, f"0, or at least {step / dt:.3g} per second; or a longer tick")
 
 
 def _energies(species: Species, key: Key, dt: float) -> Iterator[Problem]:
     budget, step = species.metabolism, STEPS * resolution(species.metabolism.energy_max)
     fault = (
-        f"too little for energies up to energy_max, {budget.energy_max:g}: they are float32, and such "
+        f"too little for energies up to energy_max, {budget.energy_max:g}: as energies are float32, such "
         "steps round to 0"
     )
     costs = [Cost(("metabolism", part), getattr(budget, part)) for part in ("basal", "photosynthesis")]

@@ -21,18 +21,17 @@ from ecs_eco.config.rules import Key, at_most, inside, named
 from ecs_eco.engine.errors import MOST, ConfigError, Problem, unknown
 from ecs_eco.inputs.section import RESERVED
 
-MOST_CELLS = 100_000_000  # of one field, or of the height map
+MOST_CELLS = 100_000_000  # cells of one field or of the height map
 MOST_INDEX_CELLS = 4_000_000
 MOST_CAUSES = 255  # causes of death, stored in a byte
 MOST_STEPS = 1000  # steps of diffusion in a tick
-MOST_LAYERS = 100_000  # of water
-MOST_CLASSES = 250  # of land
+MOST_LAYERS = 100_000  # layers of water
+MOST_CLASSES = 250  # classes of land
 ALONE = ("band", "crs", "corner", "scale", "vertical", "missing", "cover", "classes", "layers", "drainage")
 
 
 def check(config: WorldConfig, folder: Path, changed: Changed) -> list[Problem]:
-    """Return the problems across the sections of a world whose file names are relative to `folder`, at most
-    MOST + 1.
+    """Return at most MOST + 1 problems across the sections of a world; file names are relative to `folder`.
 
     `changed` is as in `check_interventions`.
     """
@@ -78,12 +77,12 @@ def _check_names(config: WorldConfig) -> Iterator[Problem]:
 
 
 def _check_causes(config: WorldConfig) -> Iterator[Problem]:
-    """Yield the problem of too many causes of death, at the key of the first in excess."""
+    """Yield the problem of too many causes of death, at the key of the first one beyond the maximum."""
     known = {"culled"}
     for key, cause in _causes(config):
         known.add(cause)
         if len(known) > MOST_CAUSES:
-            allowed = f"at most {MOST_CAUSES} in a world, including those of being eaten"
+            allowed = f"at most {MOST_CAUSES} in a world, including being eaten by each species"
             yield Problem(key, "too many causes of death", cause, allowed)
             return
 
@@ -115,7 +114,9 @@ def _check_space(config: WorldConfig) -> Iterator[Problem]:
     ):
         least = (math.prod(space.size) / MOST_INDEX_CELLS) ** (1 / len(space.size))
         fault = f"too small: the neighbor index would have {cells:.3g} cells"
-        allowed = f"at most {MOST_INDEX_CELLS:.0e} cells, about {least:.2g} m; or absent: it is chosen"
+        allowed = (
+            f"at most {MOST_INDEX_CELLS:.0e} cells, about {least:.2g} m; or remove it: a size is then chosen"
+        )
         yield Problem(("space", "cell"), fault, space.cell, allowed)
 
 
@@ -126,7 +127,7 @@ def _check_fields(config: WorldConfig) -> Iterator[Problem]:
         yield from _check_field_of_substance(config, name)
         cells = math.prod(max(1.0, s / field.cell) for s in space.size)
         sides = [min(field.cell, s) for s in space.size]
-        # a square may be 0
+        # side * side can underflow to 0
         steps = field.diffusion * config.dt * sum(2 / 0.9 / side / side for side in sides)
         if field.cell > most:
             yield Problem(("fields", name, "cell"), space.too_wide, field.cell, f"at most {most:g} m")
@@ -140,26 +141,26 @@ def _check_fields(config: WorldConfig) -> Iterator[Problem]:
 
 
 def _check_field_of_substance(config: WorldConfig, name: str) -> Iterator[Problem]:
-    """Yield all problems of the content of a field."""
+    """Yield all problems with the substance of a field."""
     field, key = config.fields[name], ("fields", name)
     if field.substance is not None and field.substance not in config.substances:
         yield unknown((*key, "substance"), "substance", field.substance, config.substances)
     for part in ("depth", "initial", "renewal", "only"):
         if field.substance is None and getattr(field, part) is not None:
-            allowed = "a substance of the field, or none of these keys"
+            allowed = "a substance for the field, or remove this key"
             yield Problem((*key, part), "given without a substance", getattr(field, part), allowed)
     if field.depth is not None and config.dims == 3:
-        yield Problem((*key, "depth"), "a volume has its own depth", field.depth, "no depth")
+        yield Problem((*key, "depth"), "a volume has its own depth", field.depth, "remove depth")
     ground = config.terrain
     if field.only == "lakes" and (ground is None or not (ground.lakes or ground.raster)):
-        yield Problem((*key, "only"), "there are no lakes", field.only, "terrain.lakes, or no `only`")
+        yield Problem((*key, "only"), "there are no lakes", field.only, "terrain.lakes, or remove `only`")
 
 
 def _check_year(config: WorldConfig) -> Iterator[Problem]:
     """Yield the problem of a year that is given twice."""
     if config.year is not None and config.sun is not None and config.sun.year is not None:
-        fault = "given together with the world's own year"
-        yield Problem(("sun", "year"), fault, config.sun.year, "one of year.length and sun.year")
+        fault = "given together with the section year"
+        yield Problem(("sun", "year"), fault, config.sun.year, "either year.length or sun.year")
 
 
 def _check_terrain(config: WorldConfig) -> Iterator[Problem]:
@@ -167,9 +168,9 @@ def _check_terrain(config: WorldConfig) -> Iterator[Problem]:
     if terrain is None:
         return
     most = min(size[:2]) / 2
-    yield from at_most(("terrain", "cell"), "larger than half of the world", terrain.cell, most)
+    yield from at_most(("terrain", "cell"), "larger than half the width of the world", terrain.cell, most)
     if (cells := (size[0] / terrain.cell) * (size[1] / terrain.cell)) > MOST_CELLS:
-        fault = f"too small: {cells:.3g} cells"
+        fault = f"too small: the map would have {cells:.3g} cells"
         yield Problem(("terrain", "cell"), fault, terrain.cell, f"at most {MOST_CELLS:.0e} cells")
     for i, road in enumerate(terrain.roads):
         yield from check_line(("terrain", "roads", i, "line"), road.line, config)
@@ -177,37 +178,35 @@ def _check_terrain(config: WorldConfig) -> Iterator[Problem]:
         for i, mark in enumerate(getattr(terrain, group)):
             key = ("terrain", group, i)
             yield from inside((*key, "at"), mark.at, size[:2])
-            yield from at_most((*key, "radius"), "larger than half of the world", mark.radius, most)
+            yield from at_most((*key, "radius"), "larger than half the width of the world", mark.radius, most)
             if group == "mountains" and mark.height == 0:
-                yield Problem((*key, "height"), "a mountain without height", mark.height, "more than 0 m")
+                yield Problem((*key, "height"), "a mountain with height 0", mark.height, "more than 0 m")
 
 
 def check_water(config: WorldConfig) -> Iterator[Problem]:
-    """Yield all problems of the water, of sinking, and of swimming."""
+    """Yield all problems with water, sinking and swimming."""
     yield from _check_volume(config)
     water, size = config.water, config.space.size
     if water is None:
         return
     if config.dims == 2:
-        yield Problem(
-            ("water",), "there is no depth in a plane", allowed="a space of three sizes, or no water"
-        )
+        yield Problem(("water",), "there is no depth in a plane", allowed="a 3D space, or remove water")
         return
     for name in water.shading:
         yield from named(("water", "shading", name), "species", name, config.species)
     if water.layer > size[2] or size[2] / water.layer > MOST_LAYERS:
         allowed = f"at most {size[2]:g} m, and at least {size[2] / MOST_LAYERS:g}"
-        yield Problem(("water", "layer"), "not a layer of this water", water.layer, allowed)
+        yield Problem(("water", "layer"), "not possible in this water", water.layer, allowed)
     for i, current in enumerate(water.current):
         for axis, speed in enumerate(current.velocity):
             if abs(speed) * config.dt > (most := size[axis] / 2):
-                fault = "more than half of the world in one tick"
+                fault = "moves more than half the world's width in a tick"
                 yield Problem(
                     ("water", "current", i, "velocity"), fault, speed, f"at most {most / config.dt:g} m/s"
                 )
     if water.current and water.current_function is not None:
         fault = "given together with a current by depth"
-        yield Problem(("water", "current_function"), fault, allowed="one of current and current_function")
+        yield Problem(("water", "current_function"), fault, allowed="either current or current_function")
 
 
 def _check_volume(config: WorldConfig) -> Iterator[Problem]:
@@ -216,26 +215,26 @@ def _check_volume(config: WorldConfig) -> Iterator[Problem]:
     ]
     for section, name, body in bodies:
         if body.sinking and config.dims == 2:
-            fault, allowed = "no up and down in a plane", "0, or a space of three sizes"
+            fault, allowed = "no up and down in a plane", "0, or a 3D space"
             yield Problem((section, name, "body", "sinking"), fault, body.sinking, allowed)
     for name, species in config.species.items():
         way = species.locomotion
         if way is not None and way.pitch and way.climb:
-            allowed = "one of climb and pitch"
+            allowed = "either climb or pitch"
             yield Problem(
                 ("species", name, "locomotion", "pitch"), "given together with climb", way.pitch, allowed
             )
 
 
 def check_land(config: WorldConfig) -> Iterator[Problem]:
-    """Yield all problems of real land; if there are none, the world has read it."""
+    """Yield all problems with real land; if there are none, the world has read the land."""
     terrain = config.terrain
     if terrain is None:
         return
     if terrain.raster is None:
         for part in ALONE:
             if getattr(terrain, part):
-                yield Problem(("terrain", part), "given without a raster", allowed="terrain.raster with it")
+                yield Problem(("terrain", part), "given without a raster", allowed="terrain.raster as well")
         return
     problems = [*_agreement(config, terrain)]
     yield from problems
@@ -256,12 +255,12 @@ def _agreement(config: WorldConfig, terrain: Terrain) -> Iterator[Problem]:
         fault = "its opposite edges differ, but a torus joins them"
         yield Problem((*key, "raster"), fault, terrain.raster, 'space.edges = "walls"')
     if config.dims == 3:
-        yield Problem((*key, "raster"), "given in a volume", terrain.raster, "space.size of two numbers")
+        yield Problem((*key, "raster"), "given in a volume", terrain.raster, "a space.size with two numbers")
     if terrain.hills is not None:
-        yield Problem((*key, "hills"), "given together with a raster", allowed="one of the two")
+        yield Problem((*key, "hills"), "given together with a raster", allowed="only one of them")
     if terrain.cover_band is not None and terrain.cover is None:
         yield Problem(
-            (*key, "cover_band"), "given without cover", terrain.cover_band, "terrain.cover with it"
+            (*key, "cover_band"), "given without cover", terrain.cover_band, "terrain.cover as well"
         )
     if len(terrain.classes) > MOST_CLASSES:
         yield Problem(

@@ -9,15 +9,15 @@ from ecs_eco.inputs.section import ANEW, FREE, POPULATION, Count, NonNegative, S
 
 
 class Build(Section, change=FREE, own=True):
-    """An object that an animal can make, at its position; without a group of actions `build` it does so
+    """An object that an animal can make at its position; without the action group `build`, it does so
     whenever it can."""
 
     object: str = about("an object type, which is also the name of the action", change=ANEW)
     cost: NonNegative = quantity(
-        "energy burned per object, in addition to the energy that the object holds", "energy"
+        "energy burned per object, in addition to the energy that the object contains", "energy"
     )
     spacing: NonNegative = quantity("minimum distance between these objects", "m", 0.0)
-    most: Count | None = quantity("maximum number at a time; absent: no limit", "1", None, own=POPULATION)
+    most: Count | None = quantity("maximum number at a time; default: no limit", "1", None, own=POPULATION)
 
 
 class Building(Feature, after="carries"):

@@ -11,12 +11,12 @@ from ecs_eco.inputs.section import FREE, SHAPE, NonNegative, Section, about, qua
 
 
 class Carry(Section, change=FREE, own=True):
-    """An object type that an animal can pick up, one at a time, and put down; without actions `take` and
-    `drop` it picks up any object it can and keeps it."""
+    """An object type that an animal can pick up, one at a time, and put down; without the actions `take` and
+    `drop`, it picks up any object it can and keeps it."""
 
-    object: str = about("an object type, without solid bodies", change=SHAPE)
-    reach: NonNegative = quantity("distance between the surfaces of both bodies", "m", 0.0)
-    cost: NonNegative = quantity("energy burned while it carries one", "energy/s", 0.0)
+    object: str = about("an object type whose bodies are not solid", change=SHAPE)
+    reach: NonNegative = quantity("maximum distance between the bodies' surfaces", "m", 0.0)
+    cost: NonNegative = quantity("energy burned while it carries an object", "energy/s", 0.0)
 
 
 class Carrying(Feature, after="diet"):
@@ -30,7 +30,7 @@ class Carrying(Feature, after="diet"):
         yield from check_objects(config, (*key, "carries"), species.carries, "reach")
         for i, way in enumerate(species.carries):
             if way.object in config.objects and config.objects[way.object].body.solid:
-                fault = "is solid: no other body can share its place"
+                fault = "is solid, so no other body can be in the same place"
                 allowed = f"objects.{way.object}.body.solid = false"
                 yield Problem((*key, "carries", i, "object"), fault, way.object, allowed)
         yield from check_used(species, key, "carries", "carry")

@@ -1,4 +1,4 @@
-"""Chemistry: processes of substances in bodies: reactions, exchange, newborn, decomposition, emissions."""
+"""Chemistry of the substances in bodies: reactions, exchange, births, decomposition, emissions."""
 
 from collections.abc import Iterator
 from typing import Annotated, Any, Literal
@@ -24,7 +24,7 @@ from ecs_eco.inputs.section import (
     with_keyword,
 )
 
-CHANGING = ("reactions", "exchange", "decomposition", "born_with")  # keys that change them
+CHANGING = ("reactions", "exchange", "decomposition", "born_with")  # keys that change substances
 Amounts = dict[Name, Positive]
 _From: Any = with_keyword(
     "from",
@@ -34,24 +34,24 @@ _From: Any = with_keyword(
 
 
 class Reaction(_From, change=FREE, own=True):  # type: ignore[call-arg]
-    """A reaction within the body: at most at its rate, and limited by its reactants.
+    """A reaction within the body, limited by its rate and its reactants.
 
     The extent in a tick is rate × Π c/(half + c) × volume × dt over the substances under `half` (Michaelis &
-    Menten 1913; Monod 1949), times the light at its place with `light`. A reaction that releases energy stops
-    when the organism is full, one that needs energy when it has none.
+    Menten 1913; Monod 1949), times the light at its position with `light`. A reaction that releases energy
+    stops when the organism's store is full; a reaction that needs energy stops when the store is empty.
     """
 
     to: Amounts = quantity("substance = amount produced per mole of extent", "mol/mol", {}, own=CHEMISTRY)
     energy: Real = quantity(
-        "energy gained by the organism per mole of extent; negative: energy needed", "energy/mol", 0.0
+        "energy gained by the organism per mole of extent; negative: it needs energy", "energy/mol", 0.0
     )
-    rate: Positive = quantity("maximum extent per second and liter of the body", "mol/(L s)")
+    rate: Positive = quantity("maximum extent per second and liter of body", "mol/(L s)")
     half: Amounts = quantity(
-        "substance = concentration at half of the maximum rate; other substances do not limit it", "mol/L", {}
+        "substance = concentration at half the maximum rate; other substances do not limit it", "mol/L", {}
     )
-    light: bool = about("whether it needs light; its rate is that in full daylight", False)
+    light: bool = about("whether it needs light; `rate` is then the rate in full daylight", False)
     action: str | None = about(
-        "the action during which it runs, in any group, such as running muscles that burn sugar; absent: always",
+        "the action, in any group, during which it runs, such as running, which burns sugar; default: always",
         omit=True,
     )
 
@@ -59,24 +59,24 @@ class Reaction(_From, change=FREE, own=True):  # type: ignore[call-arg]
 class Uptake(Section, change=FREE, own=True):
     """Uptake of a field's substance at the mouth: breathing, drinking, absorption by roots.
 
-    At most rate × c/(half + c) × volume × dt in a tick, c being the concentration there; if bodies demand
-    more than exists, each gets the same share of its demand.
+    Uptake in a tick is at most rate × c/(half + c) × volume × dt, where c is the concentration there; if
+    bodies demand more than there is, each gets the same proportion of its demand.
     """
 
     kind: Literal["uptake"]
     field: str = about("a field of a substance")
-    rate: Positive = quantity("maximum uptake per second and liter of the body", "mol/(L s)")
+    rate: Positive = quantity("maximum uptake per second and liter of body", "mol/(L s)")
     half: Positive | None = quantity(
-        "concentration in the field at half of the maximum uptake (Michaelis & Menten 1913); absent: the "
+        "concentration in the field at half the maximum uptake (Michaelis & Menten 1913); default: the "
         "uptake does not depend on it",
         "mol/L",
         None,
     )
     concentration_max: Positive | None = quantity(
-        "concentration in the body at which uptake stops; absent: no limit", "mol/L", None, former="until"
+        "concentration in the body at which uptake stops; default: no limit", "mol/L", None, former="until"
     )
-    at: Point = quantity("position of the mouth: forward, left (, up), in radii of the body", "1", [0.0, 0.0])
-    action: str | None = about("the action during which it runs, in any group; absent: always", None)
+    at: Point = quantity("position of the mouth: forward, left (, up), in body radii", "1", [0.0, 0.0])
+    action: str | None = about("the action, in any group, during which it runs; default: always", None)
 
 
 class Release(Section, change=FREE, own=True):
@@ -84,28 +84,26 @@ class Release(Section, change=FREE, own=True):
 
     kind: Literal["release"]
     substance: str = about("the substance that it releases")
-    field: str | None = about("a field of this substance that receives it; absent: it is lost", None)
+    field: str | None = about("a field of this substance that receives it; default: it is lost", None)
     rate: Positive = quantity("proportion released per second", "1/s")
-    above: NonNegative = quantity("concentration in its body that it keeps", "mol/L", 0.0)
-    at: Point = quantity(
-        "position of the outlet: forward, left (, up), in radii of the body", "1", [0.0, 0.0]
-    )
-    action: str | None = about("the action during which it runs, in any group; absent: always", None)
+    above: NonNegative = quantity("concentration that remains in its body", "mol/L", 0.0)
+    at: Point = quantity("position of the outlet: forward, left (, up), in body radii", "1", [0.0, 0.0])
+    action: str | None = about("the action, in any group, during which it runs; default: always", None)
 
 
 class Equilibrate(Section, change=FREE, own=True):
-    """Passage of a substance through the skin, dc/dt = rate (partition × c_field − c), in both directions.
+    """Passage of a substance through the skin in both directions, dc/dt = rate (partition × c_field − c).
 
     This is Fick's law (1855) with rate = permeability × surface / volume; it is solved exactly for a body and
-    its share, by volume, of its cell of the field.
+    its share, by volume, of the field's cell.
     """
 
     kind: Literal["equilibrate"]
     field: str = about("a field of a substance")
     rate: Positive = quantity("proportion of the difference lost per second, in a large field", "1/s")
-    partition: Positive = quantity("ratio of the concentrations in body and field at equilibrium", "1", 1.0)
+    partition: Positive = quantity("ratio of body to field concentration at equilibrium", "1", 1.0)
     at: Point = quantity(
-        "position of the gills or the skin: forward, left (, up), in radii of the body", "1", [0.0, 0.0]
+        "position of the gills or skin: forward, left (, up), in body radii", "1", [0.0, 0.0]
     )
 
 
@@ -113,7 +111,7 @@ AnyExchange = Annotated[Uptake | Release | Equilibrate, Field(discriminator="kin
 
 
 class Chemistry(Feature, after="substances"):
-    """Substances react, and are exchanged with fields: systems `React`, `ExchangeMatter`, component `Matter`."""
+    """Substances react and move to and from fields: systems `React`, `ExchangeMatter`, component `Matter`."""
 
     reactions: list[Reaction] = about(
         "reactions of its substances, in this order", [], omit=True, change=SHAPE
@@ -149,11 +147,12 @@ class Chemistry(Feature, after="substances"):
 
 
 class Provision(Feature, after="exchange"):
-    """Newborn get substances from their mother, or from the soil: systems `Provide` and `Spread`."""
+    """Newborns get substances from their mother or from the soil: systems `Provide` and `Spread`."""
 
     born_with: Literal["declared", "mother", "soil"] = about(
-        "origin of the substances of newborn: declared: from nowhere; mother: she shares hers, at equal "
-        "concentrations; soil: from the first field of each, and a seed sprouts only if there is enough",
+        "origin of newborns' substances; declared: created from nothing; mother: shared by the mother, at "
+        "equal concentrations; soil: taken from the first field of each, where a seed needs enough to "
+        "germinate",
         "declared",
         omit=True,
         change=SHAPE,
@@ -163,7 +162,9 @@ class Provision(Feature, after="exchange"):
     def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
         at, kind = (*key, "born_with"), getattr(species.reproduction, "kind", None)
         if species.born_with == "mother" and kind in (None, "spread"):
-            yield Problem(at, "it has no mother", "mother", "declared or soil, or another reproduction")
+            yield Problem(
+                at, "it has no mother", "mother", "declared or soil, or another kind of reproduction"
+            )
         if species.born_with != "soil":
             return
         if kind != "spread":
@@ -173,25 +174,25 @@ class Provision(Feature, after="exchange"):
         held = {field.substance for field in config.fields.values()}
         for name, concentration in species.substances.items():
             if concentration > 0 and name not in held:
-                fault = "no field contains it, but newborn take it from the soil"
+                fault = "newborns take it from the soil, but no field contains it"
                 allowed = "0, or a field with this substance"
                 yield Problem((*key, "substances", name), fault, concentration, allowed)
 
 
 class Decomposition(Section, change=FREE):
-    """Decay: the content passes into the first field of each substance, dc/dt = −rate c (Olson 1963), or
-    is lost if there is none; the object vanishes when little is left."""
+    """Decay: each substance passes into its first field, dc/dt = −rate c (Olson 1963), or is lost if it has
+    none; the object vanishes when little is left."""
 
     rate: Positive = quantity("proportion returned per second", "1/s")
     left: Annotated[float, Field(gt=0, lt=1)] = quantity(
-        "remaining fraction at which it returns the rest at once and vanishes", "1", 0.01
+        "remaining fraction at which the object returns the rest at once and vanishes", "1", 0.01
     )
 
 
 class Decomposing(Feature, after="exchange"):
     """Objects decay: system `Decompose`, component `Matter`."""
 
-    decomposition: Decomposition | None = about("decay; absent: none", omit=True, change=SHAPE)
+    decomposition: Decomposition | None = about("decay; absent: no decay", omit=True, change=SHAPE)
 
     @staticmethod
     def causes(species: "Decomposing", key: Key) -> Iterator[tuple[Key, str]]:
@@ -200,11 +201,13 @@ class Decomposing(Feature, after="exchange"):
 
 
 class Emission(Section, own=True):
-    """A smell of a substance of the body: rate × its amount in the body [mol] per second."""
+    """A smell given off by a substance in the body: rate × its amount in the body [mol] per second."""
 
-    substance: str = about("the substance that smells")
-    rate: NonNegative = quantity("proportion of the substance in the body, per second", "1/s")
-    consume: bool = about("whether the body loses what it emits", False, change=SHAPE)
+    substance: str = about("the substance that gives off the smell")
+    rate: NonNegative = quantity(
+        "amount emitted per second, as a proportion of the substance in the body", "1/s"
+    )
+    consume: bool = about("whether the body loses the amount emitted", False, change=SHAPE)
 
 
 class Emitting(Feature, after=("defence", "decomposition")):
@@ -232,18 +235,18 @@ class Emitting(Feature, after=("defence", "decomposition")):
     @staticmethod
     def undivided(species: Any) -> Iterator[tuple[str, str]]:
         if any(isinstance(way, Emission) for way in species.emits.values()):
-            yield "emits", "that emits what its bodies are made of"
+            yield "emits", "that emits substances from its bodies"
 
 
 def substances_of(config: WorldSections, name: str | int) -> set[str]:
-    """Return the declared substances of bodies of a kind; for remains also those of the dead."""
+    """Return the declared substances of bodies of a kind; for remains, also the substances of dead bodies."""
     kind = config.species.get(str(name)) or config.objects[str(name)]
     dead = [s.substances for s in config.species.values() if s.remains == name]
     return {substance for held in (kind.substances, *dead) for substance in held}
 
 
 def check_action(kind: Any, at: Key, action: str | None) -> Iterator[Problem]:
-    """Yield problems of an action by which a species changes its substances."""
+    """Yield problems with an action during which a species changes its substances."""
     if action is None:
         return
     if at[0] == "objects":

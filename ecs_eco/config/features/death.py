@@ -1,4 +1,4 @@
-"""Death: the limits within which members live, and the objects that the dead leave."""
+"""Death: the limits within which members survive, and the objects that dead members become."""
 
 import math
 from collections.abc import Iterator
@@ -12,14 +12,13 @@ from ecs_eco.inputs.section import FREE, Real, Section, about, quantity, table
 
 
 class Lethal(Section, own=True):
-    """The range of one property outside of which the organism dies."""
+    """The range of a property outside which the organism dies."""
 
     property: str = about(
-        "energy, age, fertility, a property or substance that the species has, or "
-        "Component.field of a component of your own"
+        "energy, age, fertility, a property or substance of the species, or a custom Component.field"
     )
-    min: Real | None = quantity("dies at or below", "unit of the property", None)
-    max: Real | None = quantity("dies at or above", "unit of the property", None)
+    min: Real | None = quantity("it dies at or below this value", "unit of the property", None)
+    max: Real | None = quantity("it dies at or above this value", "unit of the property", None)
     cause_below: Annotated[str, Field(max_length=60)] = about("cause of death below min", "", former="low")
     cause_above: Annotated[str, Field(max_length=60)] = about("cause of death above max", "", former="high")
 
@@ -38,10 +37,10 @@ class Lethal(Section, own=True):
 
 
 class Mortality(Feature, after="hatch"):
-    """Members die outside of their limits, and become objects: systems `Perish` and `LeaveRemains`."""
+    """Members die outside their limits and become objects: systems `Perish` and `LeaveRemains`."""
 
     lethal: list[Lethal] = table("limits beyond which it dies", list, change=FREE)
-    remains: str | None = about("object type left by the dead", None)
+    remains: str | None = about("object type that dead members become", None)
 
     @staticmethod
     def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
@@ -83,4 +82,4 @@ class Mortality(Feature, after="hatch"):
     @staticmethod
     def undivided(species: "Mortality") -> Iterator[tuple[str, str]]:
         if species.remains is not None:
-            yield "remains", "whose dead become objects"
+            yield "remains", "whose dead members become objects"

@@ -1,4 +1,4 @@
-"""Ectothermy: animals with the temperature of their surroundings slow down in the cold, to torpor."""
+"""Ectothermy: animals whose temperature follows their surroundings slow down in the cold."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -13,12 +13,12 @@ class Cold(Section, change=FREE, own=True):
     """The dependence of rates on temperature: speeds and the basal rate have their declared values at
     `reference`, and change by the factor `q10` per 10 K (van 't Hoff 1884; between 2 and 3 in most animals).
 
-    The temperature is that of the body if `properties` has one, otherwise that of its place.
+    The temperature is the body's if `properties` has one, otherwise the ambient temperature.
     """
 
-    q10: Positive = quantity("factor of rates per 10 K", "1", 2.0)
-    reference: Positive = quantity("temperature of the declared rates", "K", 298.15)
-    torpor: NonNegative = quantity("temperature at and below which it does not move", "K", 0.0)
+    q10: Positive = quantity("factor by which rates change per 10 K", "1", 2.0)
+    reference: Positive = quantity("temperature at which rates have their declared values", "K", 298.15)
+    torpor: NonNegative = quantity("temperature at or below which it does not move", "K", 0.0)
 
 
 class Ectothermy(Feature, after="heat"):
@@ -35,7 +35,7 @@ class Ectothermy(Feature, after="heat"):
         derived = [] if genome is None else [(("derived", name), one) for name, one in genome.derived.items()]
         for place, gene in (*genes, *derived):
             if gene.trait == "locomotion.pace":
-                at, allowed = (*key, "genome", *place, "trait"), '"ectothermy.q10", or no ectothermy'
+                at, allowed = (*key, "genome", *place, "trait"), '"ectothermy.q10", or remove ectothermy'
                 yield Problem(at, "temperature sets the pace of this species", gene.trait, allowed)
 
     @staticmethod

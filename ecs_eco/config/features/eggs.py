@@ -1,4 +1,4 @@
-"""Eggs: a species whose members hatch into another, which lays them by `reproduction.eggs`."""
+"""Eggs: a species whose members hatch into another species, which lays them (`reproduction.eggs`)."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -16,22 +16,22 @@ class Hatching(Section, change=FREE, own=OWN):
     """The eggs of another species, whose `reproduction.eggs` names this one: they stay where they were laid
     and hatch at the end of their incubation, with their remaining energy.
 
-    If `temperature` is given, they develop in proportion to the degrees above the threshold.
+    If `temperature` is given, they develop in proportion to the degrees above `threshold`.
     """
 
     into: str = about("species that hatches from them", change=SHAPE)
-    incubation: Positive = quantity("from laying to hatching, at the temperature", "s")
+    incubation: Positive = quantity("time from laying to hatching, at `temperature`", "s")
     temperature: Positive | None = quantity(
-        "temperature at which incubation takes that long; absent: any", "K", None
+        "temperature at which incubation takes this long; default: any", "K", None
     )
-    threshold: NonNegative = quantity("temperature at and below which they do not develop", "K", 273.15)
+    threshold: NonNegative = quantity("temperature at or below which they do not develop", "K", 273.15)
 
 
 class Eggs(Feature, after="care"):
     """Eggs develop, faster where it is warmer, and hatch: system `Hatch`, component `Incubation`."""
 
     hatch: Hatching | None = about(
-        "for eggs: the species that hatches from them, and when; absent: these are not eggs",
+        "for eggs, the species that hatches from them and when; absent: its members are not eggs",
         omit=True,
         change=SHAPE,
     )
@@ -76,7 +76,7 @@ class Eggs(Feature, after="care"):
 
 
 def laid_by(species: Any) -> str | None:
-    """Return the name of the eggs that a species lays; None if it lays none."""
+    """Return the species of the eggs that a species lays; None if it lays none."""
     return getattr(species.reproduction, "eggs", None)
 
 
@@ -90,10 +90,10 @@ def _of_layer(species: Any, config: WorldSections, key: Key) -> Iterator[Problem
     elif (most := config.species[laid].metabolism.energy_max) < (given := species.reproduction.energy_given):
         allowed = f"at most {most:g}, its metabolism.energy_max"
         yield Problem(
-            (*key, "reproduction", "energy_given"), f"more than an egg holds, {laid}", given, allowed
+            (*key, "reproduction", "energy_given"), f"more than an egg can store, {laid}", given, allowed
         )
     if species.born_with == "mother":
-        fault = "its newborn are eggs, whose own section defines their substances"
+        fault = "its newborns are eggs, whose own section defines their substances"
         yield Problem((*key, "born_with"), fault, species.born_with, '"declared"')
 
 
@@ -109,4 +109,4 @@ def _of_eggs(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]
         yield Problem((*at, "temperature"), "not above the threshold", way.temperature, allowed)
     for part in LEFT_TO_THE_HATCHED:
         if getattr(species, part):
-            yield Problem((*key, part), "an egg has none", allowed="this of the species that hatches")
+            yield Problem((*key, part), "an egg has none", allowed="this key in the species that hatches")

@@ -1,4 +1,4 @@
-"""The declaration of a feature, and the assembly of the models of species and object types from features."""
+"""Declaration of features, and assembly of the models of species and object types from them."""
 
 from collections.abc import Callable, Iterator, Mapping
 from functools import cache
@@ -14,30 +14,30 @@ Model = TypeVar("Model", bound=Section)
 class Cost(NamedTuple):
     """Energy that members burn per second."""
 
-    key: Key  # within the section of the species
-    value: float  # [energy/s], or [energy] for each unit of `most`
-    most: float | None = None  # for costs by the unit: maximum units per second
+    key: Key  # within the species' section
+    value: float  # [energy/s], or [energy] per unit of `most`
+    most: float | None = None  # for costs per unit: maximum units per second
     owed: bool = False  # whether it is burned even without energy
 
 
 class Feature(Section):
-    """A part of what a species is: keys of its section of the world file, and what follows from them.
+    """A feature of species: keys of their sections of the world file, with their checks and effects.
 
     Derive a class and declare its keys as fields. Override the functions below that it needs; in them,
-    `species` is the whole section and `key` its place, ("species", name). Object types may have features, too:
-    ("objects", name).
+    `species` is the whole section and `key` its path, ("species", name). Object types can have features, too,
+    with the path ("objects", name).
 
     Attributes
     ----------
     systems : tuple of type
-        Systems of a feature of your own, each added at the end of its phase; those of shipped features are in
-        `ecs_eco.systems.schedule`.
+        Systems of a custom feature, each added at the end of its phase; `ecs_eco.systems.schedule` lists the
+        systems of shipped features.
     acts : Mapping of str to tuple of str
-        Groups of actions that it adds, and their actions; None where `acting` gives them.
+        Action groups that it adds, with their actions; None if `acting` yields them.
 
     Notes
     -----
-    The class keyword `after` names the key of a species that the keys follow in references and files.
+    The class keyword `after` names the key of a species after which its keys appear in references and files.
 
     Examples
     --------
@@ -63,7 +63,7 @@ class Feature(Section):
 
     @staticmethod
     def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
-        """Yield what is invalid about its keys, seen together with the other sections.
+        """Yield problems with its keys, checked together with the other sections.
 
         Yields
         ------
@@ -78,7 +78,7 @@ class Feature(Section):
         Yields
         ------
         tuple
-            The group, what an action is called in messages, and the actions.
+            The group, the word for an action in messages, and the actions.
         """
         yield from ()
 
@@ -115,7 +115,7 @@ class Feature(Section):
 
     @staticmethod
     def feels(species: Any) -> Iterator[tuple[str, str]]:
-        """Yield properties of the body that it adds, which members can sense and die of.
+        """Yield body properties that it adds, which members can sense and die of.
 
         Yields
         ------
@@ -126,7 +126,7 @@ class Feature(Section):
 
     @staticmethod
     def costs(species: Any) -> Iterator[Cost]:
-        """Yield what costs members energy, for the notes of `ecs-eco check`.
+        """Yield the energy costs of members, for the notes of `ecs-eco check`.
 
         Yields
         ------
@@ -136,12 +136,12 @@ class Feature(Section):
 
     @staticmethod
     def meets(species: Any) -> Iterator[tuple[str, str, float]]:
-        """Yield what members look for around them at the end of a tick.
+        """Yield the bodies that members search for around them at the end of a tick.
 
         Yields
         ------
         tuple
-            The key, the species or object type, and the distance between the surfaces of both bodies [m].
+            The key, the species or object type, and the maximum distance between the bodies' surfaces [m].
         """
         yield from ()
 
@@ -158,7 +158,7 @@ class Feature(Section):
 
     @staticmethod
     def undivided(species: Any) -> Iterator[tuple[str, str]]:
-        """Yield keys that rule out a world divided among processes.
+        """Yield keys that prevent a world from being divided among processes.
 
         Yields
         ------
@@ -174,14 +174,14 @@ class Feature(Section):
         Yields
         ------
         tuple
-            The object type whose objects have the component, None for members of the species; and the
-            component.
+            The object type whose objects have the component, or None if members of the species have it; and
+            the component.
         """
         yield from ()
 
     @staticmethod
     def furnish(species: Any, table: Any, tables: Mapping[str, Any]) -> None:
-        """Connect the table of a species with others, once all have their components.
+        """Connect the table of a species with other tables, once all have their components.
 
         Parameters
         ----------
@@ -195,7 +195,7 @@ class Feature(Section):
 
 
 def of_each(species: Section, what: str, *more: object) -> Iterator[Any]:
-    """Yield the results of a function of `Feature`, by its name, of all features of a section."""
+    """Yield the results of the `Feature` function `what` for all features of a section."""
     model: type[Section] = type(species)
     for hook in _hooks_of(model, what):
         yield from hook(species, *more)
@@ -214,7 +214,7 @@ def features_of(model: type[Section]) -> tuple[type[Feature], ...]:
 
 
 def assembled(model: type[Model]) -> type[Model]:
-    """Return a model whose keys of features are in their places, for pages and files."""
+    """Return a model with the keys of its features in the order of pages and files."""
     fields = dict(model.model_fields)
     for feature in features_of(model):
         own = {name: fields.pop(name) for name in feature.model_fields}

@@ -14,17 +14,17 @@ class Diet(Section, own=True):
     """One kind of food."""
 
     eats: str = about("a species or an object type")
-    reach: NonNegative = quantity("distance between the surfaces of both bodies", "m", 0.0)
+    reach: NonNegative = quantity("maximum distance between the bodies' surfaces", "m", 0.0)
     chance: Share = quantity("probability of success per second of contact", "1", 1.0)
-    gain: Real = quantity("energy gained per item, whatever its energy", "energy", 0.0)
-    efficiency: Share = quantity("proportion of the item's energy that is gained in addition", "1", 0.0)
+    gain: Real = quantity("energy gained per item, regardless of its energy", "energy", 0.0)
+    efficiency: Share = quantity("proportion of the item's energy gained in addition", "1", 0.0)
     deadly: bool = about("whether its poison kills the eater", False)
     satiation: Real | None = quantity(
-        "eats only below this energy; absent: until it is full", "energy", None, former="until"
+        "eats only below this energy; default: until it is full", "energy", None, former="until"
     )
     assimilation: Share | None = quantity(
-        "proportion of the item's substances that its body keeps, if both contain substances; the rest enters "
-        "the first field of each, or is lost; absent: all of it",
+        "proportion of the item's substances that its body keeps, if both contain substances; the rest "
+        "enters the first field of each or, without a field, is lost; default: all of it",
         "1",
         omit=True,
     )
@@ -60,7 +60,7 @@ class Defending(Feature, after="locomotion"):
 
 
 class Feeding(Feature, after="emits"):
-    """Members eat others and objects: system `Feed`."""
+    """Members eat organisms and objects: system `Feed`."""
 
     diet: list[Diet] = table("its food", list, change=FREE)
 
@@ -73,7 +73,7 @@ class Feeding(Feature, after="emits"):
             if diet.eats not in food:
                 yield unknown((*at, "eats"), "species or object type", diet.eats, food)
             elif diet.eats in eaten:
-                yield Problem((*at, "eats"), "named twice in this diet", diet.eats, "one entry for each food")
+                yield Problem((*at, "eats"), "named twice in this diet", diet.eats, "one entry per food")
             eaten.add(diet.eats)
             if diet.model_fields_set.isdisjoint(("gain", "efficiency")):
                 yield Problem(

@@ -1,4 +1,4 @@
-"""Heat: the temperature of a body changes, by exchange with its surroundings and by regulation."""
+"""Heat: a body's temperature changes through exchange with its surroundings and regulation."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -9,9 +9,9 @@ from ecs_eco.inputs.section import FREE, SHAPE, Column, NonNegative, Positive, S
 
 
 class Heat(Section, change=FREE):
-    """Exchange of heat with the surroundings by Newton's law of cooling; the surface is that of its shape.
+    """Heat exchange with the surroundings by Newton's law of cooling, over the surface of the body's shape.
 
-    The body needs `properties.temperature`, its initial value.
+    The body needs an initial value, `properties.temperature`.
     """
 
     specific_heat: Positive = quantity("specific heat capacity of the body", "J/(kg K)", 3500.0)
@@ -21,7 +21,7 @@ class Heat(Section, change=FREE):
         10.0,
     )
     insulation: NonNegative = quantity(
-        "resistance of fur, feathers or fat, in series with that of the bare surface",
+        "thermal resistance of fur, feathers or fat, in series with the bare surface",
         "K m^2/W",
         0.0,
         own=Column("Coat"),
@@ -29,21 +29,21 @@ class Heat(Section, change=FREE):
 
 
 class Regulation(Section, own=True):
-    """Regulation of the body's temperature: at full power until the set point, then as much as needed.
+    """Regulation of body temperature: at full power up to the set point, then as much as needed.
 
-    It is paid from the animal's energy, and stops without energy.
+    It costs the animal energy, and stops when there is none.
     """
 
     set_point: NonNegative = quantity("set point", "K")
     warming: NonNegative = quantity("maximum additional heat production, as by shivering", "W", 0.0)
     cooling: NonNegative = quantity("maximum additional heat loss, as by panting", "W", 0.0)
-    cost: NonNegative = quantity("energy burned per joule of either", "energy/J")
+    cost: NonNegative = quantity("energy burned per joule of warming or cooling", "energy/J")
 
 
 class BodyHeat(Heat, own=True):
-    """Exchange of heat with the surroundings by Newton's law of cooling, heat of metabolism, and regulation.
+    """Heat exchange with the surroundings by Newton's law of cooling, metabolic heat, and regulation.
 
-    The species needs `properties.temperature`, its value at birth.
+    The species needs a value at birth, `properties.temperature`.
     """
 
     metabolic_heat: NonNegative = quantity(
@@ -56,7 +56,7 @@ class Warmth(Feature, after="properties"):
     """Bodies exchange heat: system `ExchangeHeat`, components `HeatExchange` and, for a gene, `Coat`."""
 
     heat: BodyHeat | None = about(
-        "exchange of heat; absent: its temperature stays as at birth", omit=True, change=SHAPE
+        "heat exchange; absent: its temperature never changes", omit=True, change=SHAPE
     )
 
     @staticmethod
@@ -64,7 +64,7 @@ class Warmth(Feature, after="properties"):
         yield from check_heat(species, key)
         regulation = None if species.heat is None else species.heat.regulate
         if regulation is not None and regulation.warming == regulation.cooling == 0:
-            allowed = "a power [W] of warming, of cooling or of both; or no regulate"
+            allowed = "a power [W] for warming, cooling or both; or remove regulate"
             yield Problem((*key, "heat", "regulate", "warming"), "is 0, and so is cooling", 0.0, allowed)
 
     @staticmethod
@@ -78,7 +78,7 @@ class WarmObjects(Feature, after="properties"):
     """Objects exchange heat: system `ExchangeHeat`, component `HeatExchange`."""
 
     heat: Heat | None = about(
-        "exchange of heat; absent: their temperature is constant", omit=True, change=SHAPE
+        "heat exchange; absent: their temperature never changes", omit=True, change=SHAPE
     )
 
     @staticmethod
@@ -87,12 +87,12 @@ class WarmObjects(Feature, after="properties"):
 
 
 def check_heat(kind: Any, key: Key) -> Iterator[Problem]:
-    """Yield problems of the temperature of bodies that exchange heat, of a species or object type."""
+    """Yield problems with the temperature of a species or object type whose bodies exchange heat."""
     if kind.heat is None:
         return
     at, known = (*key, "properties", "temperature"), kind.properties.get("temperature")
     if known is None:
-        allowed = "the initial temperature [K], or no heat"
+        allowed = "the initial temperature [K], or remove heat"
         yield Problem(at, "is missing, but heat changes it", allowed=allowed)
     elif known < 0:
         yield Problem(at, "below absolute zero", known, "at least 0 K")

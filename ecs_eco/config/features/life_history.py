@@ -11,29 +11,29 @@ from ecs_eco.inputs.section import COLUMN, FREE, SHAPE, NonNegative, Positive, S
 
 
 class Breeding(Section, change=FREE, own=COLUMN):
-    """The dependence of fertility on age and season: `fertility` is its peak, reached at the prime, in
+    """The dependence of fertility on age and season; `fertility` is its peak, reached at the prime, in
     season.
 
-    With age it follows a beta curve from maturity to the end; if the prime is a third of the way, this is
-    Brass's polynomial (Brass 1975), which fits mammals well (Gage 2001). Over the year it follows a von Mises
-    curve, the circular analog of the normal curve.
+    With age, it follows a beta curve from maturity to the end; if the prime is a third of the way between
+    them, this is Brass's polynomial (Brass 1975), which fits mammals well (Gage 2001). Over the year, it
+    follows a von Mises curve, the circular analog of the normal curve.
     """
 
     maturity: NonNegative = quantity("age from which it is fertile", "s", 0.0)
     prime: Positive | None = quantity(
-        "age of peak fertility; absent: a third of the way from maturity to the end; without an end: at maturity",
+        "age of peak fertility; default: a third of the way from maturity to end or, without end, maturity",
         "s",
         None,
     )
     end: Positive | None = quantity(
-        "age at which fertility ends; absent: it does not fall with age, and rises in proportion to age "
-        "from maturity to the prime",
+        "age at which fertility ends; default: fertility rises linearly from maturity to prime and stays "
+        "there",
         "s",
         None,
     )
     season: Share | None = quantity(
-        "time of year of peak fertility: 0 is the spring equinox, 0.25 midsummer; absent: it breeds all "
-        "year; needs a year",
+        "time of year of peak fertility: 0 is the spring equinox, 0.25 midsummer; default: all year; needs "
+        "`year`",
         "1",
         None,
     )
@@ -42,14 +42,14 @@ class Breeding(Section, change=FREE, own=COLUMN):
     )
 
     def age_of_prime(self) -> float:
-        """The age of the prime [s]."""
+        """The age of peak fertility [s]."""
         if self.prime is not None:
             return self.prime
         return self.maturity if self.end is None else self.maturity + (self.end - self.maturity) / 3
 
 
 class Seasons(Feature, after="fertility"):
-    """Fertility follows age and season: system `Mature`, component `Breeding`."""
+    """Fertility depends on age and season: system `Mature`, component `Breeding`."""
 
     breeding: Breeding | None = about("dependence of fertility on age and season; absent: none", omit=True)
 
@@ -64,36 +64,35 @@ class Seasons(Feature, after="fertility"):
             allowed = f"more than {way.maturity:g} s" + (f", less than {way.end:g} s" if way.end else "")
             yield Problem((*at, "prime"), "not between maturity and end", way.prime, allowed)
         if way.season is not None and config.year is None and (config.sun is None or config.sun.year is None):
-            allowed = "a section year, or sun.year; or no season"
-            yield Problem((*at, "season"), "there is no year for it", way.season, allowed)
+            allowed = "a `year` section, sun.year, or remove season"
+            yield Problem((*at, "season"), "the world has no year", way.season, allowed)
 
 
 class Growth(Section, change=FREE, own=True):
-    """Growth from newborn to adult size, which is that of `body`; the costs of living scale with the mass
-    to the power 3/4. Founders and immigrants are adults."""
+    """Growth from newborn to adult size, given by `body`; the costs of living scale with mass to the power
+    3/4. Founders and immigrants are adults."""
 
     law: Literal["von_bertalanffy", "west"] = about(
-        "law of growth: the cube root of the mass approaches the adult's at a constant rate (von "
-        "Bertalanffy 1957), or the fourth root does (West, Brown & Enquist 2001)",
+        "growth law: the cube root (von Bertalanffy 1957) or the fourth root (West, Brown & Enquist 2001) of "
+        "the mass approaches the adult's at a constant rate",
         "von_bertalanffy",
     )
-    rate: Positive = quantity("rate of growth; if adult mass is heritable, for an adult of body.mass", "1/s")
+    rate: Positive = quantity(
+        "growth rate; if adult mass is heritable, for an adult with the mass body.mass", "1/s"
+    )
     newborn: Annotated[float, Field(ge=1e-9, le=1)] = quantity(
         "mass of a newborn, as a fraction of the adult's", "1", 0.05
     )
-    cost: NonNegative = quantity("energy burned for each kilogram of growth", "energy/kg", 0.0)
+    cost: NonNegative = quantity("energy burned per kilogram of growth", "energy/kg", 0.0)
     reserve: NonNegative = quantity(
-        "energy reserve that is not spent on growth; with 0 it spends everything, and starves", "energy", 0.0
+        "energy reserve that is not spent on growth; with 0, it spends everything and starves", "energy", 0.0
     )
     pace: NonNegative = quantity(
-        "exponent with which speeds scale with the mass, as a fraction of the adult's; 0: the young are as "
-        "fast as adults",
-        "1",
-        0.0,
+        "exponent of mass, relative to the adult's, in speeds; 0: the young are as fast as adults", "1", 0.0
     )
     store: NonNegative = quantity(
-        "exponent with which metabolism.energy_max scales with the mass, as a fraction of the adult's; 1: in "
-        "proportion to the body; 0: the young store as much as adults. Energy from birth beyond the limit is kept",
+        "exponent of mass, relative to the adult's, in metabolism.energy_max; 1: proportional to the body; "
+        "0: the young can store as much as adults. Energy at birth above the limit is kept",
         "1",
         0.0,
         omit=True,
@@ -116,15 +115,15 @@ class Growing(Feature, after="breeding"):
 
 
 class Care(Section, change=FREE, own=True):
-    """Feeding of the young at the expense of their parents.
+    """Feeding of the young at their parents' expense.
 
-    With an action `nurse` a parent feeds when it decides to, otherwise whenever it can.
+    With the action `nurse`, a parent feeds them when it decides to; otherwise it does so whenever it can.
     """
 
-    rate: Positive = quantity("maximum energy given to each of the young", "energy/s")
+    rate: Positive = quantity("maximum energy given to each offspring", "energy/s")
     age_max: Positive = quantity("age until which the young are fed", "s", former="until")
-    reach: NonNegative = quantity("distance between the surfaces of both bodies", "m", 0.0)
-    reserve: NonNegative = quantity("energy reserve of a parent", "energy", 0.0)
+    reach: NonNegative = quantity("maximum distance between the bodies' surfaces", "m", 0.0)
+    reserve: NonNegative = quantity("energy that a parent keeps for itself", "energy", 0.0)
     efficiency: Annotated[float, Field(ge=1e-6, le=1)] = quantity(
         "proportion of the energy given that reaches the young", "1", 1.0
     )
@@ -146,4 +145,4 @@ class Caring(Feature, after="reproduction"):
     def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
         if species.care is None and "nurse" in species.actions and "nurse" not in species.ranges():
             at = (*key, "actions", "nurse")
-            yield Problem(at, "it has no care", species.actions["nurse"], "care, or no such group")
+            yield Problem(at, "it has no care", species.actions["nurse"], "care, or remove this action group")

@@ -1,4 +1,4 @@
-"""Wandering: animals that decide on no turn perform a correlated random walk."""
+"""Wandering: animals that do not decide to turn perform a correlated random walk."""
 
 from __future__ import annotations
 
@@ -13,18 +13,16 @@ from ecs_eco.inputs.section import FREE, SHAPE, NonNegative, Section, about, qua
 
 
 class Wander(Section, change=FREE, own=True):
-    """A correlated random walk (Kareiva & Shigesada 1983): in each tick the heading changes by a normal
-    number with standard deviation `turn` times the square root of `dt`, unless the animal turns left or
-    right.
+    """A correlated random walk (Kareiva & Shigesada 1983): in each tick, the heading changes by a normally
+    distributed angle with standard deviation `turn` times the square root of `dt`, unless the animal turns
+    left or right.
 
-    With a gait, animals without decisions walk: the gait is their only action of the group `speed`, an
-    automatic one, or the default one if `actions` has that group.
+    With `gait`, undecided animals walk: the gait is their only `speed` action, which is always on, or the
+    default action if `actions` has the group `speed`.
     """
 
-    turn: NonNegative = quantity("standard deviation of the change of heading", "rad/√s")
-    gait: str | None = about(
-        "gait of undecided animals; absent: the default of `actions`", None, change=SHAPE
-    )
+    turn: NonNegative = quantity("standard deviation of the change in heading", "rad/√s")
+    gait: str | None = about("gait of undecided animals; default: their default action", None, change=SHAPE)
 
 
 class Wandering(Feature, after="locomotion"):
@@ -37,14 +35,14 @@ class Wandering(Feature, after="locomotion"):
     @model_validator(mode="before")
     @classmethod
     def _walk(cls, data: Any) -> Any:
-        """Make the gait an automatic action, or the default one."""
+        """Make the gait an action that is always on, or the default action."""
         wander = data.get("wander") if isinstance(data, dict) else None
         gait = wander.get("gait") if isinstance(wander, dict) else None
         kinds = {"actions": dict, "always_on": list, "default_action": dict}
         given = {key: data.get(key, kind()) for key, kind in kinds.items()} if gait is not None else {}
         if not given or not all(isinstance(given[key], kind) for key, kind in kinds.items()):
             return data
-        if gait in given["always_on"]:  # it was resolved before
+        if gait in given["always_on"]:  # already resolved
             return data
         if "speed" in given["actions"]:
             return data | {"default_action": {"speed": gait} | given["default_action"]}
@@ -62,10 +60,12 @@ class Wandering(Feature, after="locomotion"):
             yield unknown((*key, "wander", "gait"), "gait in locomotion.speed", species.wander.gait, gaits)
         elif "speed" not in species.actions:
             yield Problem(
-                (*key, "wander", "gait"), "is missing: it has no actions of speed", allowed=listed(gaits)
+                (*key, "wander", "gait"), "is missing, and there are no speed actions", allowed=listed(gaits)
             )
         if "turn" in species.ranges():
             fault = "actions.turn is continuous: it turns in every tick"
             yield Problem(
-                (*key, "wander"), fault, allowed='turn = ["left", "none", "right"], or no such group'
+                (*key, "wander"),
+                fault,
+                allowed='turn = ["left", "none", "right"], or remove this action group',
             )

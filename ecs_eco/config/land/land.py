@@ -24,17 +24,17 @@ from ecs_eco.config.land.raster import (
 )
 from ecs_eco.config.models.surroundings import Terrain
 
-KEPT = "terrain.npz"  # in the folder of a run: the land of this run
-WATER, ROCK = 1, 2  # the same value as in ecs_eco.space.terrain
+KEPT = "terrain.npz"  # the land of a run, saved in its folder
+WATER, ROCK = 1, 2  # same values as in ecs_eco.space.terrain
 # WGS 84: equatorial radius [m] and squared eccentricity [1]
 RADIUS, ECCENTRICITY2 = 6_378_137.0, 0.00669437999014
-Place = tuple[float, float, float, float]  # x and y of the world's corner, and their change per meter
+Place = tuple[float, float, float, float]  # x and y of the world's corner, and their increase per meter
 
 
 @dataclass(frozen=True)
 class Land:
-    """Elevations f32[ny, nx] [m], southernmost row first; classes u8[ny, nx], 0 for none and i + 1 for
-    class i; the lakes of a vector layer; and the lines of roads and fences."""
+    """Land: elevations f32[ny, nx] [m], southernmost row first; classes u8[ny, nx], 0 for none and i + 1 for
+    class i; lakes from vector layers; and the lines of roads and fences."""
 
     elevation: np.ndarray
     kinds: np.ndarray
@@ -45,7 +45,7 @@ class Land:
 
     @cached_property
     def sha256(self) -> str:
-        """Hash of the land."""
+        """The hash of the land."""
         h = hashlib.sha256(json.dumps([self.lines, self.place, self.crs]).encode())
         for array in (self.elevation, self.kinds, self.lakes):
             h.update(str((array.shape, array.dtype.str)).encode())
@@ -70,7 +70,7 @@ class Land:
         return cls(arrays["elevation"], arrays["kinds"], arrays["lakes"], about["lines"], place, about["crs"])
 
     def part(self, nx: int, ny: int) -> Self:
-        """Return the south-west part of nx × ny cells; raise RasterError if the land is smaller."""
+        """Return the southwest part, nx × ny cells; raise RasterError if the land is smaller."""
         if (ny, nx) == self.elevation.shape:
             return self
         has = self.elevation.shape
@@ -90,9 +90,9 @@ class Land:
 
 
 def read_land(terrain: Terrain, size: Sequence[float], folder: Path) -> Land:
-    """Read the land of a world, or, in the folder of a run, the land that the run saved.
+    """Read the land of a world or, in the folder of a run, the land that the run saved.
 
-    Raises RasterError, with keys relative to `terrain`.
+    Raises a RasterError with keys relative to `terrain`.
     """
     if (folder / KEPT).is_file() and (folder / "manifest.json").is_file():
         return kept_land(folder).part(*cells(terrain, size))
@@ -111,7 +111,7 @@ def kept_land(folder: Path) -> Land:
     except DAMAGED as error:
         raise refused("raster", f"cannot read the land of this run: {error}", str(folder / KEPT)) from None
     raise refused(
-        "raster", "the saved land of this run has changed", str(folder / KEPT), "the unchanged file"
+        "raster", "the saved land of this run was changed", str(folder / KEPT), "the unchanged file"
     )
 
 
@@ -130,7 +130,7 @@ def _stamp(name: str, folder: Path) -> tuple[int, int]:
 
 @lru_cache(maxsize=8)
 def _read(text: str, size: tuple[float, float], folder: Path, stamps: tuple[tuple[int, int], ...]) -> Land:
-    """Read the land of a section `terrain` given as JSON; `stamps` only tells new files from old ones."""
+    """Read the land of a `terrain` section in JSON; `stamps` keeps the cache from returning old files."""
     terrain = Terrain.model_validate_json(text)
     assert terrain.raster is not None
     raster = read_raster(terrain.raster, folder, terrain.band, terrain.crs)
@@ -158,7 +158,7 @@ def _read(text: str, size: tuple[float, float], folder: Path, stamps: tuple[tupl
 
 
 class Frame:
-    """Positions of the cells of a world's height map in a raster."""
+    """The positions of a world's height-map cells in a raster."""
 
     def __init__(self, terrain: Terrain, size: Sequence[float], raster: Raster) -> None:
         self.raster, scale = raster, terrain.scale or 1.0
@@ -191,7 +191,7 @@ class Frame:
             )
 
     def elevations(self, missing: float | None) -> np.ndarray:
-        """Return elevations f64[ny, nx] [m] at the centers of cells, interpolated linearly."""
+        """Return linearly interpolated elevations f64[ny, nx] [m] at cell centers."""
         values = self.raster.values[::-1]
         if missing is not None:
             values = np.where(np.isnan(values), missing, values)
@@ -204,12 +204,12 @@ class Frame:
                 f"{len(gaps):,} cells of the world have no elevation; the first is at "
                 f"column {column + 1}, row {row + 1} of the raster",
                 float("nan"),
-                "a part without gaps (`corner`, space.size), or `missing`, the elevation of such cells [m]",
+                "a part without gaps (`corner`, space.size), or `missing`, an elevation for such cells [m]",
             )
         return out
 
     def nearest(self, other: Raster, part: str) -> np.ndarray:
-        """Return the values f64[ny, nx] of another raster at the centers of cells; raise RasterError."""
+        """Return the values f64[ny, nx] of another raster at cell centers. Raises RasterError."""
         own, values = self.raster, other.values[::-1]
         if other.west is None or own.west is None or self.place is None:
             if values.shape != own.values.shape:
@@ -230,16 +230,16 @@ class Frame:
 
 
 def _picked(values: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Return the values in the cells at x and y, given in cells from the first column and row."""
+    """Return the values at x and y, which are measured in cells from the first column and row."""
     rows, columns = (at.astype(np.int64).clip(0, n - 1) for at, n in zip((y, x), values.shape, strict=True))
     return values[np.ix_(rows, columns)]
 
 
 def metres(raster: Raster) -> tuple[float, float]:
-    """Return the meters per unit of x and of y, on the ellipsoid WGS 84 at the middle latitude for degrees
-    and Web Mercator (Snyder 1987, pages 25 and 41).
+    """Return the meters per unit of x and of y; for degrees and Web Mercator, on the WGS 84 ellipsoid at the
+    middle latitude (Snyder 1987, pages 25 and 41).
 
-    Raises RasterError if the middle latitude is unknown, or if units are far from meters on the ground.
+    Raises RasterError if the middle latitude is unknown or if units differ much from meters on the ground.
     """
     mercator = web_mercator(raster.crs)
     if not mercator and (not raster.crs or not degrees(raster.crs)):
@@ -251,7 +251,7 @@ def metres(raster: Raster) -> tuple[float, float]:
     middle = raster.north - len(raster.values) * _whole(raster.dy) / 2
     most = math.pi * RADIUS if mercator else 90.0
     if not abs(middle) < most:
-        fault = f"lies {middle:g} {'metres' if mercator else 'degrees'} north of the equator"
+        fault = f"is {middle:g} {'meters' if mercator else 'degrees'} north of the equator"
         raise refused("raster", fault, raster.crs, f"-{most:.10g} to {most:.10g}")
     if mercator:
         north = middle / RADIUS
@@ -267,14 +267,14 @@ def _of_degrees(latitude: float) -> tuple[float, float]:
 
 
 def _lengths(cosine: float, unit: float) -> tuple[float, float]:
-    """Return the meters to the east and north of an angle, given in meters at the equator."""
+    """Return the meters east and north that an angle spans; `unit` is its length [m] at the equator."""
     curved = 1 - ECCENTRICITY2 * (1 - cosine * cosine)
     long = unit / math.sqrt(curved)
     return long * cosine, long * (1 - ECCENTRICITY2) / curved
 
 
 def _require_metres(raster: Raster) -> None:
-    """Raise RasterError if rasterio knows that the meters of a raster differ from meters on the ground."""
+    """Raise RasterError if, according to rasterio, a raster's meters are not meters on the ground."""
     if not raster.crs or raster.north is None or raster.west is None:
         return
     try:
@@ -299,8 +299,8 @@ def _require_metres(raster: Raster) -> None:
 
 
 def _cosine(square: float) -> float:
-    """Return the cosine of an angle of at most π/2 [rad] from its square; for a negative square, the
-    hyperbolic cosine. The power series give the same bits on every machine."""
+    """Return the cosine of an angle of at most π/2 [rad] from its square, or the hyperbolic cosine if the
+    square is negative. The power series gives the same bits on every machine."""
     term = total = 1.0
     for k in range(1, 30, 2):
         term *= -square / (k * (k + 1))
@@ -326,7 +326,7 @@ def _codes(terrain: Terrain, folder: Path, frame: Frame) -> np.ndarray:
 
 
 def _between(values: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Return the rows of a map at positions in rows from its edge, interpolated linearly."""
+    """Return linearly interpolated rows of a map at positions measured in rows from its edge."""
     at = np.clip(places - 0.5, 0, len(values) - 1)
     near = np.round(at)
     at = np.where(np.abs(at - near) < 1e-6, near, at)

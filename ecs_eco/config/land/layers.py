@@ -1,4 +1,4 @@
-"""Reads vector layers (GeoJSON directly, other formats through pyogrio) and maps them onto the cells of a
+"""Read vector layers (GeoJSON directly, other formats through pyogrio) and map them onto the cells of a
 world."""
 
 import glob
@@ -21,7 +21,7 @@ from ecs_eco.engine.errors import listed, nearest
 
 Line = np.ndarray  # f64[k, 2]
 Content = tuple[str, list[str], list[tuple[int, Line]]]
-POINT, LINE, AREA = 1, 2, 3  # type codes of WKB; + 3 for the Multi types; 7 is a collection
+POINT, LINE, AREA = 1, 2, 3  # WKB type codes; Multi types are 3 higher; 7 is a collection
 BEGINNINGS = {
     ".gpkg": b"SQLite format 3\0",
     ".shp": b"\0\0\x27\n",
@@ -37,15 +37,15 @@ SHAPES = {
     "Polygon": (AREA, 1),
     "MultiPolygon": (AREA, 2),
 }
-"""Shapes of GeoJSON, and the nesting depth of their lines."""
-LINES = ("roads", "fences")  # made of lines
+"""GeoJSON shapes, and the nesting depth of their lines."""
+LINES = ("roads", "fences")  # layers made of lines
 NAMES = {POINT: "points", LINE: "lines", AREA: "areas"}
 
 
 def lay(
     terrain: Terrain, folder: Path, frame: Any, kinds: np.ndarray, lakes: np.ndarray
 ) -> list[dict[str, Any]]:
-    """Mark lakes and classes on maps [ny, nx]; return roads and fences [m]. Raises RasterError."""
+    """Mark lakes and classes on the maps [ny, nx], and return roads and fences [m]. Raises RasterError."""
     lines: list[dict[str, Any]] = []
     for i, layer in enumerate(terrain.layers):
         try:
@@ -67,19 +67,19 @@ def lay(
 
 
 def _parts_of_layer(layer: Layer, folder: Path, frame: Any) -> list[Line]:
-    """Return the lines or areas of a layer that it makes something of, in the world [m]."""
+    """Return the lines or areas that a layer uses, in world coordinates [m]."""
     if frame.place is None:
-        fault = "needs a raster with coordinates, and `raster` has none"
+        fault = "needs a raster with coordinates, but `raster` has none"
         raise refused("file", fault, layer.file, "a raster with coordinates")
     wanted, found = LINE if layer.make in LINES else AREA, [*_shapes(layer, folder, frame.raster.crs)]
     if found and not any(kind == wanted for kind, _ in found):
-        fault = f"holds {listed(sorted({NAMES[kind] for kind, _ in found}))} alone"
+        fault = f"contains only {listed(sorted({NAMES[kind] for kind, _ in found}))}"
         raise refused("file", fault, layer.file, f"{NAMES[wanted]}, for {layer.make}")
     return [(part - frame.place[:2]) / frame.place[2:] for kind, part in found if kind == wanted]
 
 
 def _shapes(layer: Layer, folder: Path, crs: str) -> Iterator[tuple[int, Line]]:
-    """Yield the lines and the rings of areas of a layer, f64[k, 2] in the coordinate system `crs`."""
+    """Yield a layer's lines and the rings of its areas, f64[k, 2] in the coordinate system `crs`."""
     try:
         own, names, shapes = _content(path_of(layer.file, folder), layer.layer)
         if layer.layer is not None and layer.layer not in names:
@@ -96,7 +96,7 @@ def _shapes(layer: Layer, folder: Path, crs: str) -> Iterator[tuple[int, Line]]:
         fault = f"cannot be read: {getattr(error, 'strerror', None) or error}"
         raise refused("file", fault, layer.file, f"a file ending in {listed(BEGINNINGS)}") from None
     for kind, part in shapes:
-        if not (np.abs(part) <= FARTHEST).all():  # refuses NaN, too
+        if not (np.abs(part) <= FARTHEST).all():  # also refuses NaN
             fault = "has coordinates outside the range of the Earth"
             allowed = f"coordinates in meters or degrees, up to {FARTHEST:g}"
             raise refused("file", fault, layer.file, allowed)
@@ -108,9 +108,9 @@ def _content(path: Path, layer: str | None) -> Content:
     """Return a file's coordinate system ("" if unknown), the names of its layers, and the shapes of one layer
     (empty if the layer does not exist).
 
-    GDAL gets bytes, or the path of a Shapefile, which consists of several files, and only if the content
-    begins as the format does: otherwise GDAL would choose among all of its drivers, and some of them open
-    addresses named in a file.
+    GDAL gets the file's bytes or, for a Shapefile, which consists of several files, its path, and only if the
+    content begins as its format requires. Otherwise GDAL would choose among all its drivers, some of which
+    open addresses given in a file.
     """
     kind = path.suffix.lower()
     content = read_bytes(path, MOST_BYTES)
@@ -126,9 +126,7 @@ def _content(path: Path, layer: str | None) -> Content:
         source = path
         for other in path.parent.glob(f"{glob.escape(path.stem)}.*"):
             check_regular(other.lstat(), MOST_BYTES)
-    with warnings.catch_warnings(
-        action="ignore"
-    ):  # bytes have no file name with the ending that GDAL expects
+    with warnings.catch_warnings(action="ignore"):  # bytes lack the file name extension that GDAL expects
         names = [str(name) for name, _ in pyogrio.list_layers(source)]
         if not names or layer not in (None, *names):
             return "", names, []
@@ -138,10 +136,10 @@ def _content(path: Path, layer: str | None) -> Content:
 
 
 def _of_geojson(data: Any, stem: str, layer: str | None) -> Content:
-    """Return the same for GeoJSON (RFC 7946); the coordinate system may be named as in the 2008 version."""
+    """Return the same for GeoJSON (RFC 7946), which can name its coordinate system as in the 2008 version."""
     crs = data.get("crs") or {"type": "name", "properties": {"name": "EPSG:4326"}}
     if crs["type"] != "name":
-        raise ValueError("defines its coordinate system by a link")
+        raise ValueError("links to its coordinate system")
     name = re.sub(r"^urn:ogc:def:crs:(\w+):[^:]*:", r"\1:", crs["properties"]["name"])
     features = data["features"] if data["type"] == "FeatureCollection" else [data]
     shapes = [f["geometry"] if f["type"] == "Feature" else f for f in features]
@@ -166,12 +164,12 @@ def _brought(part: Line, own: str, crs: str, layer: Layer) -> Line:
         from rasterio.warp import transform
     except ImportError:
         allowed = f"the same coordinate system, or rasterio to convert it: {INSTALL}"
-        raise refused("file", f"is in {own}, but the raster in {crs}", layer.file, allowed) from None
+        raise refused("file", f"is in {own}, but the raster is in {crs}", layer.file, allowed) from None
     return np.array(transform(own, crs, *part.T.tolist())[:2]).T
 
 
 def parts_of(wkb: bytes) -> list[tuple[int, Line]]:
-    """Return the points, lines and rings in two-dimensional well-known binary (OGC 06-103r4, section 8)."""
+    """Return the points, lines and rings of two-dimensional well-known binary (OGC 06-103r4, section 8)."""
     return _parts(wkb, 0)[0]
 
 
@@ -191,7 +189,7 @@ def _parts(wkb: bytes, at: int) -> tuple[list[tuple[int, Line]], int]:
     if kind == LINE:
         return [(LINE, corners(n))], at + 16 * n
     if kind > 7:
-        raise ValueError(f"has shapes other than points, lines and areas: {kind} of well-known binary")
+        raise ValueError(f"has shapes other than points, lines and areas: type {kind} of well-known binary")
     for _ in range(n):
         if kind == AREA:
             (k,) = struct.unpack_from(f"{order}I", wkb, at)
@@ -205,9 +203,9 @@ def _parts(wkb: bytes, at: int) -> tuple[list[tuple[int, Line]], int]:
 
 
 def covered(rings: list[Line], frame: Any) -> np.ndarray:
-    """Return which cells have their center within areas, bool[ny, nx].
+    """Return which cells have centers within the areas, bool[ny, nx].
 
-    A center is inside if a ray from it crosses the rings an odd number of times, so holes stay holes.
+    A center is inside if a ray from it crosses the rings an odd number of times, so holes remain holes.
     """
     out = np.zeros((frame.ny, frame.nx), np.bool_)
     cx = (np.arange(frame.nx) + 0.5) * frame.size[0] / frame.nx

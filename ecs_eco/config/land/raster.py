@@ -1,7 +1,7 @@
-"""Reads rasters: NumPy's .npz and ESRI ASCII grids directly, GeoTIFF and some other formats through rasterio.
+"""Read rasters: NumPy's .npz and ESRI ASCII grids directly, GeoTIFF and other formats through rasterio.
 
-Files may be untrusted. They must be regular files in or below the folder of their world. GDAL gets their
-bytes and the single driver that they need, so it opens no other file and sends no request.
+Files may be untrusted. They must be regular files in the folder of their world or a subfolder. GDAL gets only
+their bytes and the one driver that they need, so it opens no other file and sends no request.
 """
 
 import importlib.util
@@ -26,7 +26,7 @@ MOST_CELLS = 100_000_000
 MOST_OF_CRS = 100_000  # [bytes]
 INSTALL = 'pip install "ecs-eco[geo]"'
 OWN = (".npz", ".asc", ".grd")
-DEGREES = ("EPSG:4326", "OGC:CRS84", "EPSG:4269", "EPSG:4258", "EPSG:4979")  # the common ones
+DEGREES = ("EPSG:4326", "OGC:CRS84", "EPSG:4269", "EPSG:4258", "EPSG:4979")  # common systems in degrees
 DAMAGED = (
     OSError,
     ValueError,
@@ -51,14 +51,14 @@ GDAL = {
     ".dt0": "DTED",
     ".dt1": "DTED",
     ".dt2": "DTED",
-}  # drivers that read one file and follow no name in it
+}  # drivers that read a single file and follow no names in it
 KINDS = f"a file ending in .npz, .asc or, with rasterio, in {listed(GDAL)}"
-FARTHEST = 1e9  # limit of a coordinate, in meters or degrees: the Earth's circumference is 4e7 m
+FARTHEST = 1e9  # maximum coordinate, in meters or degrees: the Earth's circumference is 4e7 m
 LATITUDES, LONGITUDES = ("latitude", "lat", "y"), ("longitude", "lon", "x")
 
 
 class Raster(NamedTuple):
-    """Numbers on a grid, f64[ny, nx], northernmost row first, NaN where there is no value.
+    """Numbers on a grid, f64[ny, nx], northernmost row first; NaN means no value.
 
     `west` and `north` are the outer edges and `dx`, `dy` the sides of a cell, in units of `crs`; all four are
     None if the file does not state them. `crs` is "" if unknown.
@@ -82,8 +82,8 @@ def refused(part: str, what: str, value: object, allowed: str = "", near: str = 
 
 
 def path_of(name: str, folder: Path) -> Path:
-    """Return the path of a raster: a file in `folder`, or, for "package:path", a file of an installed
-    package. Raises RasterError if the package does not exist or the file is outside the folder."""
+    """Return the path of a raster: a file in `folder` or, for "package:path", in an installed package. Raises
+    RasterError if the package does not exist or the file is outside the folder."""
     package, colon, rest = name.partition(":")
     if not (colon and re.fullmatch(r"[A-Za-z_]\w+", package)):
         return _below(folder, name, name)
@@ -97,18 +97,18 @@ def path_of(name: str, folder: Path) -> Path:
 
 
 def _below(folder: Path, rest: str, name: str) -> Path:
-    """Return the path of a file in a folder; raise RasterError if it is outside, also through links."""
+    """Return the path of a file in a folder; raise RasterError if it is outside, even through links."""
     path = folder / rest
     if "\0" in name:
         raise refused("raster", "cannot be read: not a file name", name, KINDS)
     if not Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder)):
-        allowed = "a file next to the world file, or in a folder below it"
+        allowed = "a file in the folder of the world file, or a subfolder"
         raise refused("raster", "is outside the world's folder", name, allowed)
     return path
 
 
 def read_raster(name: str, folder: Path, band: int | str | None = None, crs: str | None = None) -> Raster:
-    """Read one band of a raster file; `crs` applies if the file states none. Raises RasterError."""
+    """Read one band of a raster file; `crs` is used if the file does not state one. Raises RasterError."""
     path = path_of(name, folder)
     try:
         status = os.stat(path)
@@ -128,11 +128,13 @@ def _check_place(raster: Raster, name: str) -> None:
     """Raise RasterError for a raster whose coordinates are outside the range of the Earth."""
     for word, value in (("west", raster.west), ("north", raster.north)):
         if value is not None and not abs(value) <= FARTHEST:
-            fault = f"has its edge in the {word} at {value:g}"
+            fault = f"has its {word} edge at {value:g}"
             raise refused("raster", fault, name, f"coordinates in meters or degrees, up to {FARTHEST:g}")
     for value in (raster.dx, raster.dy):
         if value is not None and not 1 / FARTHEST < value < FARTHEST:
-            raise refused("raster", f"has cells of {value:g}", name, "sides above 0, in meters or degrees")
+            raise refused(
+                "raster", f"has cells with side {value:g}", name, "sides above 0, in meters or degrees"
+            )
 
 
 def web_mercator(crs: str) -> bool:
@@ -150,7 +152,7 @@ def web_mercator(crs: str) -> bool:
 
 def degrees(crs: str) -> bool:
     """Return whether the unit of a coordinate system is degrees; raise RasterError for an unknown system."""
-    # PROJ would read a definition from an address or a path, and open grid files
+    # PROJ would read definitions from addresses or paths, and open grid files
     if "grids=" in crs or not re.match(r"\w+:[\w:.,+-]*$|\s*\w+\s*\[|\s*\{|\s*\+", crs):
         raise refused("crs", "not a coordinate system", crs, 'such as "EPSG:4326" or "EPSG:32616"')
     if crs.upper() in DEGREES or re.match(r"\s*GEOG(CS|CRS|RAPHICCRS)\[", crs):
@@ -170,7 +172,7 @@ def degrees(crs: str) -> bool:
 
 @lru_cache(maxsize=4)
 def _read(path: Path, changed: int, size: int, band: int | str | None) -> Raster:
-    """Read a file; `changed` and `size` only tell a new file from the cached one."""
+    """Read a file; `changed` and `size` keep the cache from returning an old file."""
     if path.suffix.lower() == ".npz":
         return _of_npz(path, band)
     if path.suffix.lower() in OWN:
@@ -192,7 +194,7 @@ def _of_npz(path: Path, band: int | str | None) -> Raster:
     except DAMAGED as error:
         if isinstance(error, OSError) and error.errno is not None:
             raise
-        raise refused("raster", f"not an .npz of plain arrays: {error}", str(path), KINDS) from None
+        raise refused("raster", f"not an .npz file with plain arrays: {error}", str(path), KINDS) from None
     grids = [name for name, array in arrays.items() if array.ndim == 2 and array.dtype.kind in "iufb"]
     values = _checked(arrays[grids[_chosen(band, grids)]].astype(np.float64))
     ny, nx = values.shape
@@ -213,7 +215,7 @@ def _of_npz(path: Path, band: int | str | None) -> Raster:
 
 
 def _edges(arrays: dict[str, np.ndarray]) -> tuple[float | None, float | None, float | None, float | None]:
-    """Return west, north and the sides of cells from numbers named xmin, xmax, ymin, ymax, dx, dy."""
+    """Return west, north and the cell sides from the numbers xmin, ymin, ymax, dx and dy."""
     number = {name: float(a) for name, a in arrays.items() if a.ndim == 0 and a.dtype.kind in "iuf"}
     if not (number.get("dx") and number.get("dy")):
         return None, None, None, None
@@ -223,7 +225,7 @@ def _edges(arrays: dict[str, np.ndarray]) -> tuple[float | None, float | None, f
 
 
 def _chosen(band: int | str | None, names: list[str]) -> int:
-    """Return the index of a band, from 0, by its number or name; raise RasterError."""
+    """Return the index of a band, from 0, by its number or name. Raises RasterError."""
     if not names:
         raise refused("raster", "has no two-dimensional array", "", "numbers on a grid")
     if isinstance(band, str) and band not in names:
@@ -267,7 +269,7 @@ def _of_ascii(path: Path, band: int | str | None) -> Raster:
     dx, dy = (head.get(name, head.get("cellsize", 0.0)) for name in ("dx", "dy"))
     if nx < 1 or ny < 1 or not dx > 0 or not dy > 0:
         missing = [n for n in ("ncols", "nrows", "cellsize") if n not in head]
-        fault = f"not an ESRI ASCII grid: it lacks {listed(missing) or 'sizes above 0'}"
+        fault = f"not an ESRI ASCII grid: it lacks {listed(missing) or 'positive sizes'}"
         allowed = "ncols, nrows, xllcorner, yllcorner, cellsize, then the rows"
         raise refused("raster", fault, str(path), allowed)
     try:
@@ -277,7 +279,7 @@ def _of_ascii(path: Path, band: int | str | None) -> Raster:
     if values.size != nx * ny:
         fault = f"has {values.size:,} numbers, but ncols × nrows is {nx * ny:,}"
         raise refused("raster", fault, str(path), "as many numbers as its header states")
-    with np.errstate(over="ignore"):  # the most negative number of float32, written with more or fewer digits
+    with np.errstate(over="ignore"):  # float32's most negative number, written with more or fewer digits
         none = np.float32(head.get("nodata_value", -9999.0))
         values[(values.astype(np.float32) == none) | (abs(values) > 1e38)] = np.nan
     west = head["xllcorner"] if "xllcorner" in head else head.get("xllcenter", dx / 2) - dx / 2
@@ -299,7 +301,7 @@ def _of_gdal(path: Path, band: int | str | None) -> Raster:
     try:
         import rasterio
     except ImportError:
-        allowed = f"{INSTALL}; or an .npz or .asc file, which need no extra package"
+        allowed = f"{INSTALL}; or an .npz or .asc file, which needs no extra package"
         raise refused("raster", "needs rasterio, which is not installed", str(path), allowed) from None
     try:
         with (

@@ -1,4 +1,4 @@
-"""Islands: worlds of one kind, each with its own values, that exchange migrants."""
+"""Islands: worlds built from the same file, each with its own values, that exchange migrants."""
 
 import math
 from collections.abc import Iterator
@@ -13,7 +13,7 @@ from ecs_eco.inputs.section import Name, Section, Share, about, quantity, table
 
 
 def _named(islands: object) -> Any:
-    """Return islands as a table: a number becomes this many entries, and nested tables become dotted keys."""
+    """Return islands as a table: a number becomes that many entries, and nested tables become dotted keys."""
     if isinstance(islands, int) and not isinstance(islands, bool):
         return {f"island_{i}": {} for i in range(1, min(islands, MOST_ISLANDS + 1) + 1)}
     if isinstance(islands, dict):
@@ -31,16 +31,15 @@ def _flat(values: dict[str, Any], prefix: str) -> Iterator[tuple[str, Any]]:
 
 
 class Archipelago(Section):
-    """Islands: a world for each entry, connected only by migrants, which leave and arrive at barriers. An
-    island without its own values is as the rest of the file describes."""
+    """Islands: one world per entry, connected only by migrants, which leave and arrive at barriers. Values
+    that an island does not set come from the rest of the file."""
 
     submodel = Submodel(
         "Migration",
         reads=("archipelago",),
         rules={
-            "": "Every `migration_interval` ticks each individual leaves its island with the probability under "
-            "`migration_probability` and "
-            "arrives on a neighboring island, drawn with equal probability."
+            "": "Every `migration_interval` ticks, each individual leaves its island with the probability "
+            "given in `migration_probability` and arrives on a neighboring island, all being equally likely."
         },
         draws="which individuals migrate, and their destinations",
     )
@@ -53,14 +52,14 @@ class Archipelago(Section):
     migration_interval: Ticks = quantity("time between barriers", "ticks", former="every")
     graph: Literal["ring", "grid", "full", "own"] = about(
         "neighbors of each island: ring, the next and the previous island; grid, the four adjacent islands "
-        "in a square filled row by row; full, all islands; own, as in edges",
+        "in a square filled row by row; full, all other islands; own, as listed in `edges`",
         "ring",
     )
     edges: list[Annotated[list[Name], Field(min_length=2, max_length=2)]] = about(
-        '[from, to] of each connection in one direction, for graph = "own"', [], omit=True
+        '[from, to] of each one-way connection, for graph = "own"', [], omit=True
     )
     migration_probability: dict[Name, Share] = table(
-        "species = probability that a member leaves at a barrier, to a neighbor drawn at random [1]",
+        "species = probability that a member leaves for a random neighboring island at a barrier [1]",
         dict,
         former="emigration",
     )
@@ -70,12 +69,12 @@ class Archipelago(Section):
 
     @property
     def names(self) -> list[str]:
-        """The islands by number, from 0."""
+        """The names of the islands in the order of their numbers, from 0."""
         return list(self.islands)
 
     @property
     def number(self) -> int:
-        """The number of the island that this world represents; 0 without an island."""
+        """The number of the island that this world represents; 0 if it represents none."""
         return 0 if self.here is None else self.names.index(self.here)
 
     @property
@@ -84,7 +83,7 @@ class Archipelago(Section):
         return first_uid(self.number)
 
     def neighbours(self) -> list[list[int]]:
-        """Return the islands that each island may send migrants to, by number in ascending order."""
+        """Return, for each island, the numbers of its neighbors in ascending order."""
         names, n, edges = self.names, len(self.islands), {tuple(edge) for edge in self.edges}
         width = math.ceil(math.sqrt(n))
 

@@ -1,4 +1,4 @@
-"""The body of an organism or of an inanimate object: its shape, its size and its mass."""
+"""The body of an organism or an inanimate object: its shape, size and mass."""
 
 import math
 from typing import Annotated, Any, Literal, Self
@@ -20,13 +20,13 @@ from ecs_eco.inputs.section import (
 
 
 class Body(Section):
-    """A sphere; a capsule, which is a cylinder along its heading with two hemispheres as its ends; or an
-    upright box. In a plane they appear as seen from above: a disc, a stadium, a rectangle."""
+    """A sphere, a capsule (a cylinder along its heading with a hemisphere at each end) or an upright box. In
+    a plane, a body is its outline from above: a disc, a stadium or a rectangle."""
 
     shape: Literal["sphere", "capsule", "box"] = about("shape", "sphere", omit=True)
     radius: Positive = quantity(
-        "radius of a sphere or of the cross-section of a capsule; not given for a box, because "
-        "its size determines the radius of its smallest enclosing sphere",
+        "radius of a sphere or of a capsule's cross-section; not for a box, whose size determines its "
+        "smallest enclosing sphere",
         "m",
         own=COLUMN,
     )
@@ -34,18 +34,18 @@ class Body(Section):
         "length of a capsule along its heading, from tip to tip", "m", omit=True, own=FORM
     )
     size: Annotated[list[Positive], Field(min_length=2, max_length=3)] | None = quantity(
-        "length, width and height of a box; without the third number, the height equals the width",
+        "length, width and height of a box; if only two numbers are given, the height equals the width",
         "m",
         omit=True,
         own=FORM,
     )
     mass: Positive = quantity("mass", "kg", 1.0, change=FREE, own=COLUMN)
     density: Positive | None = quantity(
-        "density, from which mass follows as density × volume; instead of mass",
+        "density, given instead of mass, which is then density × volume",
         "kg/m^3",
         omit=True,
         change=FREE,
-        own="mass follows from it; genes can code for body.mass instead",
+        own="it determines the mass; genes can code for body.mass instead",
     )
     opaque: bool = about("whether it blocks the view of bodies behind it", True, change=FREE)
     solid: bool = about("whether it pushes other solid bodies away", False, change=FREE)
@@ -53,8 +53,8 @@ class Body(Section):
         "speed at which it sinks in a volume; if negative, it rises", "m/s", 0.0, change=FREE, own=True
     )
     compressible: bool = about(
-        "whether its internal pressure equals the ambient pressure, which increases with depth; else "
-        "properties.pressure stays constant and may stand for blood pressure",
+        "whether its internal pressure equals the ambient pressure, which increases with depth; otherwise "
+        "properties.pressure is constant and can represent blood pressure",
         False,
         omit=True,
     )
@@ -82,7 +82,7 @@ class Body(Section):
 
     @property
     def form(self) -> dict[str, float]:
-        """The fields of the component Shape [radii of the body]."""
+        """The fields of the component Shape [body radii]."""
         rounding = 0.0 if self.shape == "box" else self.radius
         inner = (max(extent / 2 - rounding, 0.0) / self.radius for extent in self.extents)
         return dict(
@@ -93,16 +93,16 @@ class Body(Section):
     @model_validator(mode="before")
     @classmethod
     def _derive(cls, data: object) -> Any:
-        """Fill in values that follow from other keys; invalid values are left for their own checks."""
+        """Fill in values that follow from other keys; other checks report invalid values."""
         if not isinstance(data, dict):
             return data
         if data.get("shape") == "box":
             if "radius" in data:
-                raise ValueError("a box has no radius: its size defines it")
+                raise ValueError("a box takes no radius: its size defines it")
             size = data.get("size")
             data = data | {"radius": _around(size) if isinstance(size, list) else 1.0}
         if "density" in data and "mass" in data:
-            raise ValueError("give one of mass and density: mass is density × volume")
+            raise ValueError("give either mass or density: mass is density × volume")
         return data
 
     @model_validator(mode="after")
@@ -110,12 +110,12 @@ class Body(Section):
         for key, shape in (("length", "capsule"), ("size", "box")):
             given = getattr(self, key) is not None
             if given and self.shape != shape:
-                raise ValueError(f'{key} needs the shape of a {shape}: shape = "{shape}", or no {key}')
+                raise ValueError(f'{key} requires a {shape}: set shape = "{shape}" or remove {key}')
             if not given and self.shape == shape:
-                raise ValueError(f"a {shape} needs its {key} [m]")
+                raise ValueError(f"a {shape} needs a {key} [m]")
         if self.length is not None and self.length < 2 * self.radius:
             raise ValueError(
-                f"the length from tip to tip must be at least twice the radius, {2 * self.radius:g} m"
+                f"the tip-to-tip length must be at least twice the radius, {2 * self.radius:g} m"
             )
         if self.density is not None:
             self.__dict__["mass"] = mass = self.density * self.volume

@@ -20,18 +20,18 @@ from ecs_eco.inputs.section import (
 
 
 class Metabolism(Section, change=FREE):
-    """The energy budget of an organism; each world chooses its unit of energy."""
+    """The energy budget of an organism; each world defines its own unit of energy."""
 
     energy: NonNegative = quantity(
-        "energy at the start, and of a newborn without parents",
+        "initial energy of founders and of newborns without parents",
         "energy",
         1.0,
         own="only founders start with it; newborns with parents get reproduction.energy_given",
     )
     energy_spread: Share | None = quantity(
-        "founders and immigrants have 1 − energy_spread to 1 + energy_spread times this energy, drawn "
-        "uniformly and at most energy_max; 0: all have the same energy; absent: 0.25 for a species with a "
-        "nervous system, so that organisms do not all starve at once, else 0",
+        "founders and immigrants start with `energy` times a factor drawn uniformly from 1 − energy_spread "
+        "to 1 + energy_spread, but at most energy_max; 0: all start with the same energy; default: 0.25 for "
+        "a species with a nervous system, so that organisms do not all starve at once, otherwise 0",
         "1",
         omit=True,
         own=PARENTLESS,
@@ -50,7 +50,7 @@ class Metabolism(Section, change=FREE):
     )
     torpor: bool = about(
         "whether it enters torpor when no energy is left: it burns nothing, does not move and does not mate "
-        "until it has eaten or grown; else energy falls below 0, and `lethal` defines the consequences",
+        "until it gains energy again; otherwise its energy falls below 0, with consequences as in `lethal`",
         False,
         omit=True,
     )
@@ -64,7 +64,7 @@ class Locomotion(Section, change=FREE, own=True):
     turn: NonNegative = quantity("turning rate", "rad/s", 0.0)
     climb: NonNegative = quantity("vertical speed in a volume, the same in all gaits", "m/s", 0.0)
     pitch: Annotated[float, Field(ge=0, le=math.pi / 2)] = quantity(
-        "angle at which it swims up or down in a volume, at the speed of its gait; instead of climb",
+        "angle at which it swims up or down in a volume at the speed of its gait; used instead of climb",
         "rad",
         0.0,
     )

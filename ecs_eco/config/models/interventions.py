@@ -32,49 +32,49 @@ REGION = "a circle [x, y, radius] or a rectangle [x0, y0, x1, y1]"
 
 
 class Intervention(Section):
-    """The time of an intervention.
+    """The timing of an intervention.
 
-    Each is carried out at the start of its tick, before anything else.
+    An intervention is carried out at the start of its tick, before anything else.
     """
 
-    at: Tick = quantity("the tick", "ticks")
-    every: Ticks | None = quantity("interval of repetition; absent: once", "ticks", None)
-    until: Tick | None = quantity("last tick of repetition; absent: to the end of the run", "ticks", None)
+    at: Tick = quantity("tick of the intervention, or of the first one if it repeats", "ticks")
+    every: Ticks | None = quantity("interval between repetitions; default: no repetition", "ticks", None)
+    until: Tick | None = quantity("last possible tick; default: the end of the run", "ticks", None)
 
     def due(self, tick: int) -> bool:
         """Return whether it is carried out in this tick."""
         return self.next(tick) == tick
 
     def next(self, tick: int) -> int | None:
-        """Return the first tick from this tick on in which it is carried out, or None."""
+        """Return the first tick, not before this one, in which it is carried out, or None."""
         if tick <= self.at or self.every is None:
             return self.at if tick <= self.at else None
         at = tick + (self.at - tick) % self.every
         return at if self.until is None or at <= self.until else None
 
     def once(self, tick: int) -> dict[str, Any]:
-        """Return this tick's single intervention as a dict of JSON types, as in a world file."""
+        """Return its single occurrence in this tick as a dict of JSON types, as in a world file."""
         data = self.model_dump(mode="json", exclude={"every", "until"}) | {"at": tick}
         return {key: value for key, value in data.items() if value is not None}
 
 
 class Cull(Intervention):
-    """Kills some organisms, with its own cause of death."""
+    """Kills some organisms and records `cause` as their cause of death."""
 
     kind: Literal["cull"]
     species: Name = about("a species or an object type")
     share: Share | None = quantity(
-        "proportion of the living organisms that die, rounded to whole organisms", "1", None
+        "proportion of living organisms that die, rounded to a whole number", "1", None
     )
     count: Count | None = quantity(
-        "number of organisms that die, or all if there are fewer; give one of share, count and uids",
+        "number of organisms that die, or all if there are fewer; give exactly one of share, count and uids",
         "1",
         None,
     )
     uids: (
         Annotated[list[Annotated[int, Field(ge=1, lt=2**63)]], Field(min_length=1, max_length=100_000)] | None
-    ) = about("uids of the organisms that die, if alive; give one of share, count and uids", None)
-    region: Region | None = quantity(f"only organisms in {REGION}; absent: all", "m", None)
+    ) = about("uids of the organisms that die, if alive; give exactly one of share, count and uids", None)
+    region: Region | None = quantity(f"only organisms in {REGION}; default: everywhere", "m", None)
     which: Literal["random", "oldest", "youngest", "richest", "poorest"] = about(
         "which organisms die first; the richest have the most energy; ties are broken at random", "random"
     )
@@ -82,29 +82,29 @@ class Cull(Intervention):
 
 
 class Add(Intervention):
-    """Adds organisms in the state of founders; they come to life at the end of the tick."""
+    """Adds organisms with the initial state of founders; they come to life at the end of the tick."""
 
     kind: Literal["add"]
     species: Name = about("a species or an object type")
     count: Count = quantity("number of organisms, limited by max_count", "1")
-    region: Region | None = quantity(f"at random positions in {REGION}; absent: anywhere", "m", None)
-    at_place: Point | None = quantity("all at this position", "m", None)
+    region: Region | None = quantity(f"at random positions in {REGION}; default: anywhere", "m", None)
+    at_place: Point | None = quantity("position of all of them", "m", None)
 
 
 class Fence(Intervention):
-    """A new line that walkers cannot cross; smells, sight and births can."""
+    """A new line that walkers cannot cross, but smells, sight and births can."""
 
     kind: Literal["fence"]
     line: Annotated[list[Pair], Field(min_length=2)] | None = quantity("the corners of the fence", "m", None)
-    region: Region | None = quantity(f"the fence surrounds {REGION}; give line or region", "m", None)
+    region: Region | None = quantity(f"the fence surrounds {REGION}; give either line or region", "m", None)
     remove: bool = about(
-        "whether to remove the existing fence there; without line and region, all fences", False
+        "whether to remove the existing fence there, or all fences if neither line nor region is given", False
     )
 
 
 class Road(Intervention):
-    """A new strip of ground on which walkers are faster or slower and pay more or less per second; where
-    two roads cross, the later road applies."""
+    """A new strip of ground that changes the speed of walkers and their cost of moving; where two roads
+    cross, the more recent one applies."""
 
     kind: Literal["road"]
     line: Annotated[list[Pair], Field(min_length=2)] | None = quantity(
@@ -115,27 +115,27 @@ class Road(Intervention):
     )
     pace: Positive = quantity("factor for the speed of animals on it", "1", 1.0)
     cost: NonNegative = quantity("factor for the cost of moving per second", "1", 1.0)
-    remove: bool = about("whether to remove the existing road there; without line, all roads", False)
+    remove: bool = about("whether to remove the existing road there, or all roads if no line is given", False)
 
 
 class Dose(Intervention):
-    """A substance enters the world from outside, into a field or into bodies, or is removed: manure on a
-    meadow, poison in a lake, salt licks. The ledger of matter counts it as an external input."""
+    """Adds a substance to a field or to bodies from outside the world, or removes it: manure on a meadow,
+    poison in a lake, salt licks. The ledger of matter counts it as an external input."""
 
     kind: Literal["dose"]
     field: Name | None = about(
-        "a field: the dose is spread evenly over its cells in the region; give either field or species", None
+        "the field that gets the dose, spread evenly over the region; give either field or species", None
     )
     species: Name | None = about(
-        "a species or an object type: each of its bodies in the region gets the dose", None
+        "a species or object type, each of whose bodies in the region gets the dose", None
     )
-    substance: Name | None = about("the substance added to bodies; a field has its own", None)
+    substance: Name | None = about("the substance, for a dose to bodies; a field has its own", None)
     amount: Real = quantity(
-        "the dose; below 0: this amount is removed, or all if there is less; for a smell without substance "
-        "in the unit of the smell",
+        "the dose; a negative dose removes that amount, or all there is; for a smell without a substance, in "
+        "the smell's own unit",
         "mol",
     )
-    region: Region | None = quantity(f"{REGION}, in a volume at all depths; absent: everywhere", "m", None)
+    region: Region | None = quantity(f"{REGION}, at all depths in a volume; default: everywhere", "m", None)
 
 
 class Set(Intervention):
@@ -150,17 +150,17 @@ class Set(Intervention):
                 k: function_name(v) if info.mode == "json" and callable(v) else v for k, v in values.items()
             }
         ),
-    ] = about('dotted key = value, as "species.deer.reproduction.rate" = 0.02')
+    ] = about('dotted key = value, such as "species.deer.reproduction.rate" = 0.02')
 
 
 class Switch(Intervention):
-    """Reproduction or learning stops or resumes."""
+    """Stops or resumes reproduction or learning."""
 
     kind: Literal["switch"]
-    species: Name | None = about("the species; absent: all", None)
+    species: Name | None = about("the species; default: all", None)
     reproduction: bool | None = about("whether organisms reproduce", None)
     learning: bool | None = about(
-        "whether policies learn; a policy that stops discards the experience that it has not yet learned from",
+        "whether policies learn; a policy that stops learning discards experience that it has not yet used",
         None,
     )
 
@@ -169,13 +169,13 @@ AnyIntervention = Annotated[Cull | Add | Fence | Road | Dose | Set | Switch, Fie
 
 
 def coming(planned: Sequence[Intervention], tick: int) -> list[Intervention]:
-    """Return the interventions due from a tick on, each with its first such tick as `at`."""
+    """Return the interventions due in a tick or later, each with its next tick as `at`."""
     dated = ((intervention, intervention.next(tick)) for intervention in planned)
     return [intervention.model_copy(update={"at": at}) for intervention, at in dated if at is not None]
 
 
 def describe(done: Mapping[str, Any] | str) -> str:
-    """Return one line that describes an intervention that was carried out."""
+    """Return a one-line description of an intervention that was carried out."""
     if isinstance(done, str):
         return done
     where = f" in {_place(done['region'])}" if done.get("region") else ""
@@ -206,10 +206,10 @@ def describe(done: Mapping[str, Any] | str) -> str:
 
 
 def _amount(cull: Mapping[str, Any]) -> str:
-    """Return the number of organisms in a cull, in words."""
+    """Return the number of organisms culled, as text."""
     if uids := cull.get("uids"):
         return " and ".join(f"#{uid}" for uid in uids) if len(uids) < 4 else f"{len(uids):,} chosen"
-    return f"{100 * cull['share']:g} % of" if "share" in cull else f"{cull['count']:,}"
+    return f"{100 * cull['share']:g}% of" if "share" in cull else f"{cull['count']:,}"
 
 
 def _place(numbers: Sequence[float]) -> str:
@@ -217,19 +217,19 @@ def _place(numbers: Sequence[float]) -> str:
 
 
 class Use(Section, change=FREE):
-    """Place and time of a continuous use, at the start of a tick, after interventions."""
+    """The region and time of a continuous use, carried out at the start of a tick after interventions."""
 
     species: Name = about("a species or an object type", change=ANEW)
-    region: Region | None = quantity(f"in {REGION}; absent: everywhere", "m", None)
+    region: Region | None = quantity(f"in {REGION}; default: everywhere", "m", None)
     at: Tick = quantity("the first tick", "ticks", 0)
-    until: Tick | None = quantity("the last tick; absent: to the end of the run", "ticks", None)
-    period: Positive | None = quantity("length of a year, for season and quota", "s", None)
+    until: Tick | None = quantity("the last tick; default: the end of the run", "ticks", None)
+    period: Positive | None = quantity("length of a year, used by season and quota", "s", None)
     season: Annotated[list[Share], Field(min_length=2, max_length=2)] | None = about(
-        "start and end as fractions of each year; absent: all year", None
+        "start and end as fractions of each year; default: all year", None
     )
 
     def active(self, tick: int, dt: float) -> bool:
-        """Return whether the use takes place in a tick of dt [s]."""
+        """Return whether the use takes place in a tick; `dt` is the length of a tick [s]."""
         if tick < self.at or (self.until is not None and tick > self.until):
             return False
         if self.season is None or self.period is None:
@@ -238,13 +238,13 @@ class Use(Section, change=FREE):
         return first <= share < last if first < last else share >= first or share < last
 
     def year(self, tick: int, dt: float) -> int:
-        """Return the number of the year that contains a tick of dt [s], from 0; always 0 without years."""
+        """Return the number, from 0, of the year of a tick of length `dt` [s]; 0 without `period`."""
         return 0 if self.period is None else tick // exact(self.period / dt)
 
 
 @lru_cache(256)
 def exact(value: float) -> Fraction:
-    """Return the ratio of integers for a value, so that rounding does not shift the ticks of a year."""
+    """Return a value as a ratio of integers, so that rounding does not shift the ticks of a year."""
     return Fraction(value).limit_denominator(10**6)
 
 
@@ -254,12 +254,12 @@ class Harvest(Use):
     kind: Annotated[Literal["harvest"], Change(ANEW)]
     rate: NonNegative = quantity("proportion removed per second (the mortality F of Baranov 1918)", "1/s")
     quota: Count | None = quantity(
-        "maximum number removed per year, or in total without years; absent: no limit", "1", None
+        "maximum number removed per year, or in total without `period`; default: no limit", "1", None
     )
     least: NonNegative | None = quantity(
-        "minimum radius of a removed body, as set by a mesh; absent: any", "m", None
+        "minimum radius of a removed body, as set by the mesh of a net; default: no minimum", "m", None
     )
-    most: NonNegative | None = quantity("maximum radius of a removed body; absent: any", "m", None)
+    most: NonNegative | None = quantity("maximum radius of a removed body; default: no maximum", "m", None)
     cause: Annotated[str, Field(min_length=1, max_length=60)] = about("cause of death", "harvested")
 
 
@@ -269,7 +269,7 @@ class Plant(Use):
     kind: Annotated[Literal["plant"], Change(ANEW)]
     rate: NonNegative = quantity("number per second", "1/s")
     up_to: Count | None = quantity(
-        "number in the region above which none are added; absent: no limit", "1", None
+        "number in the region above which none are added; default: no limit", "1", None
     )
 
 

@@ -11,28 +11,28 @@ Band = Annotated[int, Field(ge=1, le=100_000)] | Annotated[str, Field(min_length
 
 
 class LandClass(Section):
-    """A class of land cover, or of elevation and slope; if several apply, the last class is used."""
+    """A class of land, by cover, elevation or slope; if several apply, the last one is used."""
 
     codes: list[Annotated[int, Field(ge=-(2**31), lt=2**31)]] = about(
-        "its numbers in the raster `cover`; absent: any", []
+        "its numbers in the raster `cover`; default: any", []
     )
-    above: Real | None = quantity("minimum elevation; absent: any", "m", None)
-    below: Real | None = quantity("elevation below which it lies; absent: any", "m", None)
-    steeper: NonNegative | None = quantity("minimum slope, rise per distance; absent: any", "1", None)
+    above: Real | None = quantity("minimum elevation; default: no limit", "m", None)
+    below: Real | None = quantity("only below this elevation; default: no limit", "m", None)
+    steeper: NonNegative | None = quantity("minimum slope, as rise over run; default: no limit", "1", None)
     growth: NonNegative = quantity(
-        "factor for the growth of plants there, and for the rates at which they take free sites", "1", 1.0
+        "factor for the growth of plants there and for the rates at which they colonize free sites", "1", 1.0
     )
     pace: Positive = quantity(
         "factor for the speed of animals that walk there; a road on it has its own factor", "1", 1.0
     )
     cost: NonNegative = quantity("factor for the cost of moving per second", "1", 1.0)
-    shelter: Share = quantity("proportion of attacks that fail on animals there", "1", 0.0)
+    shelter: Share = quantity("proportion of attacks on animals there that fail", "1", 0.0)
     ground: Literal["open", "water", "rock"] = about(
-        "open: walkable; water: stops walkers, and is a lake for fields; rock: stops walkers and sight",
+        "open: walkable; water: stops walkers and counts as a lake for fields; rock: stops walkers and sight",
         "open",
     )
     color: Annotated[str, Field(pattern=r"^#[0-9a-fA-F]{6}$")] | None = about(
-        "color on maps, #rrggbb; absent: color of the ground", None
+        "color on maps, #rrggbb; default: the color of the ground", None
     )
 
 
@@ -40,14 +40,14 @@ class Layer(Section):
     """A vector layer, read by pyogrio: lakes, roads, fences, or areas of a land class."""
 
     file: FileName = about(
-        "a file in the folder of the world file or below: GeoJSON, or with pyogrio GeoPackage, "
+        "a file in the folder of the world file or a subfolder: GeoJSON or, with pyogrio, GeoPackage, "
         "Shapefile or FlatGeobuf"
     )
     layer: Annotated[str, Field(min_length=1, max_length=200)] | None = about(
-        "the layer in the file; absent: the first layer", None
+        "the layer in the file; default: the first layer", None
     )
     make: Literal["lakes", "roads", "fences", "class"] = about(
-        "what its shapes become: lakes and class need areas, roads and fences need lines"
+        "what its shapes become; lakes and class need areas, roads and fences need lines"
     )
     land: Name | None = about('with make = "class": the class, one of `classes`', None)
     width: Positive = quantity("width of roads", "m", 1.0)
@@ -60,14 +60,14 @@ class Drainage(Section):
 
     sea: Real | None = quantity("ground at this elevation or below is sea; absent: no sea", "m", None)
     depth: Positive | None = quantity(
-        "minimum depth of water that a hollow must hold before it overflows to count as a lake; absent: no "
-        "hollow is a lake",
+        "minimum depth of a lake: a hollow is a lake if it can hold water this deep before it overflows; "
+        "default: no lakes",
         "m",
         None,
     )
     stream: Positive | None = quantity(
-        "minimum catchment area of a stream; animals can drink from a stream as from a lake, and walk "
-        "through it; absent: no streams",
+        "minimum catchment area of a stream; animals can drink from a stream, as from a lake, and walk "
+        "through it; default: no streams",
         "m^2",
         None,
     )
@@ -77,32 +77,29 @@ class RealLand(Section):
     """The keys of `terrain` for real land."""
 
     raster: FileName | None = about(
-        "elevations [m], a file in the folder of the world file or below: .npz, .asc (ESRI ASCII grid), or "
-        "with rasterio GeoTIFF, .hgt, .dem, DTED; or package:path of a file in an installed package; "
-        "absent: the ground consists of `hills` and `mountains`",
+        "file of elevations [m] in the folder of the world file or a subfolder: .npz, .asc (ESRI ASCII grid) "
+        "or, with rasterio, GeoTIFF, .hgt, .dem or DTED; or package:path for a file in an installed package; "
+        "default: the ground consists of `hills` and `mountains`",
         omit=True,
     )
     band: Band | None = about(
-        "number of its band, from 1, or the name of an array in an .npz; absent: the first", omit=True
+        "number of the band, from 1, or name of the array in an .npz file; default: the first", omit=True
     )
     crs: Annotated[str, Field(min_length=1, max_length=5000)] | None = about(
-        'coordinate system of a raster that does not state its own, such as "EPSG:4326" for degrees',
-        omit=True,
+        'coordinate system, if the raster does not state one, such as "EPSG:4326" for degrees', omit=True
     )
     corner: Annotated[list[NonNegative], Field(min_length=2, max_length=2)] | None = quantity(
-        "position of the south-west corner of the world, relative to the same corner of the raster; absent: [0, 0]",
-        "m",
-        omit=True,
+        "position of the world's southwest corner relative to the raster's; default: [0, 0]", "m", omit=True
     )
     scale: Positive | None = quantity(
-        "horizontal meters of the world per meter of the land; absent: 1", "1", omit=True
+        "horizontal meters in the world per meter of land; default: 1", "1", omit=True
     )
-    vertical: Positive | None = quantity("factor for the elevations; absent: 1", "1", omit=True)
+    vertical: Positive | None = quantity("factor for the elevations; default: 1", "1", omit=True)
     missing: Real | None = quantity(
-        "elevation of cells without data; absent: such cells are an error", "m", omit=True
+        "elevation of cells without data; default: such cells are an error", "m", omit=True
     )
     cover: FileName | None = about("a raster of land-cover class numbers", omit=True)
-    cover_band: Band | None = about("number or name of its band; absent: the first", omit=True)
-    classes: dict[Name, LandClass] = table("name = properties of land of this class", dict, omit=True)
+    cover_band: Band | None = about("number or name of its band; default: the first", omit=True)
+    classes: dict[Name, LandClass] = table("name = properties of this class of land", dict, omit=True)
     layers: list[Layer] = about("vector layers on the land", [], omit=True)
     drainage: Drainage | None = about("lakes, streams and sea where water collects; absent: none", omit=True)

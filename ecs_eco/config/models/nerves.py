@@ -23,7 +23,7 @@ from ecs_eco.inputs.section import (
 
 
 class Continuous(Section, own=True):
-    """A numeric action: the policy draws it from a normal distribution, and reflexes shift it."""
+    """A numeric action: the policy draws its value from a normal distribution, and reflexes shift it."""
 
     continuous: Pair = quantity("minimum and maximum of the number", "unit of the group")
 
@@ -42,22 +42,22 @@ Neutral = Annotated[
 
 
 class Connection(Section, own=COLUMN):
-    """A connection of a reflex network: while the sensor is beyond the threshold, the action gets the
+    """A connection in the reflex network: while the sensor is beyond the threshold, the action gets the
     weight."""
 
-    name: Name | None = about("name for genes and drawings; absent: SENSOR_ACTION", None)
-    sensor: str = about("name of a sensor's channel")
+    name: Name | None = about("name used by genes and in drawings; default: SENSOR_ACTION", None)
+    sensor: str = about("name of a sensor channel")
     action: str = about("name of an action, or group.action")
     weight: Literal[-1, 0, 1] = about(
-        "-1 blocks the action, 0 leaves it to the policy, 1 forces it; for a continuous action a value "
-        "within its limits"
+        "-1 blocks the action, 0 leaves it to the policy, 1 forces it; -1 and 1 move a continuous action to "
+        "its minimum and maximum"
     )
     above: Real | None = quantity("active above this reading", "reading", None)
     below: Real | None = quantity("active below this reading", "reading", None)
 
     @property
     def label(self) -> str:
-        """Its name, else SENSOR_ACTION."""
+        """Its name, by default SENSOR_ACTION."""
         return self.name or f"{self.sensor}_{self.action.replace('.', '_')}"
 
     @model_validator(mode="after")
@@ -68,13 +68,12 @@ class Connection(Section, own=COLUMN):
 
 
 class Reflex(Section):
-    """The reflex network; if several forms are given, their values are added, and the sign of the sum
-    counts."""
+    """The reflex network; if it has several forms, their values are added, and the sign of the sum counts."""
 
-    connections: list[Connection] = table("single connections", list)
+    connections: list[Connection] = table("individual connections", list)
     formulas: dict[str, str] = table("action = expression of sensors; the sign of its value counts", dict)
     function: WithParameters | None = about(
-        "module:name of a function of sensors (n, channels) to (n, actions)", None
+        "module:name of a function from sensors (n, channels) to (n, actions)", None
     )
 
 
@@ -83,8 +82,10 @@ class Happiness(Section):
 
     weights: dict[str, Real] = table("sensor = weight in a sum", dict, own=COLUMN)
     formula: str | None = about("expression of sensors", None)
-    function: WithParameters | None = about("module:name of a function of sensors (n, channels) to (n)", None)
-    minimum: Real = quantity("happiness of the dead: the minimum of the network", "1", own=True)
+    function: WithParameters | None = about(
+        "module:name of a function from sensors (n, channels) to (n)", None
+    )
+    minimum: Real = quantity("happiness at death: the minimum value of the network", "1", own=True)
 
     @model_validator(mode="after")
     def _one_way(self) -> Self:
@@ -101,37 +102,36 @@ class Policy(Section, change=SHAPE):
         where=("policy.learn", "policy.file"),
         reads=("ppo",),
         rules={
-            "": "The policy learns by PPO (Schulman et al. 2017). After each rollout of `horizon` ticks Adam "
-            "minimizes the mean of `−min(r A, clip(r, 1 − clip, 1 + clip) A) − entropy H + value_weight (V − R)²`, "
-            "where r is the ratio of the new to the old probability of the action taken, H the entropy of the "
-            "policy, V the value predicted and `R = A + V_old`.",
+            "": "The policy learns by PPO (Schulman et al. 2017). After each rollout of `horizon` ticks, "
+            "Adam minimizes the mean of `−min(r A, clip(r, 1 − clip, 1 + clip) A) − entropy H + value_weight "
+            "(V − R)²`, where r is the ratio of the new to the old probability of the action taken, H the "
+            "entropy of the policy, V the predicted value and `R = A + V_old`.",
             "policy": "The advantage is `A(t) = δ(t) + discount × gae_lambda × A(t + 1)`, with "
             "`δ(t) = reward(t + 1) + discount × V(x(t + 1)) − V(x(t))` (Schulman et al. 2016, eq. 16).",
-            "policy.kind=individual & policy.inherit=none": "The network of a newborn has random weights; "
-            "learned weights are lost at death.",
-            "policy.inherit=birth": "The network of a newborn has the weights of its genome; learned weights are "
+            "policy.kind=individual & policy.inherit=none": "A newborn's network has random weights; learned "
+            "weights are lost at death.",
+            "policy.inherit=birth": "A newborn's network has the weights in its genome; learned weights are "
             "lost at death.",
-            "policy.inherit=learned": "The network of a newborn has the present weights of one parent, plus normal "
-            "noise with the standard deviation `mutation`.",
+            "policy.inherit=learned": "A newborn's network has the current weights of one parent, plus "
+            "normal noise with standard deviation `mutation_sd`.",
         },
         draws="initial weights, and the order of transitions in minibatches",
     )
 
     kind: Literal["shared", "individual", "external", "function", "none"] = about(
-        "shared: one network for the whole species; individual: a network for each organism; external: a "
-        "program outside the world decides (world.external, ecs_eco.rl); function: a function decides; "
-        "none: no policy",
+        "shared: one network for the whole species; individual: one network per organism; external: an "
+        "outside program decides (world.external, ecs_eco.rl); function: a function decides; none: no policy",
         "none",
     )
     function: WithParameters | None = about(
-        "module:name of a function of sensors (n, channels) and uids (n) to choices (n, groups), "
-        'of kind "function"',
+        "module:name of a function from sensors (n, channels) and uids (n) to choices (n, groups), "
+        'for kind = "function"',
         omit=True,
         entries=SHAPE,
     )
     inherit: Literal["none", "birth", "learned"] = about(
-        "initial weights of an individual network: none: random; birth: weights in its genome; learned: a "
-        "parent's present weights",
+        "initial weights of an individual network; none: random; birth: weights in its genome; learned: a "
+        "parent's current weights",
         "none",
         change=FREE,
     )
@@ -141,12 +141,10 @@ class Policy(Section, change=SHAPE):
         0.0,
         change=FREE,
         former="mutation",
-        own="noise of weights inherited outside the genome; genome.mutate sets the mutation of letters",
+        own="it is noise in weights inherited outside the genome; genome.mutate sets the mutation of letters",
     )
     network: Function | None = about(
-        "module:name of a torch module's class, created as Net(n_observations, groups); absent: the "
-        "built-in network",
-        None,
+        "module:name of a torch class, created as Net(n_observations, groups); default: built-in", None
     )
     device: Annotated[str, Field(pattern=r"^(cpu|cuda(:\d{1,3})?)$")] = about(
         "device on which the network infers and learns: cpu, cuda or cuda:N", "cpu"
@@ -156,7 +154,7 @@ class Policy(Section, change=SHAPE):
     )
     learn: bool = about("whether it learns during a run", False, change=FREE)
     file: str | None = about(
-        "trained weights (.safetensors), relative to the world file",
+        "file of trained weights (.safetensors), relative to the world file",
         None,
         change="World.from_config(…, policies=…)",
     )

@@ -31,7 +31,7 @@ COLUMNS = frozenset(
 DIED = "died: "
 """Prefix of the series columns that count deaths by cause."""
 EATEN = "eaten: "
-"""Prefix of the series columns of the energy that a species gained by eating another species [energy]."""
+"""Prefix of the series columns for the energy that a species gained by eating another [energy]."""
 
 
 def is_reporter(column: str) -> bool:
@@ -44,7 +44,7 @@ def _known(value: object, check: ValidatorFunctionWrapHandler) -> Any:
         return value
     text = check(value)
     if isinstance(text, str) and ":" in text and not re.fullmatch(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*", text):
-        raise ValueError("neither a formula nor module:name")
+        raise ValueError("expected a formula or module:name")
     return text
 
 

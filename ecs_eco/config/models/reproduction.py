@@ -20,7 +20,7 @@ from ecs_eco.inputs.section import (
 
 
 class Reproduction(Section, change=FREE):
-    """Keys of all kinds of reproduction."""
+    """Keys shared by all kinds of reproduction."""
 
     dispersal: Positive | None = quantity(
         'maximum distance from parent to newborn, for place = "near"', "m", None, own=True
@@ -31,25 +31,26 @@ class Reproduction(Section, change=FREE):
 
 
 class Bearing(Reproduction):
-    """Keys of reproduction that costs parents energy."""
+    """Keys shared by kinds of reproduction that cost parents energy."""
 
     energy_min: NonNegative = quantity("minimum energy of a parent", "energy", own=COLUMN)
     energy_given: NonNegative = quantity("energy of each newborn, paid by its parents", "energy", own=COLUMN)
     age_min: NonNegative = quantity("minimum age of a parent", "s", 0.0, own=COLUMN)
     litter: Annotated[int, Field(ge=1, le=10_000)] = quantity(
-        "litter size, smaller if the parent cannot pay for all", "1", 1, own=COLUMN
+        "litter size, reduced if the parent lacks the energy for all", "1", 1, own=COLUMN
     )
     eggs: str | None = about(
-        "species with `hatch` that newborns start as; absent: newborns belong to their own species",
+        "species of the eggs that it lays, which must have `hatch`; default: it lays no eggs, and newborns "
+        "belong to its own species",
         omit=True,
         change=ANEW,
     )
 
 
 class Alone(Bearing):
-    """Keys of reproduction by single parents."""
+    """Keys shared by kinds of reproduction with a single parent."""
 
-    rate: NonNegative = quantity("births per second and parent", "1/s", own=True)
+    rate: NonNegative = quantity("births per parent per second", "1/s", own=True)
     immigration: NonNegative = quantity(
         "immigrants per second in the whole world, at random positions", "1/s", 0.0, own=PARENTLESS
     )
@@ -63,20 +64,18 @@ class Simplified(Alone):
 
 
 class Spread(Reproduction, own=True):
-    """The ground is divided into sites of side `spacing`; a free site is taken with probability dt
-    (seed_rain + rate × proportion of sites taken). Light and soil have no effect unless they are
-    `born_with = "soil"`. Each species has its own sites: plants of two species may stand on the same
+    """The ground is divided into square sites with side `spacing`; in each tick, a free site is colonized
+    with probability dt (seed_rain + rate × proportion of occupied sites). Light and soil have no effect
+    unless `born_with = "soil"`. Each species has its own sites, so plants of two species can occupy the same
     ground."""
 
     kind: Annotated[Literal["spread"], Change(ANEW)]
-    rate: NonNegative = quantity("births per second and parent", "1/s")
+    rate: NonNegative = quantity("births per parent per second", "1/s")
     seed_rain: NonNegative = quantity(
-        "rate at which a free site is taken without a parent", "1/s", 0.0, own=PARENTLESS
+        "rate at which a free site is colonized without a parent", "1/s", 0.0, own=PARENTLESS
     )
     spacing: Positive = quantity(
-        "side of a site, which a single organism occupies",
-        "m",
-        own="the side of a site is a property of the ground",
+        "side of a site, which holds one organism", "m", own="the side of a site is a property of the ground"
     )
     dispersal: Positive | None = quantity(
         'maximum distance from parent to newborn, for place = "near"',
@@ -85,12 +84,12 @@ class Spread(Reproduction, own=True):
         own="the search distance is a property of the site",
     )
     place: Literal["anywhere", "near"] = about(
-        "available free sites: all, or only sites near an occupied site", "anywhere"
+        "free sites that can be colonized: all, or only those near an occupied site", "anywhere"
     )
 
 
 class Asexual(Alone):
-    """Each organism reproduces without a mate, at a rate."""
+    """Each organism reproduces without a mate, at a given rate."""
 
     kind: Annotated[Literal["asexual"], Change(ANEW)]
     place: Literal["near", "anywhere"] = about(
@@ -102,22 +101,22 @@ class Asexual(Alone):
 
 
 class Sexual(Bearing):
-    """Two organisms in contact may mate: females choose among males and bear the young; in a species
-    without sexes any two may mate, and either bears."""
+    """Two organisms in contact can mate: females choose among males and bear the young; in a species without
+    sexes, any two can mate and either can bear the young."""
 
     kind: Annotated[Literal["sexual"], Change(ANEW)]
     father_share: Share = quantity(
         "proportion of the newborn's energy that the father pays when mating", "1", 0.0, own=True
     )
-    reach: NonNegative = quantity("maximum distance between the surfaces of both bodies", "m", 0.0, own=True)
+    reach: NonNegative = quantity(
+        "maximum distance between the surfaces of the two bodies", "m", 0.0, own=True
+    )
     chance: Share = quantity("probability of success per second of contact", "1", 1.0, own=True)
     consent: Literal["both", "one", "none"] = about(
-        "number of partners that must take the action mate: both, one or none; a species without this "
-        "action is always willing",
-        "both",
+        "how many partners must take the action `mate`; a species without it is always willing", "both"
     )
     choice: Literal["nearest", "random", "richest", "oldest"] = about(
-        "choice among the ready mates within reach", "nearest"
+        "which of the ready mates within reach is chosen", "nearest"
     )
     gestation: NonNegative = quantity(
         "time from mating to birth; 0: birth in the same tick", "s", 0.0, own=True
@@ -128,7 +127,7 @@ class Sexual(Bearing):
     )
     place: Literal["near", "anywhere"] = about("position of the newborn relative to the mother", "near")
     dispersal: Positive | None = quantity(
-        'maximum distance from mother to newborn, for place = "near"; absent: four radii of the body',
+        'maximum distance from mother to newborn, for place = "near"; default: four body radii',
         "m",
         None,
         own=True,

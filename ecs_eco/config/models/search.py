@@ -1,5 +1,4 @@
-"""Sections without effect on runs: `ecs-eco search`, the measurements that it fits, and knobs of the
-viewer."""
+"""Sections that do not affect runs: `ecs-eco search`, the measurements that it fits, viewer knobs."""
 
 from typing import Annotated, Any, Literal
 
@@ -35,7 +34,7 @@ What = Annotated[
 class Range(Section):
     """The search range of a number, also written `[low, high]`.
 
-    The search tries integers if the value, low and high are integers.
+    The search tries only integers if the value, low and high are integers.
     """
 
     search: Annotated[list[int | float], Field(min_length=2, max_length=2)] = about("[low, high]")
@@ -48,7 +47,7 @@ class Goal(Section):
     """One of several objectives."""
 
     of: What = about(
-        "persistence, cycling, population, data, the name of a reporter, or module:function of "
+        "persistence, cycling, population, data, the name of a reporter, or module:function, a function of "
         "the recorded series"
     )
     weight: Positive = quantity("weight relative to the other objectives", "1", 1.0)
@@ -57,29 +56,26 @@ class Goal(Section):
 class Confirm(Section):
     """The final test of the best world, on seeds not used in the search."""
 
-    world_seeds: Seeds = about("worlds for each training seed", 5)
+    world_seeds: Seeds = about("worlds per training seed", 5)
     training_seeds: Seeds = about("training seeds, if policies are trained", 3)
-    ticks: Ticks | None = quantity("length of a run; absent: as in the search", "ticks", None)
+    ticks: Ticks | None = quantity("length of a run; default: as in the search", "ticks", None)
 
 
 class Posterior(Section):
-    """Approximate Bayesian computation: the optimizers abc and abc-smc, which sample parameter values for
-    which the world resembles the measurements of [data]."""
+    """Approximate Bayesian computation: the optimizers abc and abc-smc sample parameter values for which the
+    world resembles the measurements of [data]."""
 
     particles: Annotated[int, Field(ge=10, le=100_000)] = about(
-        "abc-smc: candidates of the first generation, drawn from the ranges", 100
+        "abc-smc: number of candidates in the first generation, drawn from the ranges", 100
     )
     keep: Annotated[float, Field(gt=0, lt=1)] | None = quantity(
-        "proportion of the candidates (the nearest) that form the posterior, of `particles` with abc-smc; "
-        "absent: 0.5 with abc-smc, 0.1 with abc",
+        "proportion of the candidates, nearest first, that form the posterior (with abc-smc, of "
+        "`particles`); default: 0.5 with abc-smc, 0.1 with abc",
         "1",
         None,
     )
     stop: Share = quantity(
-        "abc-smc: minimum proportion of the candidates of a generation that enter the posterior; below it, "
-        "the search ends",
-        "1",
-        0.05,
+        "abc-smc: the search ends when fewer of a generation's candidates enter the posterior", "1", 0.05
     )
 
 
@@ -92,17 +88,17 @@ class Search(Section):
         "persistence",
     )
     wanted: dict[str, Positive] = table(
-        "species = number of organisms, for the objective population; reporter = its target mean; without "
-        "one, the reporter is maximized",
+        "species = number of organisms, for the objective population; reporter = target mean; a reporter "
+        "without a target is maximized",
         dict,
     )
     persist: list[Name] = table(
-        "species whose extinction ends a run; empty: all except plants that return by seed rain", list
+        "species whose extinction ends a run; empty: all except plants that return through seed rain", list
     )
-    ticks: Ticks | None = quantity("length of a full run; absent: ticks of the world", "ticks", None)
-    world_seeds: Seeds = about("world seeds of a candidate", 3)
+    ticks: Ticks | None = quantity("length of a full run; default: the world's `ticks`", "ticks", None)
+    world_seeds: Seeds = about("world seeds per candidate", 3)
     training_seeds: Seeds = about(
-        "training seeds of a candidate, each combined with each world seed; 1 without training", 2
+        "training seeds per candidate, each combined with each world seed; 1 without training", 2
     )
     policies: Literal["trained", "random", "untrained", "train", "train-once"] = about(
         "policies, as in a run; train: each candidate trains its own; train-once: all candidates use "
@@ -110,16 +106,16 @@ class Search(Section):
         "trained",
     )
     training_ticks: Ticks | None = quantity(
-        "length of training; absent: training.ticks of the world", "ticks", None
+        "length of training; default: the world's `training.ticks`", "ticks", None
     )
     stages: Annotated[int, Field(ge=1, le=10)] = about(
-        "stages of a candidate, from a single short run to all runs", 3
+        "stages in which a candidate is tested, from a single short run to all runs", 3
     )
     first: Annotated[float, Field(gt=0, le=1)] = quantity(
         "length of the first stage's runs, as a fraction of a full run", "1", 0.25
     )
     promote: Annotated[float, Field(gt=0, le=1)] = quantity(
-        "proportion of the candidates (the best) that advance to the next stage", "1", 0.4
+        "proportion of the candidates, best first, that advance to the next stage", "1", 0.4
     )
     hopeless: Share = quantity(
         "proportion of failed runs in a stage above which a candidate is dropped", "1", 0.5
@@ -159,25 +155,24 @@ class Data(Section):
         "a CSV file next to the world file: a header with column names, then a row for each of the evenly "
         "spaced times"
     )
-    time: Text | None = about("the column of times; absent: the first column", omit=True)
+    time: Text | None = about("the column of times; default: the first column", omit=True)
     unit: Text | None = about(
-        'unit of the times, such as "year"; absent: the name of their column', omit=True
+        'unit of the times, such as "year"; default: the name of their column', omit=True
     )
     columns: dict[Text, Text] = table(
-        "column = the species or reporter that it is compared with; columns not listed are compared with the "
+        "column = the species or reporter that it is compared with; unlisted columns are compared with the "
         "species or reporter of the same name",
         dict,
         max_length=64,
     )
     ticks: Positive | None = quantity(
-        "length of a unit of time in the world; absent: unknown, so lags and amplitudes are compared period "
-        "by period",
+        "length of one unit of time; default: unknown, so lags and amplitudes are compared period by period",
         "ticks",
         omit=True,
     )
     statistics: Annotated[list[Literal["period", "lag", "amplitude", "mean"]], Field(min_length=1)] = about(
         "features that the objective data compares: period of the cycle (if `ticks` is given), lags between "
-        "the columns, amplitude and mean of each (mean only if the units are the same)",
+        "columns, and amplitude and mean of each column (the mean only if the units are the same)",
         ["period", "lag", "amplitude"],
     )
 
@@ -189,15 +184,15 @@ class Knob(Section):
         "dotted key of a number that may change during a run, such as species.deer.metabolism.basal"
     )
     label: Annotated[str, Field(min_length=1, max_length=60)] | None = about(
-        "label in the viewer; absent: its key", None
+        "label in the viewer; default: its key", None
     )
     min: Real = quantity("value at the left end of the slider", "unit of the key")
     max: Real = quantity("value at the right end", "unit of the key")
-    unit: Annotated[str, Field(max_length=20)] | None = about("unit; absent: the unit of its key", None)
+    unit: Annotated[str, Field(max_length=20)] | None = about("unit; default: the unit of its key", None)
 
 
 class Viewer(Section):
-    """Controls that the viewer shows first: `ecs-eco watch`."""
+    """Controls that the viewer (`ecs-eco watch`) shows first."""
 
     knobs: Annotated[list[Knob], Field(max_length=24)] = table(
         "numbers that the viewer offers as sliders, in this order", list

@@ -3,7 +3,7 @@
 A sensor provides one or more channels, numbers that the networks read. A sensor without a name is named after
 the quantity or target that it senses (`energy`, `deer`, `touch_wall`); sensors that would share a name are
 numbered in list order (`deer_smell_1`, `deer_smell_2`). Formulas, weights and reflexes use channel names; the
-plain name of a smell is the mean over all noses for it.
+plain name of a smell is the mean over all noses that sense it.
 """
 
 import math
@@ -29,14 +29,14 @@ from ecs_eco.inputs.section import (
 
 Angle = Annotated[float, Field(ge=-math.pi, le=math.pi)]
 ON_BODY = (
-    "position on the body: forward, left (, up), in radii of the body; for a capsule or box in halves "
-    "of its length, width and height"
+    "position on the body: forward, left (, up), in body radii; for a capsule or box, in halves of its "
+    "length, width and height"
 )
 WIDEST = 2.0 * math.pi + 1e-6
 
 
 def _on_body(text: str) -> Any:
-    """Declare a position on the body that files leave out at the center, as `omit` does in 3 axes, too."""
+    """Declare a position on the body that files leave out if it is the center, in 2 or 3 axes."""
     return quantity(text, "1", [0.0, 0.0], exclude_if=lambda at: not any(at), own=COLUMN)
 
 
@@ -44,7 +44,7 @@ Kin = Literal["mother", "father", "offspring", "siblings"]
 
 
 class Sensor(Section):
-    """Keys of all sensors."""
+    """Keys shared by all sensors."""
 
     name: Name | None = about("name of the channel, or prefix of the channels' names", None)
 
@@ -55,19 +55,19 @@ class Sensor(Section):
         return self.called.format(self).replace(".", "_")
 
     def channels(self, dims: int) -> tuple[str, ...]:
-        """Return the names of its channels, in a space of `dims` axes."""
+        """Return the names of its channels in a space with `dims` axes."""
         return (self.name or self.base(),)
 
 
 class Own(Sensor):
-    """Senses a property or substance of the body that has the sensor."""
+    """Senses a property or substance of its own body."""
 
     kind: Literal["own"]
     property: str = about(
         "energy, age, fertility, sex (0 none, 1 female, 2 male), mass, radius, volume, a property or "
         "substance of the species, or Component.field of a custom component"
     )
-    scale: Positive = quantity("the value that reads 1", "unit of the property", 1.0, own=True)
+    scale: Positive = quantity("value at which the sensor reads 1", "unit of the property", 1.0, own=True)
     at: Point = _on_body(
         f"{ON_BODY}; it matters only for the pressure in a compressible body, which depends on depth"
     )
@@ -76,29 +76,31 @@ class Own(Sensor):
 
 
 class Nearest(Sensor, own=True):
-    """Sees the nearest target: name_forward and name_left (cosine and sine of its bearing), name_near.
+    """Sees the nearest target; channels: name_forward, name_left (cosine, sine of its bearing), name_near.
 
-    The last is 1 on contact and falls to 0 at its range; all are 0 if no target is in range. The sensor sees
-    the center of a sphere, or the nearest point of a capsule's axis or of a box.
+    name_near is 1 on contact and falls to 0 at the maximum distance; all are 0 if no target is within it. The
+    sensor sees the center of a sphere, or the nearest point of a box or of a capsule's axis.
     """
 
     kind: Literal["nearest"]
     target: str = about("a species or an object type")
-    range: Positive = quantity("maximum distance of sight", "m", own=COLUMN, former="radius")
+    range: Positive = quantity("maximum viewing distance", "m", own=COLUMN, former="radius")
     fov: Annotated[float, Field(gt=0, le=WIDEST)] = quantity(
         "field of view around the heading", "rad", 2 * math.pi
     )
     occlusion: bool = about("whether opaque bodies in between hide the target", False)
     sight: NonNegative | None = quantity(
-        "if given, its sight depends on light: blind + sight × light at its eye, at most range", "m", None
+        "if given, it sees as far as blind + sight × light at the eye, at most range", "m", None
     )
     blind: NonNegative = quantity(
         "distance at which it detects the target in the dark, if sight is given", "m", 0.0
     )
-    kin: Kin | None = about("count only relatives, in its own species or its eggs; absent: all", omit=True)
+    kin: Kin | None = about(
+        "see only these relatives, in its own species or its eggs; default: all", omit=True
+    )
 
     at: Point = _on_body(
-        f"{ON_BODY}; direction and distance are measured from there, with the heading of the body"
+        f"{ON_BODY}; direction and distance are measured from there, relative to the body's heading"
     )
 
     def base(self) -> str:
@@ -120,23 +122,23 @@ class Rays(Sensor):
     )
     range: Positive = quantity("length of a ray", "m", own=COLUMN, former="radius")
     targets: Annotated[list[str], Field(min_length=1)] = about(
-        'species, object types or "wall" that a ray can report'
+        'targets that a ray can report: species, object types or "wall"'
     )
     report: Literal["per_ray", "closest"] = about(
         "the closeness along each ray, or the position of the closest hit", "closest"
     )
     at: Point = _on_body(f"{ON_BODY}; rays begin there")
     angle: Angle = quantity(
-        "direction of the middle ray; 0 is ahead and left is positive", "rad", 0.0, omit=True, own=True
+        "direction of the middle ray; 0 is straight ahead, left is positive", "rad", 0.0, omit=True, own=True
     )
     sight: NonNegative | None = quantity(
-        "if given, its sight depends on light: blind + sight × light at its eye, at most range",
+        "if given, it sees as far as blind + sight × light at the eye, at most range",
         "m",
         omit=True,
         own=True,
     )
     blind: NonNegative = quantity(
-        "maximum distance of sight in the dark, if sight is given", "m", 0.0, omit=True, own=True
+        "maximum viewing distance in the dark, if sight is given", "m", 0.0, omit=True, own=True
     )
 
     def channels(self, dims: int) -> tuple[str, ...]:
@@ -146,7 +148,7 @@ class Rays(Sensor):
 
 class Property(Sensor, own=COLUMN):
     """Senses a property of the surrounding bodies: the sum of weight × (value − zero)/scale over all bodies
-    whose centers are nearer than the range, or their mean.
+    whose centers are nearer than `range`, or their mean.
 
     The weight of a body at distance d [m] is 1 with decay = "none", 1 − d/range with "linear" and 1/d² [1/m²]
     with "inverse_square", where d is at least that body's own radius: luminous intensity [cd] becomes
@@ -165,29 +167,29 @@ class Property(Sensor, own=COLUMN):
             Discriminator(lambda value: "names" if isinstance(value, list) else "word"),
         ]
         | None
-    ) = about("a species or an object type, or a list of them; absent: all with the property", None)
+    ) = about("a species or an object type, or a list of them; default: all with the property", None)
     range: Positive = quantity("maximum distance to the center of a body", "m", former="radius")
     at: Point = quantity(ON_BODY, "1", [0.0, 0.0])
     decay: Literal["none", "linear", "inverse_square"] = about(
-        "decrease of the weight of a body with distance", "none"
+        "how the weight of a body decreases with distance", "none"
     )
     report: Literal["sum", "mean"] = about("the sum over the bodies, or their weighted mean", "sum")
-    zero: Real = quantity("the value of a body that contributes 0", "unit of the property", 0.0, own=True)
+    zero: Real = quantity("value at which a body contributes 0", "unit of the property", 0.0, own=True)
     scale: Positive = quantity(
-        "the sum or the mean that reads 1",
+        "sum or mean at which the sensor reads 1",
         "unit of the property, over m² for a sum with inverse_square",
         1.0,
         own=True,
     )
 
-    kin: Kin | None = about("count only relatives, in the named species; absent: all", omit=True)
+    kin: Kin | None = about("count only these relatives, in the named species; default: all", omit=True)
 
     def base(self) -> str:
         kin = [self.kin] if self.kin else []
         return "_".join([*(self.kinds() or ["any"]), *kin, self.property.replace(".", "_")])
 
     def kinds(self) -> list[str]:
-        """The species and object types in the target; empty: all with the property."""
+        """The species and object types that it senses; empty: all with the property."""
         return [self.of] if isinstance(self.of, str) else list(self.of or [])
 
 
@@ -198,7 +200,7 @@ class Smell(Sensor):
     field: str = about("name of a field")
     at: Point = quantity(ON_BODY, "1", [0.0, 0.0], own=COLUMN)
     half_saturation: Positive = quantity(
-        "the value of the field that reads 1/2", "unit of the field", 1.0, own=True, former="scale"
+        "value of the field at which the sensor reads 1/2", "unit of the field", 1.0, own=True, former="scale"
     )
 
     called = "{0.field}"
@@ -215,7 +217,7 @@ class Gradient(Sensor, own=True):
     field: str = about("name of a field")
     span: Positive = quantity("distance between the two receptors of a pair", "m", 1.0)
     scale: Positive = quantity(
-        "concentration below which it shows hardly any direction", "unit of the field", 0.01
+        "concentration below which the sensor shows hardly any direction", "unit of the field", 0.01
     )
 
     called = "{0.field}_gradient"
@@ -229,14 +231,14 @@ class Approach(Sensor):
     """Senses the flow that a moving body pushes ahead of itself: the direction to the nearest body, and the
     speed at which its own motion brings it closer.
 
-    Channels are name_forward, name_left, in a volume name_up (a unit vector), and name_closing, the speed
-    over `scale`; all are 0 unless the nearest body approaches.
+    Channels are name_forward, name_left, in a volume name_up (a unit vector), and name_closing, this speed
+    divided by `scale`; all are 0 unless the nearest body approaches.
     """
 
     kind: Literal["approach"]
     target: str = about("a species")
     range: Positive = quantity("maximum distance", "m", own=COLUMN, former="radius")
-    scale: Positive = quantity("speed of approach that reads 1", "m/s", 1.0, own=True)
+    scale: Positive = quantity("approach speed at which the sensor reads 1", "m/s", 1.0, own=True)
 
     called = "{0.target}_approach"
 
@@ -250,7 +252,7 @@ class Touch(Sensor, own=COLUMN):
     kind: Literal["touch"]
     target: str = about('a species, an object type, "wall" or "any"', "any")
     at: Annotated[list[Angle], Field(min_length=2, max_length=2)] = quantity(
-        "sector of the body, start and end counterclockwise; 0 is ahead and left is positive",
+        "sector of the body, counterclockwise from start to end; 0 is straight ahead, and left is positive",
         "rad",
         [-math.pi, math.pi],
     )
@@ -259,11 +261,13 @@ class Touch(Sensor, own=COLUMN):
 
 
 class Place(Sensor):
-    """Keys of sensors of the ambient conditions."""
+    """Keys shared by sensors of ambient conditions."""
 
     at: Point = quantity(ON_BODY, "1", [0.0, 0.0], own=COLUMN)
-    zero: Real = quantity("the value that reads 0", "unit of the quantity", 0.0)
-    scale: Positive = quantity("the difference from it that reads 1", "unit of the quantity", 1.0)
+    zero: Real = quantity("value at which the sensor reads 0", "unit of the quantity", 0.0)
+    scale: Positive = quantity(
+        "difference from `zero` at which the sensor reads 1", "unit of the quantity", 1.0
+    )
 
 
 class Light(Place, own=True):
@@ -272,7 +276,7 @@ class Light(Place, own=True):
 
     kind: Literal["light"]
     dark: Positive | None = quantity(
-        "light that counts as dark; if given, the reading is log10(1 + light/dark)", "1", None
+        "light level that counts as dark; if given, the reading is log10(1 + light/dark)", "1", None
     )
 
 

@@ -86,15 +86,15 @@ class Species(
         "organisms at the start", "1", change=NUMBERS, own=POPULATION
     )
     age: Annotated[list[NonNegative], Field(min_length=2, max_length=2)] | None = quantity(
-        "minimum and maximum age of founders and immigrants, drawn uniformly; absent: all have age 0",
+        "minimum and maximum age of founders and immigrants, drawn uniformly; default: all have age 0",
         "s",
         omit=True,
         change=FREE,
         own=PARENTLESS,
     )
     max_count: Count | None = quantity(
-        "maximum number of living organisms: free places go to newborns at random, and the other "
-        "births are counted as refused; migrants of an archipelago always enter; absent: limited only by memory",
+        "maximum number of living organisms: free slots go to newborns at random, and all other births are "
+        "counted as refused; migrants of an archipelago always enter; default: limited only by memory",
         "1",
         None,
         change=FREE,
@@ -118,19 +118,19 @@ class Species(
         "its sensors", list, change=SHAPE
     )
     actions: dict[str, Group] = table(
-        "group = actions, of which the policy takes one at a time, or { continuous = [min, max] }",
+        "group = actions, of which the policy takes one per tick, or { continuous = [min, max] }",
         dict,
         change=SHAPE,
     )
     default_action: dict[str, Neutral] = table(
-        "group = action taken without a decision; for a continuous action its number, by default the one "
+        "group = action taken without a decision; for a continuous action, its number, by default the one "
         "nearest to 0",
         dict,
         own=True,
         former="neutral",
     )
     always_on: list[str] = table(
-        "actions that need no decision: always taken unless a reflex blocks them", list, former="automatic"
+        "actions taken without a decision, unless a reflex blocks them", list, former="automatic"
     )
     reflex: Reflex | None = about("the reflex network", None, change=FREE)
     happiness: Happiness | None = about("the happiness network", None, change=FREE)
@@ -165,7 +165,7 @@ class Species(
 
     @model_validator(mode="after")
     def _name_traits(self) -> Self:
-        """Give traits the present names of keys; complete the name of a derived trait."""
+        """Replace former key names in traits; complete the names of derived traits."""
         derived = {} if self.genome is None else self.genome.derived
         for coded in (*(self.genome.genes if self.genome else ()), *derived.values()):
             if coded.trait is not None:
@@ -179,7 +179,7 @@ class Species(
         return self
 
     def channels(self, dims: int) -> tuple[str, ...]:
-        """Return the names of the sensory inputs in order, in a space of `dims` axes."""
+        """Return the names of the sensory inputs in order, in a space with `dims` axes."""
         return tuple([channel for sensor in self.sensors for channel in sensor.channels(dims)])
 
     def readings(self, dims: int) -> dict[str, tuple[int, ...]]:
@@ -251,7 +251,7 @@ class Species(
         return self.care is not None or any(getattr(sensor, "kin", None) for sensor in self.sensors)
 
     def felt(self) -> tuple[str, ...]:
-        """Return the names of properties that sensors can read in its bodies, its own included."""
+        """Return the names of properties of its bodies that sensors can read, including its own."""
         return tuple(dict.fromkeys((*self.own(), "sex", *BODY)))
 
 

@@ -53,13 +53,13 @@ class Space(Section):
 
     @property
     def widest(self) -> float:
-        """The maximum distance of a search [m]: half of the torus, or the diagonal between walls."""
+        """The maximum search distance [m]: half the width of a torus, or the diagonal of a walled world."""
         return min(self.size[:2]) / 2 if self.edges == "torus" else math.hypot(*self.size)
 
     @property
     def too_wide(self) -> str:
         """Message for a distance above `widest`."""
-        return "larger than half of the torus" if self.edges == "torus" else "larger than the world"
+        return "larger than half the width of the torus" if self.edges == "torus" else "larger than the world"
 
 
 class Hills(Section):
@@ -79,7 +79,7 @@ class Landmark(Section):
 
 
 class Strip(Section):
-    """A road: a strip of ground on which walkers are faster or slower, and pay more or less."""
+    """A road: a strip of ground that changes the speed of walkers and their cost of moving."""
 
     line: Annotated[list[Pair], Field(min_length=2)] = quantity("the vertices of its center line", "m")
     width: Positive = quantity(
@@ -96,17 +96,17 @@ class Terrain(RealLand):
         "Terrain",
         reads=("terrain",),
         rules={
-            "terrain.hills": "Hills are a smooth random surface with a separate seed.",
+            "terrain.hills": "Hills are a smooth random surface with its own seed.",
             "terrain.hides": "Hills block the view of bodies behind them.",
         },
     )
 
     cell: Positive = quantity(
-        "side of the cells of the height map, and of a raster that does not state its own", "m", 1.0
+        "side of the cells of the height map, and of a raster that does not state its cell size", "m", 1.0
     )
     hills: Hills | None = about("smooth random hills", None)
     mountains: list[Landmark] = table("high ground, slow to climb", list)
-    rocks: list[Landmark] = table("cannot be entered or seen through", list)
+    rocks: list[Landmark] = table("obstacles that cannot be entered or seen through", list)
     lakes: list[Landmark] = table("water", list)
     roads: list[Strip] = about(
         "roads that exist from the start; later roads are interventions", [], omit=True
@@ -116,7 +116,7 @@ class Terrain(RealLand):
     )
     hides: bool = about(
         "whether hills block the view of rays and of `nearest` with occlusion, whose eyes are at the top of "
-        "the body; else only rocks do",
+        "the body; otherwise only rocks do",
         False,
         omit=True,
     )
@@ -127,32 +127,31 @@ class Ambient(Section, change=FREE):
 
     temperature: NonNegative = quantity("temperature", "K", 285.0)
     pressure: NonNegative = quantity("pressure at the surface", "Pa", 101_325.0)
-    light: NonNegative = quantity("light at the surface, 1 is full daylight", "1", 1.0)
+    light: NonNegative = quantity("light at the surface; 1 is full daylight", "1", 1.0)
 
 
 class ScalarField(Section):
-    """A quantity with a value at each position: emitted by bodies, diffusing, decaying."""
+    """A quantity with a value at each position, which bodies emit and which diffuses and decays."""
 
     cell: Positive = quantity("side of the field's cells", "m")
     diffusion: NonNegative = quantity("diffusion coefficient", "m^2/s", 0.0, change=FREE)
     decay: NonNegative = quantity("proportion lost per second", "1/s", 0.0, change=FREE)
     substance: str | None = about(
-        "the substance whose concentration [mol/L] it represents; absent: a smell without an amount of matter",
-        omit=True,
+        "the substance whose concentration [mol/L] it represents; default: a smell without matter", omit=True
     )
-    depth: Positive | None = quantity("thickness of the layer in a plane; absent: 1 m", "m", omit=True)
+    depth: Positive | None = quantity("thickness of the layer in a plane; default: 1 m", "m", omit=True)
     initial: Positive | None = quantity(
-        "concentration at the start, and target of renewal; absent: 0", "mol/L", omit=True
+        "concentration at the start, and target of renewal; default: 0", "mol/L", omit=True
     )
     renewal: Positive | None = quantity(
-        "proportion of the difference from `initial` that air, rain or springs from outside the world "
-        "restore per second; absent: none",
+        "proportion of the difference from `initial` that is restored per second by air, rain or springs "
+        "from outside the world; default: none",
         "1/s",
         omit=True,
         change=FREE,
     )
     only: Literal["lakes", "land"] | None = about(
-        "region where `initial` applies; elsewhere it is 0; absent: everywhere", omit=True
+        "region where `initial` applies; elsewhere it is 0; default: everywhere", omit=True
     )
 
 
@@ -166,8 +165,8 @@ class Store(Section, change=FREE):
 
 
 class Motion(Section, change=FREE):
-    """Movement of objects by themselves: either with a velocity or along a path. Water additionally
-    carries them, as it carries all bodies."""
+    """Independent movement of objects, either with a velocity or along a path. In addition, water carries
+    them, as it carries all bodies."""
 
     velocity: Annotated[list[Real], Field(min_length=2, max_length=3)] | None = quantity(
         "velocity along each axis; rocks, lakes, fences and walls stop it", "m/s", None
@@ -185,19 +184,19 @@ class ObjectType(WarmObjects, Chemistry, Decomposing, Emitting):
     """A type of inanimate objects."""
 
     count: Annotated[int, Field(ge=0, le=50_000_000)] = quantity(
-        "number of objects at random positions at the start", "1", 0, change=NUMBERS
+        "initial number of objects at random positions", "1", 0, change=NUMBERS
     )
-    at: list[Point] = table("positions of single objects at the start [m]", list, change=NUMBERS)
+    at: list[Point] = table("initial positions of individual objects [m]", list, change=NUMBERS)
     heading: list[Real] = quantity(
-        "headings of the objects in at, counterclockwise from the x axis: a number for each, or one for all; "
-        "absent: 0",
+        "headings of the objects in `at`, counterclockwise from the x axis: one each, or one for all; "
+        "default: 0",
         "rad",
         default_factory=list,
         omit=True,
     )
     between: list[Annotated[list[Real], Field(min_length=4, max_length=4)]] = quantity(
-        "single objects at the start that extend between two positions on the ground, [x, y, x, y], which "
-        "determine center, heading and length; capsules or boxes, in a volume on its floor",
+        "individual capsules or boxes at the start, on the ground or on the floor of a volume, that extend "
+        "between two positions, [x, y, x, y], which determine their center, heading and length",
         "m",
         default_factory=list,
         omit=True,
@@ -217,15 +216,15 @@ class ObjectType(WarmObjects, Chemistry, Decomposing, Emitting):
         omit=True,
         change=FREE,
     )
-    motion: Motion | None = about("movement by themselves; absent: they do not move", omit=True, change=SHAPE)
+    motion: Motion | None = about("independent movement; absent: they do not move", omit=True, change=SHAPE)
     pushed: bool = about(
-        "whether solid bodies push them away, as solid bodies push each other; else nothing pushes them",
+        "whether solid bodies push them away, as solid bodies push each other; otherwise nothing pushes them",
         False,
         omit=True,
         change=FREE,
     )
 
     def felt(self) -> tuple[str, ...]:
-        """Names of properties and substances of these bodies."""
+        """Return the names of properties and substances of these bodies."""
         held = () if self.energy is None else ("energy",)
         return tuple(dict.fromkeys((*held, *self.properties, *self.substances, *BODY)))

@@ -40,20 +40,19 @@ class Sun(Section, change=FREE):
     )
 
     kind: Literal["natural", "inverted", "constant"] = about(
-        "natural; inverted: half a day later, so that the day is dark; constant: always the daily mean",
+        "natural; inverted: shifted by half a day, so that the day is dark; constant: always the daily mean",
         "natural",
     )
     day: Positive = quantity("length of a day", "s", 86_400.0)
     start: Share = quantity(
         "time of day at the start, as a fraction of a day: 0 is midnight, 0.5 noon", "1", 0.0
     )
-    latitude: Annotated[float, Field(ge=-90, le=90)] = quantity("north is positive", "deg", 0.0)
+    latitude: Annotated[float, Field(ge=-90, le=90)] = quantity("latitude; north is positive", "deg", 0.0)
     declination: Annotated[float, Field(ge=-90, le=90)] = quantity(
-        "of the sun: 23.4 in the northern midsummer, 0 at the equinoxes; with a year, its maximum", "deg", 0.0
+        "declination: 23.4 at northern midsummer, 0 at the equinoxes; with a year, its maximum", "deg", 0.0
     )
     year: Positive | None = quantity(
-        "length of a year that begins in spring; absent: the length of `year`, and without it the season is "
-        "constant",
+        "length of a year that begins in spring; default: the length of `year`, or a constant season",
         "s",
         None,
     )
@@ -65,7 +64,7 @@ class Sun(Section, change=FREE):
 
 
 class Year(Section, change=FREE):
-    """The year and its cycle of temperature; for the seasons of light, see `sun`."""
+    """The year and its temperature cycle; for the seasons of light, see `sun`."""
 
     submodel = Submodel(
         "Temperature",
@@ -84,11 +83,13 @@ class Year(Section, change=FREE):
     temperature: Real = quantity(
         "amplitude of the sinusoidal temperature cycle around ambient.temperature", "K", 0.0
     )
-    warmest: Share = quantity("the warmest time of the year; air temperature lags behind the sun", "1", 0.33)
+    warmest: Share = quantity(
+        "warmest time of the year (0 to 1); air temperature lags behind the sun", "1", 0.33
+    )
 
 
 class Current(Section):
-    """The velocity of the water at one depth; linear between two depths."""
+    """The velocity of the water at one depth, interpolated linearly between depths."""
 
     depth: NonNegative = quantity("depth below the surface", "m")
     velocity: Pair = quantity("velocity along x and y", "m/s")
@@ -97,7 +98,7 @@ class Current(Section):
 def _from_above(current: list[Current]) -> list[Current]:
     depths = [c.depth for c in current]
     if depths != sorted(set(depths)):
-        raise ValueError(f"depths are {depths}: each depth once, in increasing order")
+        raise ValueError(f"depths are {depths}; expected each depth once, in increasing order")
     return current
 
 
@@ -110,7 +111,7 @@ class Water(Section, change=FREE):
         rules={
             "": "`light(depth) = light(0) exp(−τ(depth))` (Beer-Lambert); a layer adds `attenuation × thickness` "
             "to the optical depth τ.",
-            "water.shading": "A body in a layer adds its shade over the area of the water to τ.",
+            "water.shading": "A body in a layer adds its shade, divided by the area of the water, to τ.",
             "water.deep_temperature": "`T(depth) = T(0) + (deep_temperature − T(0)) (1 + tanh((depth − "
             "thermocline)/thermocline_width))/2`.",
             "sensors.kind=pressure": "`pressure = ambient.pressure + density × 9.81 m/s² × depth`.",
@@ -127,13 +128,13 @@ class Water(Section, change=FREE):
         "density of the water; pressure increases by density × 9.81 m/s² × depth", "kg/m^3", 1025.0
     )
     deep_temperature: NonNegative | None = quantity(
-        "temperature far below the thermocline; absent: the ambient temperature everywhere", "K", None
+        "temperature far below the thermocline; default: the ambient temperature everywhere", "K", None
     )
     thermocline: NonNegative = quantity(
         "depth where the temperature is halfway from ambient to deep", "m", 0.0
     )
     thermocline_width: Positive = quantity(
-        "half of the depth range over which most of the change happens", "m", 1.0
+        "half the depth range over which most of the temperature change happens", "m", 1.0
     )
     current: Annotated[list[Current], AfterValidator(_from_above)] = table("velocities by depth", list)
     current_function: WithParameters | None = about(

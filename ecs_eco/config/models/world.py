@@ -41,7 +41,7 @@ class Ramp(Section):
     """A number that changes during training, in steps."""
 
     key: str = about("dotted key of a number, such as species.krill.diet.0.chance")
-    values: Pair = about("at the start and at the end")
+    values: Pair = about("values at the start and at the end")
     duration: Share = quantity(
         "fraction of the training over which it changes; then it is constant", "1", 1.0, former="until"
     )
@@ -62,9 +62,10 @@ class Training(Section):
         rules={
             "": "Policies with a file were trained before the run, in this world with the changes under "
             "`training`.",
-            "training.respawn": "In training there are no births of animals; each animal that dies is replaced "
-            "at a random place.",
-            "training.average": "The policy has the mean weights over the last fraction `average` of the training.",
+            "training.respawn": "In training there are no births of animals; each animal that dies is "
+            "replaced at a random position.",
+            "training.average": "The policy's weights are averaged over the last fraction `average` of the "
+            "training.",
         },
     )
 
@@ -78,14 +79,14 @@ class Training(Section):
         "number of worlds that train the same policies at once", 1
     )
     vary: dict[str, Annotated[list[int | float], Field(min_length=2, max_length=2)]] = table(
-        "dotted key = [low, high]: each world has its own value, spaced by equal factors", dict
+        "dotted key = [low, high]: each world has a different value, spaced geometrically", dict
     )
     renew: Tick = quantity(
         "ticks after which the worlds restart, with different values of `vary`; 0: never", "ticks", 0
     )
     pool: Annotated[float, Field(ge=0, le=1)] = quantity(
-        "probability that a species in any world but the first uses its own earlier, fixed policy until the "
-        "next restart",
+        "probability that a species in any world but the first uses an earlier, frozen policy until the next "
+        "restart",
         "1",
         0.0,
     )
@@ -128,13 +129,13 @@ class WorldConfig(Section):
         list,
     )
     reporters: dict[str, Reporter] = about(
-        "name = a measurement in every tick, recorded next to the numbers of the species: a formula such as "
-        "mean(Metabolism.energy), or module:name of a function of the world",
+        "name = a measurement made in every tick and recorded next to the counts of the species: a formula "
+        "such as mean(Metabolism.energy), or module:name of a function of the world",
         {},
         omit=True,
     )
     record: Annotated[list[str], Field(max_length=64)] = about(
-        "Component.field of organisms, also of custom components, to record at birth, at death and in snapshots",
+        "Component.field, also of custom components, to record at birth, at death and in snapshots",
         [],
         omit=True,
     )
@@ -146,9 +147,11 @@ class WorldConfig(Section):
     )
     data: Data | None = about("measurements to compare the world with; absent: none", omit=True)
     search: Search = table("settings of `ecs-eco search`; runs ignore them", Search, exclude=True)
-    viewer: Viewer = table("controls that the viewer shows first; runs ignore it", Viewer, exclude=True)
+    viewer: Viewer = table("controls that the viewer shows first; runs ignore them", Viewer, exclude=True)
     patterns: list[str] = table(
-        "patterns to evaluate the world by, for `ecs-eco describe`; runs ignore them", list, exclude=True
+        "patterns by which to evaluate the world, for `ecs-eco describe`; runs ignore them",
+        list,
+        exclude=True,
     )
 
     _folder: Path = PrivateAttr(default_factory=Path)  # folder for relative file names
@@ -163,7 +166,7 @@ class WorldConfig(Section):
         return len(self.space.size)
 
     def felt(self, kind: str) -> tuple[str, ...]:
-        """Return the properties and substances of bodies of a kind; remains include those of the dead."""
+        """Return the properties and substances of bodies of a kind; remains also have the dead body's."""
         if kind in self.species:
             return (*self.species[kind].felt(), *self.own_fields(kind))
         left = (
@@ -175,14 +178,14 @@ class WorldConfig(Section):
         return tuple(dict.fromkeys((*self.objects[kind].felt(), *left)))
 
     def own_components(self, species: Species) -> list[Any]:
-        """Return the user's components of a species; None for one that is invalid or may not run yet."""
+        """Return the custom components of a species; None for those invalid or not yet allowed to run."""
         brought = [part for place, part in of_each(species, "brings") if place is None]
         own = [part for part in brought if not part.__module__.startswith("ecs_eco.")]
-        unknown = [None] if species.model_extra else []  # features that may not be loaded yet
+        unknown = [None] if species.model_extra else []  # features that might not be loaded yet
         return [*map(self.known, species.components), *own, *unknown]
 
     def own_fields(self, kind: str) -> dict[str, float]:
-        """Return Component.field of every number in the user's loaded components, with its default."""
+        """Return Component.field of every number in the loaded custom components, with its default."""
         components = filter(is_component, self.own_components(self.species[kind]))
         return {
             f"{c.__name__}.{field}": float(default)
@@ -192,7 +195,7 @@ class WorldConfig(Section):
         }
 
     def may_have(self, kind: str, name: str) -> bool:
-        """Return whether a name may be a field in code that may not run yet."""
+        """Return whether a name could be a field in code that is not yet allowed to run."""
         return "." in name and kind in self.species and None in self.own_components(self.species[kind])
 
     def family(self, name: str) -> tuple[str, ...]:
@@ -203,12 +206,12 @@ class WorldConfig(Section):
         """Return the species whose members must know their parents."""
         young = {name for name, species in self.species.items() if any(of_each(species, "becomes"))}
         known = [name for name, species in self.species.items() if species.knows_kin()]
-        if self.archipelago is not None:  # migrants keep their descent
+        if self.archipelago is not None:  # migrants keep their ancestry
             known += self.archipelago.migration_probability
         return frozenset(young.union(*map(self.family, known)))
 
     def bearers(self, property: str) -> list[str]:
-        """Return the object types and species whose bodies have a property or substance, each by name."""
+        """Return the object types, then the species, whose bodies have a property or substance, by name."""
         kinds = (*sorted(self.objects), *sorted(self.species))
         return [kind for kind in kinds if property in self.felt(kind)]
 
@@ -218,7 +221,7 @@ class WorldConfig(Section):
         return self._folder
 
     def file(self, name: str) -> Path:
-        """Return the path of a file that the world names.
+        """Return the path of a file that the world file names.
 
         Parameters
         ----------
@@ -232,7 +235,7 @@ class WorldConfig(Section):
         return self._folder / name
 
     def function(self, name: object) -> Any:
-        """Return the object of "module:name", with its parameters, or a function itself.
+        """Return the object that "module:name" refers to, with its parameters, or a function unchanged.
 
         Parameters
         ----------
@@ -245,14 +248,14 @@ class WorldConfig(Section):
         Raises
         ------
         CodeError
-            If it does not exist or may not run.
+            If it does not exist or is not allowed to run.
         """
         if isinstance(name, Use):
             return applied(self._code.function(name.use), name.parameters)
         return self._code.function(name)
 
     def known(self, name: object) -> Any:
-        """Return the object of "module:name" without parameters; None if it is invalid or may not run."""
+        """Return the object of "module:name" without parameters; None if invalid or not allowed to run."""
         return self._code.known(name.use if isinstance(name, Use) else name)
 
     def resolved(self, former: bool = False) -> dict[str, Any]:
@@ -261,7 +264,7 @@ class WorldConfig(Section):
         Parameters
         ----------
         former : bool, default False
-            Give keys their former names, so that hashes and digests stay when a key is renamed.
+            Use the former names of keys, so that renaming a key does not change hashes and digests.
 
         Returns
         -------

@@ -132,7 +132,7 @@ def test_another_coordinate_system_is_brought_to_that_of_the_raster(layers):
     ("layer", "fault"),
     [
         ({"file": "gone.gpkg", "make": "lakes"}, "cannot be read"),
-        ({"file": "lines.gpkg", "make": "lakes"}, "holds lines alone; expected: areas, for lakes"),
+        ({"file": "lines.gpkg", "make": "lakes"}, "contains only lines; expected: areas, for lakes"),
         ({"file": "lines.gpkg", "make": "roads", "layer": "line"}, 'did you mean "lines"?'),
         ({"file": "lines.gpkg", "make": "class", "land": "wod"}, "no class of this name"),
     ],
@@ -228,7 +228,7 @@ def test_geojson_needs_no_library(place):
                 "coordinates": [RING],
                 "crs": {"type": "link", "properties": {"href": "{address}/crs", "type": "proj4"}},
             },
-            "by a link",
+            "links to its coordinate system",
         ),
         (
             "a.geojson",

@@ -266,7 +266,7 @@ def test_the_pipe_that_would_name_the_coordinate_system_of_a_grid_is_passed_over
     ("head", "fault"),
     [
         (HEAD.replace("100", "1e17"), "edge in the west at 1e+17"),
-        (HEAD.replace("200", "1e17"), "in the north"),
+        (HEAD.replace("200", "1e17"), "its north edge"),
         (HEAD.replace("cellsize 10", "cellsize 1e-12"), "cells of 1e-12"),
     ],
 )

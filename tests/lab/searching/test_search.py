@@ -248,7 +248,7 @@ def test_the_command_searches_with_processes_and_goes_on(world: Path, tmp_path: 
         (["--range", f"{BASAL}=0.5"], ["--range", "KEY=LOW:HIGH"]),
         (["--range", f"{BASAL}=0.5:a"], ["--range", "KEY=LOW:HIGH"]),
         (["--range", f"{BASAL}=0.001:0.1:lag"], ["unknown scale", 'did you mean "log"']),
-        (["--range", f"{BASAL}=0.5:0.6"], ["--range", "does not contain the world's own value, 0.02"]),
+        (["--range", f"{BASAL}=0.5:0.6"], ["--range", "does not contain the world's value, 0.02"]),
         (["--range", "species.mite.metabolism.basl=0:1"], ["--range", 'did you mean "basal"']),
         (["--objective", "persistense"], ["search.objective", 'did you mean "persistence"']),
         (["--objective", "no.such:thing"], ["search.objective", "`code` does not list"]),
