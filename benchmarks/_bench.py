@@ -72,7 +72,7 @@ def save(name: str, question: str, rows: list[dict[str, Any]], notes: dict[str, 
     (RESULTS / f"{name}.json").write_text(json.dumps(content, indent=1) + "\n")
 
 
-SMELLS = "plant_smell", "grazer_smell", "hunter_smell"  # plant sites in a savanna
+SMELLS = "plant_smell", "grazer_smell", "hunter_smell"
 
 
 def savanna(animals: int, plants_per_animal: float = 1.6, **space: Any) -> dict[str, Any]:

@@ -8,13 +8,12 @@ measures one of these:
 
     life      20 days after the first: cosinor of mean depth
     held      the same for 8 days with population sizes held constant by respawn, as in training but with the
-              krill of the run: an untrained policy starves within a day, so it is compared with the trained
-              one here
-    approach  an object of the size of a krill comes straight at copepods in the dark
+              run's krill; it compares trained with untrained policies, which starve within a day
+    approach  a krill-sized object approaches copepods head-on in the dark
     survival  the share alive 6 ticks after a krill came within 2 m, and the number killed, with population
-              sizes held constant and the 100 krill of the training
-    plume     smells of krill without a krill, in the dark: whether copepods move away from them,
-              and whether the horizontal parts of their moves do
+              sizes held constant and the 100 krill used in training
+    plume     the smell of krill without krill, in the dark: whether copepods move away from it,
+              and whether the horizontal components of their moves do
 
 The krill's approach, the plumes' positions and the larger light weight were chosen after a first look at
 training seed 1; the world's README reports results of the first designs.

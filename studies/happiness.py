@@ -364,7 +364,7 @@ def identity() -> str:
 
 STUDY = Study(
     name="happiness",
-    claim="Weights of happiness evolve with which voles survive and breed, although no rule states what a "
+    claim="Happiness weights evolve through which voles survive and breed, although no rule states what a "
     "vole should want.",
     config={"world": "happiness", "identity": identity(), "ticks": 4000, "every": 200},
     cases=[{"arm": arm, "seed": s} for s in SEEDS for arm in ARMS],

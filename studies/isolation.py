@@ -7,10 +7,10 @@ world, which has the area of eight islands; newborns appear anywhere in their wo
 
 Arms, with the same seeds:
   isolated    8 islands without migration
-  few         8 islands with migration between all; at a barrier, every 100 s, each goat leaves with
-  probability 0.03
+  few         8 islands with migration between all; at each barrier, every 100 s, each goat leaves with
+              probability 0.03
   many        as `few`, with probability 0.3
-  panmictic   one world with the area and the numbers of the eight islands
+  panmictic   one world with the area and numbers of the eight islands
 
 H_S is the expected heterozygosity within islands and H_T the expected heterozygosity of all goats together,
 both corrected for the number of goats (Nei & Chesser 1983); F_ST = (H_T − H_S)/H_T. In the panmictic arm,

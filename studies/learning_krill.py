@@ -6,7 +6,7 @@ the other; training seeds are the replicates.
 
     hunt      krill among untrained copepods, with population sizes held constant: their catch,
               the energy they use, and when they chase
-    life      20 days after the first: cosinor of mean depth of copepods
+    life      20 days after the first: cosinor of the copepods' mean depth
 
 `learned` arms use the trained policies, `untrained` arms random weights, and `reflex` arms the krill of
 diel-migration, for which speed costs less. Training takes about a minute of CPU time and is stored; a case

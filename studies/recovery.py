@@ -122,7 +122,7 @@ def widths(found: list[dict[str, Any]], name: str) -> float:
 
 
 def inside(of: dict[str, Any]) -> int:
-    """Return how many measured statistics lie within the posterior runs' statistics; lags are taken around
+    """Return how many measured statistics lie within the range of the posterior runs'; lags are taken around
     the measured lag."""
     return sum(bool(s["low"] <= s["observed"] <= s["high"]) for s in of["statistics"].values())
 

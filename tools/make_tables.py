@@ -37,8 +37,8 @@ machine. Time ratios below 1 are gains.
 ## Goals
 
 From `goals.toml`. Goals were set from times on another machine, so the last columns also compare gains: the
-goal divided by the time when it was set (for a range, the end farther from the goal), and now divided by
-before (the median over turns).
+goal divided by the time when it was set (for a range, the end farther from the goal), and "now" divided by
+"before" (the median over turns).
 """
 DROPPED = """## Tried and dropped
 

@@ -6,15 +6,15 @@
     seeds = { training = [601, 602], world = [6001, 6002] }   # not used for tuning or selection
     explored = "what was seen before this file was written, and with which seeds"
 
-    [arms.shipped]          # what each arm changes in its world, {} for nothing
+    [arms.shipped]          # each arm's changes to its world; {} for none
     "species.deer.ppo.entropy_coef" = 0.01
 
     [hypotheses.runs]
-    statement = "deer run more often beside a wolf than elsewhere"
-    statistic = "studies.fleeing:run_share"    # the function that computes it, module:name
+    statement = "deer run more often near a wolf than elsewhere"
+    statistic = "studies.fleeing:run_share"    # the function that computes it, as module:name
     replicate = "training seed"
     goal = "above 0"
-    margin = 0.05           # where the goal has one
+    margin = 0.05           # if the goal has one
 
 Commit the file before you compute the first result. Its hash is part of the study's configuration, so
 changing the file makes all results stale. Verdicts on its hypotheses are registered; all others are

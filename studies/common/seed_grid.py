@@ -11,13 +11,13 @@ the grid.
 it stopped. A cell is keyed by its arm, seeds and length and by the hash of the arm's content, so adding an
 arm leaves the results of other arms valid. An arm may have these keys, all optional:
 
-    set        changes of the world, in training and in life: {"species.deer.count": 500}
+    set        changes to the world, in training and in life: {"species.deer.count": 500}
     train      changes in training only
     life       changes in life only
     learn      whether policies continue to learn in life; default: as in the world file
-    training_ticks    length of the training; default: the world's own
-    policies   "random", "untrained" or a folder in place of trained policies;
-               the training seed then only serves as a replicate
+    training_ticks    length of training; default: the world's own
+    policies   "random", "untrained" or a folder instead of trained policies;
+               the training seed is then only a replicate
 """
 
 import hashlib

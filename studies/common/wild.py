@@ -69,8 +69,8 @@ FLOATS = [
 
 
 def tried(case: dict[str, Any], states: int) -> dict[str, Any]:
-    """Return the outcomes for some states of one world, as counts by path and kind, with the full
-    failures."""
+    """Return the outcomes for some states of one world, as counts by path and kind, and the failures in
+    detail."""
     warm(case["source"])
     items = [(case["source"], case["seed"] * 1_000_000 + i) for i in range(states)]
     run = set(reached())

@@ -21,7 +21,7 @@ KINDS = ("series", "births", "deaths", "snapshots")
 
 
 def tried(chunk: dict[str, Any], files: int) -> dict[str, Any]:
-    """Return counts by kind for one chunk of damaged files, and the full failures."""
+    """Return counts by kind for one chunk of damaged files, and the failures in detail."""
     items = [(chunk["source"], chunk["what"], chunk["seed"] * 1_000_000 + i) for i in range(files)]
     with tempfile.TemporaryDirectory(prefix="ecs-eco-fuzz-") as folder:
         whole = Path(folder) / "whole"

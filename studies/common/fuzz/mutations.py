@@ -180,7 +180,7 @@ ODD: list[Any] = [
 
 
 def places(data: Any, at: Path_ = ()) -> list[Path_]:
-    """Return the keys of all values in nested tables and lists."""
+    """Return the paths of all values in nested tables and lists."""
     keys: list[Path_] = []
     pairs: Any = data.items() if isinstance(data, dict) else enumerate(data) if isinstance(data, list) else ()
     for key, value in pairs:

@@ -37,7 +37,7 @@ WORDS = (  # kinds of problem by message; the first match counts
 
 
 def tried(chunk: dict[str, Any], files: int) -> dict[str, Any]:
-    """Return counts by kind for one chunk of mutated world files, and the full failures."""
+    """Return counts by kind for one chunk of mutated world files, and the failures in detail."""
     folder = Path(tempfile.mkdtemp(prefix="ecs-eco-fuzz-"))
     items = [
         (chunk["source"], chunk["what"], chunk["seed"] * 1_000_000 + i, str(folder)) for i in range(files)
