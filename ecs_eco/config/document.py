@@ -30,7 +30,7 @@ class Document:
     folder: Path
     text: str = ""
     set_by: str = "--set"
-    code: Code | None = None  # of the world that this one modifies; it must not name other code
+    code: Code | None = None  # code of the world that this one modifies; no other code may be named
     places: Sequence[Path] = field(default_factory=tuple)  # where to find its code; empty: in its folder
     original: WorldConfig | None = None  # the world that this one modifies, whose land is reused
     features: tuple[type[Feature], ...] = ()  # features of species that were passed in Python

@@ -37,7 +37,7 @@ def rename(data: Any, kind: Any, key: Key = ()) -> Iterator[tuple[Key, str]]:
 
 
 def both_names(key: Key, data: Any, kind: Any) -> tuple[Key, Key, Any]:
-    """Return a key in data of a type with present names, the key with former names, and the key's type."""
+    """Return a key with present names, with former names, and its type; `kind` is the type of `data`."""
     now, before = list(key), list(key)
     for i, part in enumerate(key):
         kind = type_of(kind, data)
@@ -112,7 +112,7 @@ def has_former(kind: Any) -> bool:
 
 
 def below(kind: Any, data: Any, part: str | int) -> tuple[Any, Any]:
-    """Return the type of a part of a section, table or list, and the part; None for an unknown one."""
+    """Return the type of part of a section, table or list, and that part; None if it is unknown."""
     if is_section(kind):
         field = kind.model_fields.get(str(part))
         own = data.get(part) if isinstance(data, dict) else getattr(data, str(part), None)

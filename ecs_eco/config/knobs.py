@@ -93,8 +93,8 @@ def offered(config: WorldConfig | None) -> dict[str, Any]:
 
 def parameters(config: WorldConfig, keys: Iterable[str] | None = None) -> list[dict[str, Any]]:
     """Return all numbers and switches that a "set" intervention can change: key, value, whether it is an
-    integer, unit, low, high (null: no bound), about. Values that genes code for are left out; `keys`, dotted,
-    selects some."""
+    integer, unit, low, high (null: no bound), about. Values that genes code for are left out; dotted `keys`
+    limit the selection."""
     parts = [tuple(key.split(".")) for key in keys or ()]
     wanted = None if keys is None else {part[:n] for part in parts for n in range(len(part) + 1)}
     genes = coded(config)

@@ -18,7 +18,7 @@ def key_lines(text: str) -> dict[Key, int]:
 
 
 def value_spans(text: str) -> dict[Key, tuple[int, int]]:
-    """Return the first character of every value, and the character after it, by key."""
+    """Return the start and end of every value, as character positions, by key."""
     return _Reader(text).spans
 
 

@@ -94,7 +94,7 @@ def _of_genes(key: Key, old: Species, new: Species, config: WorldConfig) -> Iter
             )
     for name, gene in genes.items():
         if name in before and name in now and before[name].default != now[name].default:
-            fault = f"the gene {gene} codes for it, so each organism has its own"
+            fault = f"the gene {gene} codes for it, so each organism has its own value"
             yield Problem((*key, *name.split(".")), fault, now[name].default, "values that no gene codes for")
 
 

@@ -57,12 +57,12 @@ def check_objects(config: WorldSections, key: Key, ways: Sequence[Any], distance
         elif way.object in (other.object for other in ways[:i]):
             allowed = "one entry per object type"
             yield Problem((*key, i, "object"), "named twice", way.object, allowed)
-        fault = "larger than the largest search distance in this world"
+        fault = "above the maximum search distance in this world"
         yield from at_most((*key, i, distance), fault, getattr(way, distance), config.space.widest)
 
 
 def check_used(species: Any, key: Key, section: str, group: str) -> Iterator[Problem]:
-    """Yield a problem if a species has a group of actions but lacks the section that it needs."""
+    """Yield a problem if a species has an action group but lacks the section that it needs."""
     if group in species.actions and not getattr(species, section):
         fault, allowed = (
             f"it {section} nothing",

@@ -101,7 +101,7 @@ share = 2
         ({"every": 0}, "at least 1"),
         ({"which": "fattest"}, "random, oldest, youngest, richest, poorest"),
         ({"region": [1.0, 2.0, 300.0, 4.0]}, "outside the world along x"),
-        ({"region": [3.0, 2.0, 2.0, 4.0]}, "without extent along x"),
+        ({"region": [3.0, 2.0, 2.0, 4.0]}, "empty along x"),
         ({"region": [300.0, 2.0, 3.0]}, "its center is outside the world"),
         ({"region": [30.0, 2.0, 0.0]}, "its radius is 0 m"),
         ({"region": [30.0, 2.0, 130.0]}, "at most 120 m"),

@@ -188,7 +188,7 @@ def test_the_words_of_others_for_hyperparameters_are_taken_and_noted():
         "species.deer.ppo: gamma is called discount here",
         "species.deer.ppo: lr is called learning_rate here",
     ]
-    with pytest.raises(ConfigError, match=r"(?s)species.deer.ppo.gamma = 0.97.*another name of discount"):
+    with pytest.raises(ConfigError, match=r"(?s)species.deer.ppo.gamma = 0.97.*another name for discount"):
         load("predator-prey", {"species.deer.ppo.gamma": 0.97})
 
 

@@ -121,7 +121,7 @@ WRONG = [
     ),
     (gene(1, trait="reproduction.energy_min", high=2.0), "genome.genes.1.high", "at most 1"),
     (lambda goat: goat["genome"].update(loci=4), "genome.loci", "at least 5"),
-    (larger_than_own, "genome.genes.1.trait", "cannot code for the species' own value, 0.4"),
+    (larger_than_own, "genome.genes.1.trait", "cannot code for the species' value, 0.4"),
     (operator("mate", operator="cxBlend"), "genome.mate.operator", "numbers between letters"),
     (operator("mate", operator="cxTwoPont"), "genome.mate.operator", "cxTwoPoint"),
     (operator("mutate", operator="mutUniformInt"), "genome.mutate.operator", "indpb"),
@@ -187,7 +187,7 @@ def test_a_gene_is_refused_whose_values_a_feature_refuses() -> None:
 
     (problem,) = check_genome(world(fat), "goat")
     assert problem.key == ("species", "goat", "genome", "genes", 2, "high")
-    assert "growth.reserve would be at least energy_max" in problem.what
+    assert "growth.reserve: at least energy_max" in problem.what
 
 
 @pytest.mark.parametrize("letters", ["A", "AA", "ACGTA"])

@@ -160,7 +160,7 @@ def test_worlds_in_which_animals_carry_keep_their_promises(tmp_path):
     [
         ({"carries": [{"object": "sed"}]}, "seed"),
         ({"carries": [{"object": "seed"}, {"object": "seed"}]}, "named twice"),
-        ({"carries": [{"object": "seed", "reach": 15.0}]}, "larger than the largest search"),
+        ({"carries": [{"object": "seed", "reach": 15.0}]}, "above the maximum search"),
         ({"carries": []}, "it carries nothing"),
         ({"actions": {"carry": ["tak"]}, "default_action": {}, "reflex": None}, "take"),
     ],

@@ -28,7 +28,7 @@ def _check_groups(config: WorldConfig, key: Key, species: Species) -> Iterator[P
         at = (*key, "actions", group)
         if group not in (*groups, *others):
             if not _may_act(config):
-                yield unknown(at, "group of actions", group, [*groups, *others])
+                yield unknown(at, "action group", group, [*groups, *others])
         elif group in ranges:
             yield from _check_range(config, (*at, "continuous"), species, group, group in others)
         elif group in others:
@@ -66,7 +66,7 @@ def _check_neutral(key: Key, species: Species) -> Iterator[Problem]:
     for group, rest in species.default_action.items():
         at = (*key, "default_action", group)
         if group not in species.actions:
-            yield unknown(at, "group among the species' actions", group, species.actions)
+            yield unknown(at, "action group of the species", group, species.actions)
         elif group not in ranges:
             yield from named(at, f"action in the group {group}", str(rest), species.groups()[group])
         elif isinstance(rest, str) or not ranges[group][0] <= rest <= ranges[group][1]:
@@ -138,7 +138,7 @@ def _check_automatic(key: Key, species: Species) -> Iterator[Problem]:
         if action not in rows:
             yield unknown(at, "action of the species", action, rows)
         elif (group := pairs[rows[action]][0]) in species.ranges():
-            yield Problem(at, "is continuous, so always executed", action, "the only action of its group")
+            yield Problem(at, "is continuous and so always executed", action, "the only action of its group")
         elif len(groups[group]) > 1:
             allowed = f"the only action of its group: {listed(a[0] for a in groups.values() if len(a) == 1)}"
             yield Problem(at, f"the policy chooses among the actions of {group}", action, allowed)

@@ -170,7 +170,7 @@ def check_object(config: WorldConfig, name: str, kind: ObjectType) -> Iterator[P
     key, placed = ("objects", name), [*kind.at, *kind.between]
     if kind.count and placed:
         fault = "given together with at" if kind.at else "given together with between"
-        yield Problem((*key, "count"), fault, kind.count, "either count or single objects")
+        yield Problem((*key, "count"), fault, kind.count, "either count or a list of objects")
     made = (name in (s.remains, *of_each(s, "makes")) for s in config.species.values())
     if not kind.count and not placed and not any(made):
         allowed = "at least 1, a list `at`, or a species that builds it or leaves it as remains"

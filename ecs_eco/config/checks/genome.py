@@ -195,7 +195,7 @@ def _check_founders(key: Key, section: GenomeSection, layout: Layout) -> Iterato
         try:
             code.numbers(np.array([code.trait.default]), clip=False)
         except ValueError as error:
-            fault = f"it cannot code for the species' own value, {code.trait.default:g}"
+            fault = f"it cannot code for the species' value, {code.trait.default:g}"
             allowed = f'{str(error).partition("expected ")[2]}, or founders = "random"'
             yield Problem((*key, "genes", i, "trait"), fault, code.gene.trait, allowed)
 

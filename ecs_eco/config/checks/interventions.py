@@ -72,7 +72,7 @@ def _check_cull(config: WorldConfig, key: Key, cull: Cull) -> Iterator[Problem]:
 
 
 def check_region(key: Key, region: list[float], config: WorldConfig) -> Iterator[Problem]:
-    """Yield problems with a region that is not in the world."""
+    """Yield problems with a region that is not within the world."""
     size = config.space.size[:2]
     allowed = f"{REGION}, within {extent(size)}"
     if len(region) == 4:
@@ -154,8 +154,7 @@ def learns(species: Species) -> bool:
 def _check_standing(
     config: WorldConfig, kind: type[Fence | Road], there: list[tuple[Any, Any]]
 ) -> Iterator[Problem]:
-    """Yield problems with fences or roads in chronological order: only one that is in `there`, a list of
-    lines and regions, can be removed."""
+    """Yield problems with fences or roads in chronological order; only those in `there` can be removed."""
     missing, lines, gone, allowed = {
         Fence: (
             "is missing, and so is region",

@@ -179,7 +179,7 @@ def _no_weights(path: Path) -> str:
         if not os.path.isfile(path):
             return "no such file"
         with open(path, "rb") as file:
-            file.read(8)  # files of /proc claim to be regular files but cannot be read
+            file.read(8)  # files in /proc claim to be regular files but cannot be read
         return ""
     except OSError as error:
         return f"cannot be read: {error.strerror or error}"

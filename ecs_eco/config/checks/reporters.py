@@ -64,7 +64,7 @@ def fault_of_name(name: str, kinds: Collection[str]) -> str:
             "characters"
         )
     if not is_reporter(name):
-        return "every series has a column of this name; expected: another name"
+        return "every series has a column with this name; expected: another name"
     return "a species or object type has this name; expected: another name" if name in kinds else ""
 
 

@@ -37,8 +37,9 @@ class Reaction(_From, change=FREE, own=True):  # type: ignore[call-arg]
     """A reaction within the body, limited by its rate and its reactants.
 
     The extent in a tick is rate × Π c/(half + c) × volume × dt over the substances under `half` (Michaelis &
-    Menten 1913; Monod 1949), times the light at its position with `light`. A reaction that releases energy
-    stops when the organism's store is full; a reaction that needs energy stops when the store is empty.
+    Menten 1913; Monod 1949), times the light at its position if `light` is set. A reaction that releases
+    energy stops when the organism's store is full; a reaction that needs energy stops when the store is
+    empty.
     """
 
     to: Amounts = quantity("substance = amount produced per mole of extent", "mol/mol", {}, own=CHEMISTRY)
@@ -51,7 +52,7 @@ class Reaction(_From, change=FREE, own=True):  # type: ignore[call-arg]
     )
     light: bool = about("whether it needs light; `rate` is then the rate in full daylight", False)
     action: str | None = about(
-        "the action, in any group, during which it runs, such as running, which burns sugar; default: always",
+        "the action, in any group, during which it runs, such as a gait that burns sugar; default: always",
         omit=True,
     )
 

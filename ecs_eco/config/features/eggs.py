@@ -90,7 +90,7 @@ def _of_layer(species: Any, config: WorldSections, key: Key) -> Iterator[Problem
     elif (most := config.species[laid].metabolism.energy_max) < (given := species.reproduction.energy_given):
         allowed = f"at most {most:g}, its metabolism.energy_max"
         yield Problem(
-            (*key, "reproduction", "energy_given"), f"more than an egg can store, {laid}", given, allowed
+            (*key, "reproduction", "energy_given"), f"more than an egg can store ({laid})", given, allowed
         )
     if species.born_with == "mother":
         fault = "its newborns are eggs, whose own section defines their substances"

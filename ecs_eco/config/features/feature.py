@@ -21,7 +21,7 @@ class Cost(NamedTuple):
 
 
 class Feature(Section):
-    """A feature of species: keys of their sections of the world file, with their checks and effects.
+    """A feature of species: keys in their sections of the world file, with checks and effects.
 
     Derive a class and declare its keys as fields. Override the functions below that it needs; in them,
     `species` is the whole section and `key` its path, ("species", name). Object types can have features, too,
@@ -73,7 +73,7 @@ class Feature(Section):
 
     @staticmethod
     def acting(species: Any) -> Iterator[tuple[str, str, list[str]]]:
-        """Yield groups of actions that depend on its keys.
+        """Yield action groups that depend on its keys.
 
         Yields
         ------
@@ -214,7 +214,7 @@ def features_of(model: type[Section]) -> tuple[type[Feature], ...]:
 
 
 def assembled(model: type[Model]) -> type[Model]:
-    """Return a model with the keys of its features in the order of pages and files."""
+    """Return a model with the keys of its features in the order used by pages and files."""
     fields = dict(model.model_fields)
     for feature in features_of(model):
         own = {name: fields.pop(name) for name in feature.model_fields}

@@ -16,7 +16,7 @@ class Heat(Section, change=FREE):
 
     specific_heat: Positive = quantity("specific heat capacity of the body", "J/(kg K)", 3500.0)
     conductance: NonNegative = quantity(
-        "heat transfer coefficient of the bare surface; about 10 in still air, some 100 in water",
+        "heat transfer coefficient of the bare surface; about 10 in still air and 100 in water",
         "W/(m^2 K)",
         10.0,
     )

@@ -64,13 +64,13 @@ class Seasons(Feature, after="fertility"):
             allowed = f"more than {way.maturity:g} s" + (f", less than {way.end:g} s" if way.end else "")
             yield Problem((*at, "prime"), "not between maturity and end", way.prime, allowed)
         if way.season is not None and config.year is None and (config.sun is None or config.sun.year is None):
-            allowed = "a `year` section, sun.year, or remove season"
+            allowed = "a `year` section or sun.year, or remove season"
             yield Problem((*at, "season"), "the world has no year", way.season, allowed)
 
 
 class Growth(Section, change=FREE, own=True):
-    """Growth from newborn to adult size, given by `body`; the costs of living scale with mass to the power
-    3/4. Founders and immigrants are adults."""
+    """Growth from newborn to adult size; `body` describes adults, and the costs of living scale with mass to
+    the power 3/4. Founders and immigrants are adults."""
 
     law: Literal["von_bertalanffy", "west"] = about(
         "growth law: the cube root (von Bertalanffy 1957) or the fourth root (West, Brown & Enquist 2001) of "
@@ -88,10 +88,10 @@ class Growth(Section, change=FREE, own=True):
         "energy reserve that is not spent on growth; with 0, it spends everything and starves", "energy", 0.0
     )
     pace: NonNegative = quantity(
-        "exponent of mass, relative to the adult's, in speeds; 0: the young are as fast as adults", "1", 0.0
+        "speeds scale with (mass / adult mass) to this power; 0: the young are as fast as adults", "1", 0.0
     )
     store: NonNegative = quantity(
-        "exponent of mass, relative to the adult's, in metabolism.energy_max; 1: proportional to the body; "
+        "metabolism.energy_max scales with (mass / adult mass) to this power; 1: in proportion to the body; "
         "0: the young can store as much as adults. Energy at birth above the limit is kept",
         "1",
         0.0,

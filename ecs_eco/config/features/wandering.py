@@ -26,7 +26,7 @@ class Wander(Section, change=FREE, own=True):
 
 
 class Wandering(Feature, after="locomotion"):
-    """Undecided animals walk about: system `Wander`."""
+    """Undecided animals wander: system `Wander`."""
 
     wander: Wander | None = about(
         "random walk of undecided animals; absent: they keep their heading", omit=True, change=SHAPE

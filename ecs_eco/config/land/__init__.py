@@ -1,4 +1,4 @@
-"""Real land: reads rasters and vector layers from files and extracts the part that a world covers.
+"""Real land: read rasters and vector layers, and extract the part that a world covers.
 
 `ecs_eco.life.land` implements the effects of land on a world.
 """

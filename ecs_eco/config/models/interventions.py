@@ -238,7 +238,8 @@ class Use(Section, change=FREE):
         return first <= share < last if first < last else share >= first or share < last
 
     def year(self, tick: int, dt: float) -> int:
-        """Return the number, from 0, of the year of a tick of length `dt` [s]; 0 without `period`."""
+        """Return a tick's year, counted from 0; `dt` is the length of a tick [s]. It is 0 without
+        `period`."""
         return 0 if self.period is None else tick // exact(self.period / dt)
 
 

@@ -58,7 +58,7 @@ class Layer(Section):
 class Drainage(Section):
     """Water that collects on a raster of elevations."""
 
-    sea: Real | None = quantity("ground at this elevation or below is sea; absent: no sea", "m", None)
+    sea: Real | None = quantity("ground at this elevation or below is sea; default: no sea", "m", None)
     depth: Positive | None = quantity(
         "minimum depth of a lake: a hollow is a lake if it can hold water this deep before it overflows; "
         "default: no lakes",

@@ -95,7 +95,7 @@ class Happiness(Section):
 
 
 class Policy(Section, change=SHAPE):
-    """The policy network, the only one that learns."""
+    """The policy network, the only network that learns."""
 
     submodel = Submodel(
         "Learning",
@@ -144,7 +144,8 @@ class Policy(Section, change=SHAPE):
         own="it is noise in weights inherited outside the genome; genome.mutate sets the mutation of letters",
     )
     network: Function | None = about(
-        "module:name of a torch class, created as Net(n_observations, groups); default: built-in", None
+        "module:name of a torch module, created as Net(n_observations, groups); default: built-in network",
+        None,
     )
     device: Annotated[str, Field(pattern=r"^(cpu|cuda(:\d{1,3})?)$")] = about(
         "device on which the network infers and learns: cpu, cuda or cuda:N", "cpu"

@@ -1,4 +1,4 @@
-"""Sections that do not affect runs: `ecs-eco search`, the measurements that it fits, viewer knobs."""
+"""Sections that do not affect runs: `ecs-eco search`, the measurements that it fits, and viewer knobs."""
 
 from typing import Annotated, Any, Literal
 
@@ -75,7 +75,7 @@ class Posterior(Section):
         None,
     )
     stop: Share = quantity(
-        "abc-smc: the search ends when fewer of a generation's candidates enter the posterior", "1", 0.05
+        "abc-smc: the search ends when a smaller proportion of a generation enters the posterior", "1", 0.05
     )
 
 
@@ -121,7 +121,7 @@ class Search(Section):
         "proportion of failed runs in a stage above which a candidate is dropped", "1", 0.5
     )
     crowd: Annotated[float, Field(ge=1)] = quantity(
-        "multiple of the initial number of organisms at which a run ends, as at an extinction", "1", 10.0
+        "a run ends, as at an extinction, at this multiple of the initial number of organisms", "1", 10.0
     )
     finalists: Annotated[int, Field(ge=1, le=50)] = about(
         "candidates tested on further seeds before the best is chosen", 4

@@ -112,8 +112,8 @@ class Nearest(Sensor, own=True):
 
 
 class Rays(Sensor):
-    """Casts rays. Channels with per_ray: name_target_1 … (closeness along each ray); with closest:
-    name_target_forward, _left, _near."""
+    """Casts rays. Channels are name_target_1 … with per_ray (closeness along each ray), or
+    name_target_forward, _left and _near with closest."""
 
     kind: Literal["rays"]
     count: Annotated[int, Field(ge=1, le=360)] = quantity("number of rays", "1", own=WIDTH)
@@ -167,7 +167,7 @@ class Property(Sensor, own=COLUMN):
             Discriminator(lambda value: "names" if isinstance(value, list) else "word"),
         ]
         | None
-    ) = about("a species or an object type, or a list of them; default: all with the property", None)
+    ) = about("a species or an object type, or a list of them; default: all that have the property", None)
     range: Positive = quantity("maximum distance to the center of a body", "m", former="radius")
     at: Point = quantity(ON_BODY, "1", [0.0, 0.0])
     decay: Literal["none", "linear", "inverse_square"] = about(
@@ -189,12 +189,12 @@ class Property(Sensor, own=COLUMN):
         return "_".join([*(self.kinds() or ["any"]), *kin, self.property.replace(".", "_")])
 
     def kinds(self) -> list[str]:
-        """The species and object types that it senses; empty: all with the property."""
+        """The species and object types that it senses; empty means all that have the property."""
         return [self.of] if isinstance(self.of, str) else list(self.of or [])
 
 
 class Smell(Sensor):
-    """A nose: reads c/(c + half_saturation) of a scalar field c at one position on the body."""
+    """A nose: reads c/(c + half_saturation), where c is a scalar field at one position on the body."""
 
     kind: Literal["smell"]
     field: str = about("name of a field")
@@ -247,7 +247,7 @@ class Approach(Sensor):
 
 
 class Touch(Sensor, own=COLUMN):
-    """Reads 1 while a target touches the body within a sector, else 0."""
+    """Reads 1 while a target touches the body within a sector, otherwise 0."""
 
     kind: Literal["touch"]
     target: str = about('a species, an object type, "wall" or "any"', "any")

@@ -183,7 +183,7 @@ class Species(
         return tuple([channel for sensor in self.sensors for channel in sensor.channels(dims)])
 
     def readings(self, dims: int) -> dict[str, tuple[int, ...]]:
-        """Return the names that networks may use, and the channels that each averages."""
+        """Return the names that networks can use, and the channels that each averages."""
         fields: dict[str, tuple[int, ...]] = {}
         channels: dict[str, tuple[int, ...]] = {}
         row = 0

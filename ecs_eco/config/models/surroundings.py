@@ -48,7 +48,7 @@ class Space(Section):
         "torus: organisms that leave on one side enter on the other; walls: nothing leaves", "torus"
     )
     cell: Positive | None = quantity(
-        "side of the cells of the neighbor index; absent: chosen automatically", "m", None
+        "side of the cells of the neighbor index; default: chosen automatically", "m", None
     )
 
     @property

@@ -259,7 +259,7 @@ class WorldConfig(Section):
         return self._code.known(name.use if isinstance(name, Use) else name)
 
     def resolved(self, former: bool = False) -> dict[str, Any]:
-        """Return every value with JSON types, defaults included.
+        """Return every value, including defaults, with JSON types.
 
         Parameters
         ----------
