@@ -111,13 +111,9 @@ def test_ranges_survive_loading_a_loaded_world(tmp_path: Path) -> None:
         (
             "species.mite.metabolism.basal",
             "species.mite",
-            ["line 18", "is a range, but the value of its key is not a number"],
+            ["line 18", "is a range, but its key is not a number"],
         ),
-        (
-            "species.mite.metabolism.basal",
-            "name",
-            ["is a range, but the value of its key is not a number", "'fell'"],
-        ),
+        ("species.mite.metabolism.basal", "name", ["is a range, but its key is not a number", "'fell'"]),
         ("species.mite.metabolism.basal", "space.cell", ["has no value yet"]),
         ("species.mite.metabolism.basal", "species.mite.count", ["has a range here and in [search.ranges]"]),
         ("[0.001, 0.02]", "[0.02, 0.04]", ["line 18", "does not contain the world's value, 0.01"]),
