@@ -329,7 +329,7 @@ def _cells(
 
 def _cell(mean: float, outcome: Outcome) -> str:
     if outcome.share:
-        return f"{mean:.2f}".removeprefix("0") if mean < 1 else "1"
+        return f"{mean:.2f}" if mean < 1 else "1"
     return f"{mean:,.0f}" if abs(mean) >= 100 else f"{mean:.3g}"
 
 
