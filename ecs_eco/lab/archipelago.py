@@ -9,6 +9,7 @@ from typing import Any, Self
 
 from ecs_eco.analysis.archipelago import write_archipelago
 from ecs_eco.config import WorldConfig, load
+from ecs_eco.config.loading import WorldSource
 from ecs_eco.config.models.archipelago import Archipelago as Plan
 from ecs_eco.ecosystem import World
 from ecs_eco.engine.arguments import called_with, whole_number
@@ -75,7 +76,7 @@ class Archipelago:
     @classmethod
     def from_config(
         cls,
-        config: Any,
+        config: WorldSource,
         seed: int | None = None,
         ticks: int | None = None,
         out: str | Path | Claim = "archipelago",

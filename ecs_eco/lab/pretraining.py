@@ -12,7 +12,7 @@ from ecs_eco.analysis.compare import clean
 from ecs_eco.analysis.learning import acts_of, thinned, updates_of
 from ecs_eco.analysis.seed_grid import mean_interval
 from ecs_eco.config import WorldConfig, for_training, load
-from ecs_eco.config.loading import changed
+from ecs_eco.config.loading import WorldSource, changed
 from ecs_eco.config.ranges import key_of, real_key
 from ecs_eco.ecosystem import World
 from ecs_eco.engine.arguments import called_with, seed_number, whole_number
@@ -25,7 +25,7 @@ from ecs_eco.worlds.policies import names_of
 
 
 def pretrain(
-    config: Any,
+    config: WorldSource,
     seed: int | None = None,
     ticks: int | None = None,
     out: str | Path | None = None,

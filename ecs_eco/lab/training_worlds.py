@@ -177,7 +177,7 @@ def counts_of(world: World) -> dict[str, np.ndarray]:
     return {name: np.asarray(series[column], float).reshape(shape) for name, column in COUNTS.items()}
 
 
-def drawn(vary: Mapping[str, Sequence[float]], worlds: int, key: Any) -> list[dict[str, Any]]:
+def drawn(vary: Mapping[str, Sequence[float]], worlds: int, key: np.uint64) -> list[dict[str, Any]]:
     """Return a value for each key and world: each of `worlds` equal parts of a range is used once, in an
     order that differs between keys.
 

@@ -27,6 +27,7 @@ from ecs_eco.life.places import Around, around, find_places
 from ecs_eco.space.geometry import cell_of
 
 if TYPE_CHECKING:
+    from ecs_eco.config.models.reproduction import AnyBearing
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
@@ -47,7 +48,7 @@ class Lives(NamedTuple):
     choice: np.ndarray
 
 
-def life_history(table: Table, way: Any) -> Lives:
+def life_history(table: Table, way: AnyBearing) -> Lives:
     """Return the life histories of a table that reproduces."""
     if LifeHistory in table:
         h = table[LifeHistory]
@@ -122,7 +123,7 @@ def share_out(
 def bring_forth(
     table: Table,
     world: SpatialWorld,
-    way: Any,
+    way: AnyBearing,
     parents: np.ndarray,
     number: np.ndarray,
     given: np.ndarray,
@@ -186,7 +187,7 @@ def litters_of(
 
 
 def any_brood(
-    table: Table, world: SpatialWorld, way: Any, parents: np.ndarray, litters: Litters, n: int
+    table: Table, world: SpatialWorld, way: AnyBearing, parents: np.ndarray, litters: Litters, n: int
 ) -> tuple[Brood, np.ndarray]:
     """Return the `n` newborns except those without a place, and each parent's number of newborns i64[k]."""
     which, identity = np.empty(n, np.int64), np.empty(n, np.uint64)

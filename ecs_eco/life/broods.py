@@ -7,7 +7,7 @@ invalidated these indexes, and updating them takes longer.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -24,6 +24,7 @@ from ecs_eco.space.terrain import Ground
 
 if TYPE_CHECKING:
     from ecs_eco.compiled.per_row import Number
+    from ecs_eco.config.models.reproduction import AnyBearing
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
@@ -55,7 +56,7 @@ class Others(NamedTuple):
 def small_brood(
     table: Table,
     world: SpatialWorld,
-    way: Any,
+    way: AnyBearing,
     parents: np.ndarray,
     number: np.ndarray,
     given: np.ndarray,

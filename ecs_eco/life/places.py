@@ -26,6 +26,7 @@ from ecs_eco.space.solids import around as solids_around
 from ecs_eco.space.terrain import ROCK, WATER, Ground, ground_at
 
 if TYPE_CHECKING:
+    from ecs_eco.config.models.reproduction import AnyBearing
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
@@ -51,7 +52,7 @@ class Around(NamedTuple):
         return Around(x[which], y[which], z[which], dispersal, spacing)
 
 
-def range_of(table: Table, way: Any) -> tuple[Any, Any]:
+def range_of(table: Table, way: AnyBearing) -> tuple[Any, Any]:
     """Return the `dispersal` and `spacing` of a table's newborns, as in `Around`: both f32, or both f32[high]
     by the parent's row."""
     spacing: Any = np.float32(way.spacing)
@@ -66,7 +67,7 @@ def range_of(table: Table, way: Any) -> tuple[Any, Any]:
     return near, spacing
 
 
-def around(table: Table, way: Any, parents: np.ndarray) -> Around:
+def around(table: Table, way: AnyBearing, parents: np.ndarray) -> Around:
     """Return the possible places of newborns of parents in rows i64[k]."""
     p, (near, spacing) = table[Position], range_of(table, way)
     if isinstance(spacing, np.ndarray):

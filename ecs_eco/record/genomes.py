@@ -6,6 +6,7 @@ import numpy as np
 
 from ecs_eco.components.genome import Genome
 from ecs_eco.genomes.alphabet import DNA
+from ecs_eco.genomes.codes import Code
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -92,7 +93,7 @@ def _bounds(trait: "Trait") -> dict[str, Any]:
     return {"trait": trait.name, "low": trait.low, "high": trait.high, "default": trait.default, **whole}
 
 
-def _meaning(code: Any) -> dict[str, Any]:
+def _meaning(code: Code) -> dict[str, Any]:
     """Return the meaning of a gene's codons."""
     gene, whole = code.gene, {"whole": True} if code.dtype is np.int32 else {}
     if gene.values is not None:

@@ -9,6 +9,7 @@ import numpy as np
 
 from ecs_eco.components import Body, Position
 from ecs_eco.config import WorldConfig, load
+from ecs_eco.config.loading import WorldSource
 from ecs_eco.ecosystem import World
 from ecs_eco.engine.arguments import seed_number, whole_number
 from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
@@ -31,7 +32,7 @@ class Arena:
 
     def __init__(
         self,
-        world: Any,
+        world: World | WorldSource,
         species: str,
         cycles: int | None,
         partial: bool,
@@ -43,8 +44,8 @@ class Arena:
         if self.origin is not None and build:
             raise TypeError(f"{', '.join(build)}: a live world is already built")
         self.config: WorldConfig = (
-            self.origin.config
-            if self.origin is not None
+            world.config
+            if isinstance(world, World)
             else world
             if isinstance(world, WorldConfig)
             else load(world)

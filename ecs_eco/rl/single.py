@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from ecs_eco.config.loading import WorldSource
+from ecs_eco.ecosystem import World
 from ecs_eco.nervous.external import Sensed
 from ecs_eco.rl import spaces
 from ecs_eco.rl.arena import Arena, Shown
@@ -104,7 +106,7 @@ class Body(Shown, Env):
 
 
 def body(
-    world: Any,
+    world: World | WorldSource,
     species: str,
     *,
     max_cycles: int | None = None,

@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from ecs_eco.config.loading import WorldSource
+from ecs_eco.ecosystem import World
 from ecs_eco.engine import random
 from ecs_eco.engine.arguments import whole_number
 from ecs_eco.nervous.external import Sensed
@@ -162,7 +164,7 @@ def _places(uids: np.ndarray, wanted: np.ndarray) -> np.ndarray:
 
 
 def slots(
-    world: Any,
+    world: World | WorldSource,
     species: str,
     n: int | None = None,
     *,

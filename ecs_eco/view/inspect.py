@@ -11,6 +11,7 @@ import numpy as np
 from ecs_eco.components import Biology, Genome, Metabolism, Nervous, Position, Shape
 from ecs_eco.ecosystem import World
 from ecs_eco.engine.table import Table
+from ecs_eco.genomes.codes import Code
 from ecs_eco.genomes.promoters import copies_in
 from ecs_eco.nervous.thoughts import minds, thinkers
 from ecs_eco.space.bodies import extents
@@ -146,7 +147,7 @@ def marked(layout: Any, loci: np.ndarray) -> dict[str, Any]:
     return letters | {"strings": text.split(layout.separator), "genes": genes + absent}
 
 
-def _gene(code: Any, first: int, end: int, value: np.ndarray | float) -> dict[str, Any]:
+def _gene(code: Code, first: int, end: int, value: np.ndarray | float) -> dict[str, Any]:
     return {
         "name": code.name,
         "trait": code.gene.trait,

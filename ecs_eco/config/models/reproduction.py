@@ -134,4 +134,5 @@ class Sexual(Bearing):
     )
 
 
+AnyBearing = Asexual | Sexual | Simplified
 AnyReproduction = Annotated[Asexual | Spread | Sexual | Simplified, Field(discriminator="kind")]
