@@ -55,7 +55,7 @@ def unknown_keys(config: WorldConfig) -> Iterator[Problem]:
 
 
 def _reduced(config: Any) -> tuple[Any, ...]:
-    """Return how to pickle a world whose model is created here and has no name in other processes."""
+    """Return how to pickle a world whose model is created here and cannot be imported in other processes."""
     handed = tuple(f for f in own_features(config) if not config._code.subclasses(Feature, f))
     data = config.model_dump() | {"search": config.search, "viewer": config.viewer}
     return _restored, (config._code, handed, data, dict(config.__pydantic_private__ or {}))

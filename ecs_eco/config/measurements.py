@@ -41,7 +41,7 @@ class Outside(NamedTuple):
 
     @property
     def step(self) -> float:
-        """The time between samples."""
+        """Time between samples."""
         return float(self.times[1] - self.times[0])
 
 

@@ -12,12 +12,12 @@ from pydantic.fields import FieldInfo
 from ecs_eco.inputs.section import COLUMN, LARGEST, Column, Own, Section
 
 Key = tuple[str, ...]
-PLACE = "*"  # in a pattern: a name chosen by the file, or a list index
+PLACE = "*"  # in a pattern: a name chosen in the file, or a list index
 
 
 @dataclass(frozen=True)
 class Number:
-    """A number in a section's schema; `pattern` is its key with * for names chosen by the file."""
+    """A number in a section's schema; `pattern` is its key with * for names chosen in the file."""
 
     pattern: Key
     low: float
@@ -120,7 +120,7 @@ def _values(pattern: Key, key: Key, value: object) -> Iterator[tuple[Key, Key, f
 
 
 def labels(entries: list[Any]) -> list[str]:
-    """Return labels of list entries: name, food or property, numbered if shared; otherwise the index."""
+    """Return labels for list entries: name, food or property, numbered if not unique; otherwise the index."""
     words = ("label", "name", "eats", "property")
     names = [str(next(filter(None, (getattr(e, w, None) for w in words)), i)) for i, e in enumerate(entries)]
     shared, seen = Counter(names), Counter[str]()

@@ -19,7 +19,7 @@ ALIASES: dict[str, Key] = {"birth_rate": ("reproduction", "rate")}
 
 
 def apply_overrides(document: Document, overrides: Overrides) -> list[Problem]:
-    """Set values in a document; return problems."""
+    """Set values in a document; return any problems."""
     problems: list[Problem] = []
     pairs = overrides.items() if isinstance(overrides, Mapping) else [parse(text) for text in overrides or ()]
     for name, value in pairs:

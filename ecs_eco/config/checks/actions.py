@@ -77,7 +77,7 @@ def _check_neutral(key: Key, species: Species) -> Iterator[Problem]:
 def _check_range(
     config: WorldConfig, key: Key, species: Species, group: str, free: bool
 ) -> Iterator[Problem]:
-    """Check a continuous action; a `free` one is carried out by a custom system."""
+    """Check a continuous action; if it is `free`, a custom system carries it out."""
     low, high = species.ranges()[group]
     given, at = {"continuous": [low, high]}, key[:-1]
     if not low < high:
@@ -116,7 +116,7 @@ def _groups_of_exchange(species: Species) -> list[str]:
 
 
 def _may_act(config: WorldConfig) -> bool:
-    """Return whether systems that are not loaded yet could carry out any action group."""
+    """Return whether systems that are not yet loaded could carry out unknown action groups."""
     return not config._code.allowed and any(
         isinstance(name := getattr(s, "use", s), str) and name not in SHIPPED for s in config.systems
     )

@@ -135,7 +135,7 @@ def check_code(config: WorldConfig) -> Iterator[Problem]:
 
 
 def _check_call(place: Key, entry: object, thing: Any, n: int) -> Iterator[Problem]:
-    """Yield problems with a function that is called with n arguments, and with its parameters."""
+    """Yield problems with a function called with n arguments, and with its parameters."""
     given = entry.parameters if isinstance(entry, Use) else {}
     problems = problems_of_parameters(thing, given, n, place) if isinstance(entry, Use) else []
     yield from problems

@@ -1,7 +1,7 @@
 """Read rasters: NumPy's .npz and ESRI ASCII grids directly, GeoTIFF and other formats through rasterio.
 
-Files may be untrusted. They must be regular files in the folder of their world or a subfolder. GDAL gets only
-their bytes and the one driver that they need, so it opens no other file and sends no request.
+Files may be untrusted. They must be regular files in the folder of their world or a subfolder. GDAL receives
+only their bytes and the one driver that they need, so it opens no other file and sends no request.
 """
 
 import importlib.util
@@ -42,7 +42,7 @@ DAMAGED = (
     zlib.error,
     zipfile.BadZipFile,
 )
-"""Errors that numpy raises for an invalid .npz."""
+"""Errors that numpy raises for an invalid .npz file."""
 GDAL = {
     ".tif": "GTiff",
     ".tiff": "GTiff",
@@ -125,7 +125,7 @@ def read_raster(name: str, folder: Path, band: int | str | None = None, crs: str
 
 
 def _check_place(raster: Raster, name: str) -> None:
-    """Raise RasterError for a raster whose coordinates are outside the range of the Earth."""
+    """Raise RasterError for a raster with coordinates that are impossible on the Earth."""
     for word, value in (("west", raster.west), ("north", raster.north)):
         if value is not None and not abs(value) <= FARTHEST:
             fault = f"has its {word} edge at {value:g}"

@@ -42,11 +42,11 @@ class Intervention(Section):
     until: Tick | None = quantity("last possible tick; default: the end of the run", "ticks", None)
 
     def due(self, tick: int) -> bool:
-        """Return whether it is carried out in this tick."""
+        """Return whether the intervention is carried out in this tick."""
         return self.next(tick) == tick
 
     def next(self, tick: int) -> int | None:
-        """Return the first tick, not before this one, in which it is carried out, or None."""
+        """Return the first tick, from this one on, in which the intervention is carried out, or None."""
         if tick <= self.at or self.every is None:
             return self.at if tick <= self.at else None
         at = tick + (self.at - tick) % self.every
@@ -206,7 +206,7 @@ def describe(done: Mapping[str, Any] | str) -> str:
 
 
 def _amount(cull: Mapping[str, Any]) -> str:
-    """Return the number of organisms culled, as text."""
+    """Return the number of organisms that were culled, as text."""
     if uids := cull.get("uids"):
         return " and ".join(f"#{uid}" for uid in uids) if len(uids) < 4 else f"{len(uids):,} chosen"
     return f"{100 * cull['share']:g}% of" if "share" in cull else f"{cull['count']:,}"
