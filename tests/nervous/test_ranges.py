@@ -143,7 +143,7 @@ def test_numbers_are_read_by_name():
 
 
 WRONG = {
-    "actions.turn.continuous.*first below the second": {"actions": {"turn": {"continuous": [1.0, 1.0]}}},
+    "actions.turn.continuous.*the smaller one first": {"actions": {"turn": {"continuous": [1.0, 1.0]}}},
     "actions.turn.continuous.*at least 2 entries": {"actions": {"turn": {"continuous": [1.0]}}},
     "actions.turn.continuous.1.*finite number": {"actions": {"turn": {"continuous": [1.0, "two"]}}},
     "actions.turn.*continious.*unknown key.*continuous": {"actions": {"turn": {"continious": [0.0, 1.0]}}},
