@@ -155,7 +155,7 @@ WRONG = {
     "actions.pitch.*group climb": {"actions": {"pitch": ["up"]}},
     "actions.eat.*cannot be continuous.*speed": {"actions": {"eat": {"continuous": [0.0, 1.0]}}},
     "default_action.turn.*-0.8 to 0.8": {"default_action": {"turn": 0.9}},
-    "default_action.turn.*not a number": {"default_action": {"turn": "left"}},
+    "default_action.turn.*not a possible value": {"default_action": {"turn": "left"}},
     "always_on.0.*always executed": {"always_on": ["turn"]},
 }
 

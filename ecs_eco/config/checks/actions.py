@@ -99,7 +99,7 @@ def _check_range(
         ends = {"speed": (0.0, max(species.locomotion.speed.values())), "pitch": (-math.pi / 2, math.pi / 2)}
         least, most = ends.get(group, (-LARGEST, LARGEST))
         if low < least or high > most:
-            words = "speeds up to the fastest gait's" if group == "speed" else "angles"
+            words = "speeds up to the fastest gait" if group == "speed" else "angles"
             yield Problem(key, "out of range", [low, high], f"{words}, {least:g} to {most:g}")
 
 
