@@ -102,7 +102,7 @@ def test_the_summary_and_the_records_have_derived_traits(tmp_path):
             {"a": {"from": "size", "trait": "locomotion.pase", "formula": "size"}},
             ["no such trait", 'mean "locomotion.pace"?'],
         ),
-        ({"a": {"from": "size", "trait": "body.radius", "formula": "size"}}, ["size codes for it too"]),
+        ({"a": {"from": "size", "trait": "body.radius", "formula": "size"}}, ["size also codes for it"]),
         ({"size": {"from": "size", "trait": "locomotion.pace", "formula": "size"}}, ["a gene has this name"]),
         ({"a": {"from": "size", "trait": "locomotion.pace", "formula": "2"}}, ["reads no gene"]),
         (
