@@ -71,7 +71,7 @@ def load(
     Raises
     ------
     ConfigError
-        With every problem found.
+        Lists every problem found.
 
     Examples
     --------

@@ -29,7 +29,7 @@ def check_reporters(config: WorldConfig) -> Iterator[Problem]:
         if fault := fault_of_name(name, [*config.species, *config.objects]):
             yield Problem(key, fault)
         elif i >= MOST_REPORTERS:
-            yield Problem(key, "one reporter too many", allowed=f"at most {MOST_REPORTERS}")
+            yield Problem(key, "too many reporters", allowed=f"at most {MOST_REPORTERS}")
         elif is_formula(what):
             try:
                 formula_of(config, what)

@@ -240,7 +240,7 @@ def metres(raster: Raster) -> tuple[float, float]:
     """Return the meters per unit of x and of y; for degrees and Web Mercator, on the WGS 84 ellipsoid at the
     middle latitude (Snyder 1987, pages 25 and 41).
 
-    Raises RasterError if the middle latitude is unknown or if units differ much from meters on the ground.
+    Raises RasterError if the middle latitude is unknown or if units differ greatly from meters on the ground.
     """
     mercator = web_mercator(raster.crs)
     if not mercator and (not raster.crs or not degrees(raster.crs)):

@@ -26,7 +26,8 @@ MOST_CELLS = 100_000_000
 MOST_OF_CRS = 100_000  # [bytes]
 INSTALL = 'pip install "ecs-eco[geo]"'
 OWN = (".npz", ".asc", ".grd")
-DEGREES = ("EPSG:4326", "OGC:CRS84", "EPSG:4269", "EPSG:4258", "EPSG:4979")  # common systems in degrees
+DEGREES = ("EPSG:4326", "OGC:CRS84", "EPSG:4269", "EPSG:4258", "EPSG:4979")  # common coordinate systems in
+degrees
 DAMAGED = (
     OSError,
     ValueError,
@@ -51,7 +52,7 @@ GDAL = {
     ".dt0": "DTED",
     ".dt1": "DTED",
     ".dt2": "DTED",
-}  # drivers that read a single file and follow no names in it
+}  # drivers that read a single file and follow no file names in it
 KINDS = f"a file ending in .npz, .asc or, with rasterio, in {listed(GDAL)}"
 FARTHEST = 1e9  # maximum coordinate, in meters or degrees: the Earth's circumference is 4e7 m
 LATITUDES, LONGITUDES = ("latitude", "lat", "y"), ("longitude", "lon", "x")

@@ -217,7 +217,8 @@ def _place(numbers: Sequence[float]) -> str:
 
 
 class Use(Section, change=FREE):
-    """The region and time of a continuous use, carried out at the start of a tick after interventions."""
+    """The region and timing of a continuous use, which is carried out at the start of each tick, after
+    interventions."""
 
     species: Name = about("a species or an object type", change=ANEW)
     region: Region | None = quantity(f"in {REGION}; default: everywhere", "m", None)
@@ -265,7 +266,7 @@ class Harvest(Use):
 
 
 class Plant(Use):
-    """Adds organisms or objects at a rate, in the state of founders: planting, sowing, stocking."""
+    """Adds organisms or objects at a rate, with the initial state of founders: planting, sowing, stocking."""
 
     kind: Annotated[Literal["plant"], Change(ANEW)]
     rate: NonNegative = quantity("number per second", "1/s")
