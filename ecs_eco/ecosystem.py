@@ -130,7 +130,7 @@ class World(SpatialWorld):
         Parameters
         ----------
         config : str, Path, Mapping or WorldConfig
-            Name of a shipped world such as "predator-prey", path of a TOML file, its content as a dict, or a
+            Name of a shipped world such as "predator-prey", path of a TOML file, its contents as a dict, or a
             configuration returned by `ecs_eco.config.load`.
         seed : int, optional
             Fixes every random draw; default: the world file's `seed`.
@@ -168,7 +168,7 @@ class World(SpatialWorld):
         Raises
         ------
         ConfigError
-            If values are invalid, in which case it lists every problem found, or if code is not allowed to run.
+            If values are invalid (it lists every problem found), or if code is not allowed to run.
 
         Examples
         --------

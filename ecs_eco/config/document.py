@@ -97,7 +97,8 @@ def present(data: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _path(world: object) -> Path:
-    """Return the file of a world, given by name, path, or a folder with one file. Raises ConfigError."""
+    """Return the file of a world given by its name, its path, or a folder with a single world file. Raises
+    ConfigError."""
     if (known := named(world)) is not None:
         return known
     worlds, path = shipped(), Path(str(world))

@@ -27,7 +27,7 @@ def model_for(code: Code, handed: Features = ()) -> type[WorldConfig]:
 
 @lru_cache(100)
 def world_with(features: Features, any_key: bool = False) -> type[WorldConfig]:
-    """Return the model of worlds whose species also have these features, or `any_key`."""
+    """Return the model of worlds whose species also have these features or, with `any_key`, any keys."""
     if not features and not any_key:
         return WorldConfig
     config = {"model_config": ConfigDict(extra="allow")} if any_key else {}

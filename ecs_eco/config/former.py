@@ -130,7 +130,8 @@ def below(kind: Any, data: Any, part: str | int) -> tuple[Any, Any]:
 
 
 def type_of(kind: Any, data: object) -> Any:
-    """Return a type without Annotated and None; of a union of sections, the one with the data's `kind`."""
+    """Return a type without Annotated and None; for a union of sections, return the one with the data's
+    `kind`."""
     if isinstance(data, Section):
         return type(data)
     members = members_of(kind)

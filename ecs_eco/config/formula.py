@@ -83,7 +83,7 @@ class Formula:
         self.text, self.names, self._run = text, names, run
 
     def __call__(self, values: Values) -> np.ndarray:
-        """Return the values, float32, in the common shape of the arrays."""
+        """Return the values (float32) in the arrays' common shape."""
         given, shapes = {}, set()
         for name, value in values.items():
             shapes.add(value.shape if type(value) is np.ndarray else np.shape(value))

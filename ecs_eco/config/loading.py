@@ -49,9 +49,9 @@ def load(
     Parameters
     ----------
     world : str, Path, Mapping or WorldConfig
-        Name of a shipped world, path of a TOML file, its content, or a configuration.
+        Name of a shipped world, path of a TOML file, its contents, or a configuration.
     overrides : Mapping or sequence of str, optional
-        Dotted keys with values, or texts such as "species.deer.count=50".
+        Dotted keys with values, or strings such as "species.deer.count=50".
     systems : iterable
         Classes or instances of systems, in addition to those in the file.
     reporters : Mapping of str to str or callable

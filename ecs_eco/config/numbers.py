@@ -132,7 +132,7 @@ def labels(entries: list[Any]) -> list[str]:
 
 
 def with_value(part: Any, key: Key, value: float) -> Any:
-    """Return a copy of a section, table or list with a new value at `key`, a key of `values_in`."""
+    """Return a copy of a section, table or list with a new value at `key`, which is a key from `values_in`."""
     if not key:
         return value
     name, below = key[0], key[1:]

@@ -46,7 +46,7 @@ def parse(text: str) -> tuple[str, Any]:
     name, sign, value = (part.strip() for part in text.partition("="))
     if not sign or not name.strip(". "):
         return name, Problem(
-            (), "not of the form key=value", text, "a text such as species.deer.count=50", source="--set"
+            (), "not of the form key=value", text, "a string such as species.deer.count=50", source="--set"
         )
     try:
         parsed = parse_toml(f"v = {value}")

@@ -1,4 +1,4 @@
-"""Numbers written `{ value = 0.014, search = [0.004, 0.02] }`: the range moves to [search.ranges]."""
+"""Numbers written as `{ value = 0.014, search = [0.004, 0.02] }`: their ranges are moved to [search.ranges]."""
 
 import math
 import re

@@ -401,8 +401,8 @@ def _with_id(path: Path, manifest: dict[str, Any]) -> dict[str, Any]:
     """Return a manifest that lists the files of its run; raise RecordingError for an older format."""
     if "id" not in manifest:
         raise RecordingError(
-            f"{path / 'manifest.json'}: has format {manifest['format']}, from an older version of "
-            "ecs-eco; such a run can be read and repeated, but not resumed"
+            f"{path / 'manifest.json'}: has format {manifest['format']} of an older version of "
+            "ecs-eco: such a run can be read and repeated, but not resumed"
         )
     return manifest
 
@@ -495,7 +495,7 @@ def go_on(
     report: bool,
     begin: float,
 ) -> dict[str, Any]:
-    """Run a recorded world up to a tick, with checkpoints; always leave a consistent folder."""
+    """Run a recorded world up to a tick, with checkpoints; the folder is always left in a consistent state."""
     every, path = manifest.get("checkpoint_every") or 0, folder.path
     first, spent, whole = world.tick, float(manifest.get("wall_seconds", 0.0)), False
 

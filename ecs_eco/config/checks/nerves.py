@@ -36,11 +36,11 @@ MOST_WEIGHTS = 10_000_000  # per network; larger ones take seconds to initialize
 
 
 def check_nerves(config: WorldConfig, name: str, folder: Path) -> Iterator[Problem]:
-    """Yield all problems with the species' nervous system; files are relative to `folder`."""
+    """Yield all problems with the species' nervous system; file names are relative to `folder`."""
     species, key = config.species[name], ("species", name)
     yield from (wrong := [*check_sensors(config, name), *_check_channels(config, key, species)])
     yield from (unable := [*check_actions(config, key, species)])
-    # if they are wrong, valid uses of their names could be refused
+    # omit them if they have problems, so that valid uses of their names are not refused
     sensors = species.readings(config.dims) if not wrong else None
     yield from _check_reflex(key, species, sensors, species.action_rows() if not unable else None)
     yield from _check_happiness(key, species, sensors)

@@ -69,7 +69,7 @@ def fault_of_name(name: str, kinds: Collection[str]) -> str:
 
 
 def is_formula(what: object) -> TypeGuard[str]:
-    """Return whether a reporter is a formula, not a function or the name of one."""
+    """Return whether a reporter is a formula rather than a function or the name of a function."""
     return isinstance(what, str) and ":" not in what
 
 

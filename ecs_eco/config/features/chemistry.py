@@ -61,7 +61,7 @@ class Uptake(Section, change=FREE, own=True):
     """Uptake of a field's substance at the mouth: breathing, drinking, absorption by roots.
 
     Uptake in a tick is at most rate × c/(half + c) × volume × dt, where c is the concentration there; if
-    bodies demand more than there is, each gets the same proportion of its demand.
+    total demand exceeds the supply, each body gets the same proportion of its demand.
     """
 
     kind: Literal["uptake"]

@@ -164,7 +164,7 @@ class Feature(Section):
         Yields
         ------
         tuple
-            The key, and the reason in words.
+            The key, and the reason as text.
         """
         yield from ()
 

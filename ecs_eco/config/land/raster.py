@@ -26,8 +26,8 @@ MOST_CELLS = 100_000_000
 MOST_OF_CRS = 100_000  # [bytes]
 INSTALL = 'pip install "ecs-eco[geo]"'
 OWN = (".npz", ".asc", ".grd")
-DEGREES = ("EPSG:4326", "OGC:CRS84", "EPSG:4269", "EPSG:4258", "EPSG:4979")  # common coordinate systems in
-degrees
+# common coordinate systems in degrees
+DEGREES = ("EPSG:4326", "OGC:CRS84", "EPSG:4269", "EPSG:4258", "EPSG:4979")
 DAMAGED = (
     OSError,
     ValueError,
