@@ -130,7 +130,7 @@ class World(SpatialWorld):
         Parameters
         ----------
         config : str, Path, Mapping or WorldConfig
-            Name of a shipped world such as "predator-prey", path of a TOML file, its content as a dict, or a
+            Name of a shipped world such as "predator-prey", path of a TOML file, its contents as a dict, or a
             configuration returned by `ecs_eco.config.load`.
         seed : int, optional
             Fixes every random draw; default: the world file's `seed`.
@@ -143,8 +143,8 @@ class World(SpatialWorld):
         learn : bool or Mapping of str to bool, optional
             Which species learn during the run: all, none, or by species; default: as in the world file.
         training : bool, default False
-            Whether to build the world as in pre-training: with the values in `[training.set]`, respawn and no
-            births.
+            Whether to build the world as in pre-training: with the values in `[training.set]`, respawning and
+            no births.
         record : bool, default True
             Whether to record series in memory; see `series`.
         populate : bool, default True
@@ -168,7 +168,7 @@ class World(SpatialWorld):
         Raises
         ------
         ConfigError
-            If values are invalid, with every problem found, or if code is not allowed to run.
+            If values are invalid (it lists every problem found), or if code is not allowed to run.
 
         Examples
         --------
@@ -300,7 +300,7 @@ class World(SpatialWorld):
         Raises
         ------
         ConfigError
-            If values cannot change in a live world, with each of them; raised before anything changes.
+            If values cannot change in a live world; lists all of them, and is raised before anything changes.
 
         Examples
         --------
@@ -330,7 +330,7 @@ class World(SpatialWorld):
         what : str or callable
             A formula over components, such as "mean(Metabolism.energy)"
             (`ecs_eco.config.reporter_formula`), or a function of the world that returns a number, or a mapping
-            from species to numbers; None stands for a missing value. The function must not change the world.
+            from species to numbers; None means a missing value. The function must not change the world.
 
         Raises
         ------
@@ -413,7 +413,7 @@ class World(SpatialWorld):
                 "ecs_eco.record.Recorder(world)"
             )
         if self.bands.divided:
-            self.recorder.flush()  # the records of other processes
+            self.recorder.flush()  # collects the records of other processes
         return SeriesTable(self.recorder.series())
 
     def plot(self, column: str = "n", species: Sequence[str] | None = None) -> Any:
@@ -505,8 +505,8 @@ class World(SpatialWorld):
         species : str
             Species with actions whose own policy does not learn.
         partial : bool, default False
-            Whether you decide only for some organisms. The species' own policy decides for the rest or,
-            without a network, draws actions at random.
+            Whether your program decides only for some organisms. The species' own policy decides for the rest
+            or, without a network, draws actions at random.
 
         Returns
         -------
@@ -634,7 +634,7 @@ class World(SpatialWorld):
         )
 
     def load(self, path: str | Path, *, trust: bool = False) -> None:
-        """Load the state of a checkpoint into this world, which must be built in the same way.
+        """Load the state of a checkpoint into this world, which must have been built in the same way.
 
         Parameters
         ----------
@@ -747,7 +747,7 @@ class World(SpatialWorld):
 
         Notes
         -----
-        Equal runs have equal digests with the same versions on the same kind of processor
+        Identical runs have identical digests with the same versions on the same kind of processor
         (docs/reference/promises.md). With NUMBA_DISABLE_JIT=1, which interprets kernels, digests differ.
 
         Examples

@@ -116,7 +116,7 @@ def _clear(folder: Path) -> int:
         f"*{kernel_folder.CLAIM}",
         f"*{MARK}",
         "*.nbc.*.tmp",
-    )  # the contents of such a folder
+    )  # the contents of a kernel folder
     for file in [path for pattern in ours for path in folder.rglob(pattern)]:
         file.unlink(missing_ok=True)
     try:

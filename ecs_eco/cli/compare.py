@@ -97,9 +97,9 @@ def _seen_from_everywhere(path: Path, on: str) -> Path:
 
 
 def claim_folder(out: Path | None, comparison: Comparison) -> Claim:
-    """Claim the folder of a comparison: a new one, or one in which the same comparison was begun.
+    """Claim a comparison's folder: either a new folder, or one in which the same comparison was begun.
 
-    Raises ForeignFile if it contains another comparison, FolderInUse if another process writes there.
+    Raises ForeignFile if it contains a different comparison, FolderInUse if another process is writing there.
     """
     begun = out is not None and container.has(out, Planned)
     if begun:
@@ -116,7 +116,7 @@ def _do(
     word: str,
     unit: str,
 ) -> None:
-    """Do the remaining trainings or runs, with a progress bar, and print why any failed.
+    """Run the remaining training or simulation jobs, with a progress bar, and print why any failed.
 
     Ctrl-C ends the command at once; failures end it after the last job.
     """
@@ -205,7 +205,7 @@ def _say_measured(name: str, kinds: Mapping[str, Any]) -> None:
 
 
 def _print_table(arms: Mapping[str, Any]) -> None:
-    """Print numbers and extinctions by arm and species."""
+    """Print mean numbers and extinctions by arm and species."""
     head = ("arm", "runs", "all persist", "species", "mean number", "extinct in")
     table = Table(*(Column(word, overflow="fold", no_wrap=word in ("arm", "species")) for word in head))
     for name, arm in arms.items():

@@ -13,7 +13,7 @@ def results(out: Path | None, default: str, begun: bool = False) -> Claim:
     """Claim `out`, or an unused folder in runs/, for results; raise ConfigError if it cannot be written or is
     not empty, unless the same command has `begun` it.
 
-    Raises FolderInUse if another process writes there. A claim that is never used leaves no files.
+    Raises FolderInUse if another process is writing there. A claim that is never used leaves no files.
     """
     try:
         if out is None:
@@ -66,7 +66,7 @@ def _free(folder: Path) -> Path:
 
 
 def _try_out(folder: Path) -> None:
-    """Create and remove the folder with a file in it, or raise OSError."""
+    """Create the folder with a file in it and remove both again; raise OSError if that fails."""
     missing = [p for p in (folder, *folder.parents) if not p.exists()]
     made: list[Path] = []
     try:

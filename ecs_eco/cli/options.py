@@ -51,7 +51,7 @@ Policies = Annotated[
 Watch = Annotated[
     bool, typer.Option("--watch", help="Show the run in the browser; interventions made there are recorded.")
 ]
-Port = Annotated[int, number("Port of the viewer on this machine (0: any free).", least=0, most=65535)]
+Port = Annotated[int, number("Port of the viewer on this machine (0: any free port).", least=0, most=65535)]
 NoBrowser = Annotated[bool, typer.Option("--no-browser", help="Only print the viewer's address.")]
 Trust = Annotated[
     bool,

@@ -121,7 +121,7 @@ def video(
         try:
             film.write(path, ticks, painter.paint, pixels, fps, bar)
         except film.FilmError as error:
-            allowed = "an ffmpeg that supports this format, or a .gif file"
+            allowed = "an ffmpeg build that supports this format, or a .gif file"
             refuse("OUT", str(error), str(path), allowed)
     say(f"{len(ticks)} frames, {len(ticks) / fps:.1f} s, one every {ticks.step} ticks, in {path}")
 

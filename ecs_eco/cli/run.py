@@ -184,7 +184,7 @@ def _in_bands(
     lead: Callable[..., None], how: How, build: Callable[[], Ecosystem], ticks: int | None, divided: bool
 ) -> None:
     """Run a world in all processes that mpiexec started: process 0 leads, records and prints exchange
-    statistics; the others build the same world. With `divided`, each process stores a part of it."""
+    statistics; the others build the same world. With `divided`, each process stores only part of it."""
     from ecs_eco.bands.run import together
 
     if how.shown is not None:
@@ -358,7 +358,7 @@ def command_of(
     learn: bool | None,
     record: str | None,
 ) -> str:
-    """Return the command that repeats a run, for its manifest."""
+    """Return the command that repeats a run, to be stored in its manifest."""
     command = (
         f"ecs-eco{portable.option()} run {shlex.quote(world)} --seed {seed} "
         f"--ticks {ticks} --policies {shlex.quote(policies)}"
@@ -395,7 +395,7 @@ def _viewer(title: str, ticks: int, how: How) -> AbstractContextManager[Any]:
 
 
 def _populations(out: Path) -> str:
-    """Return lines about species' persistence, final numbers and measured values."""
+    """Return lines that report the species' persistence, final numbers and measured values."""
     series = load_series(out)
     lines = [
         *opening(series),

@@ -31,7 +31,7 @@ from ecs_eco.record import container
 from ecs_eco.record.claim import Claim
 from ecs_eco.record.code import FOLDER
 
-PACE = 1.0  # [s] between two surveys of the folder
+PACE = 1.0  # [s] between scans of the folder
 
 
 def sweep_plan(
@@ -70,7 +70,7 @@ def resume_sweep(
 
 
 def check_where(on: str, sbatch: Sequence[str]) -> None:
-    """Refuse an unknown engine, and options of another engine."""
+    """Refuse an unknown engine, and options that belong to a different engine."""
     check_engine(on)
     if sbatch and on != SLURM:
         refuse("--sbatch", "applies only to SLURM", sbatch[0], "--on slurm")

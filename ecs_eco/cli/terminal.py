@@ -94,7 +94,7 @@ def recorded(folder: Path) -> None:
 
 
 def whole(least: int, most: int = 10**12) -> Callable[[str | int], int]:
-    """Return a parser for command-line integers, whose error quotes an invalid value."""
+    """Return a parser for command-line integers that quotes an invalid value in its error message."""
 
     def read(text: str | int) -> int:
         try:
@@ -120,8 +120,8 @@ def path_of(text: str | Path) -> Path:
 
 
 class Progress:
-    """The progress of a command, called with the number of finished items and the total, which it stores. By
-    the first call, everything that the command needs is loaded."""
+    """A command's progress; called with the number of finished items and the total, both of which it stores.
+    At the first call, everything that the command needs has been loaded."""
 
     def __init__(self, show: Callable[[int, int], None] | None = None) -> None:
         self.done = self.total = 0
@@ -137,7 +137,7 @@ class Progress:
 
 @contextmanager
 def progress(word: str, quiet: bool, unit: str = "ticks") -> Iterator[Progress]:
-    """Show progress on stderr: a bar if it is a terminal, otherwise a line now and then; nothing if quiet."""
+    """Show progress on stderr: a bar if it is a terminal, otherwise an occasional line; nothing if quiet."""
     columns = ("MofNCompleteColumn", unit, "TimeRemainingColumn")
     with shown(
         word,
@@ -158,7 +158,7 @@ def shown(
     columns: Sequence[str],
 ) -> Iterator[Callable[..., None] | None]:
     """Yield a function that shows a command's progress: on a terminal as the `state` of a bar with `columns`
-    (names of rich's classes, or texts), elsewhere as a `line` now and then. Yield None if quiet."""
+    (names of rich's classes, or texts), elsewhere as an occasional `line`. Yield None if quiet."""
     if quiet:
         yield None
     elif not sys.stderr.isatty():
@@ -177,7 +177,7 @@ def shown(
 
 
 def now_and_then(line: Callable[..., str], every: float = 30.0) -> Callable[..., None]:
-    """Return a function that prints `line` of its arguments, at most once every `every` seconds."""
+    """Return a function that prints `line(*arguments)`, at most once every `every` seconds."""
     last = time.monotonic()
 
     def show(*told: object) -> None:

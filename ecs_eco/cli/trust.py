@@ -34,7 +34,7 @@ def allow(wanted: bool, world: str | Path | None, changes: Sequence[str] | None 
 
 
 def _of_run(folder: Path) -> Code:
-    """Return the code in a run's folder, as it is now."""
+    """Return the code currently in a run's folder."""
     listed = read_manifest(folder).get("code", [])
     entries = (
         [str(n["entry"]) for n in listed if isinstance(n, dict) and "entry" in n]

@@ -104,7 +104,7 @@ def _show(serve: Callable[..., None], what: Pair | Path, title: str, port: int, 
 
 @contextmanager
 def window(ticks: int, title: str, port: int, browser: bool) -> Iterator[Window]:
-    """Open a viewer for a world that is being run and recorded; pass its `open` to the run."""
+    """Open a viewer for a world that is being run and recorded; pass the viewer's `open` to the run."""
     with _port(port), Window(ticks, _Announcer(title), port=port, browser=browser) as opened:
         yield opened
 
@@ -165,7 +165,7 @@ class Options:
 
 
 class _Announcer:
-    """Prints the viewer's address, and a new one whenever the last has been used."""
+    """Prints the viewer's address, and a new address whenever the last one has been used."""
 
     def __init__(self, title: str) -> None:
         self.title, self.first = title, True

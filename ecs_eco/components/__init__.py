@@ -1,7 +1,7 @@
 """The components of organisms and objects: data without behavior, one component per file.
 
 A component declares fields with a type, a default and a unit. `ecs_eco.systems` changes them. Values that all
-members of a species share are not components, but fields of `ecs_eco.life.kind.Kind`.
+members of a species share are not stored in components but in `ecs_eco.life.kind.Kind`.
 """
 
 from ecs_eco._lazy import lazy

@@ -10,7 +10,7 @@ class Biology:
     """Age, sex and fertility of an organism."""
 
     age: f32 = 0.0  # [s] time since birth
-    # [s] age beyond the ticks since birth, for founders and if `age` was set; written by Age
+    # [s] age in addition to the ticks since birth, for founders and if `age` was set; written by Age
     head_start: f64 = 0.0
     sex: u8.within(0, 2) = 0  # 0 none, 1 female, 2 male
-    fertility: f32 = 1.0  # from 0 to 1, as a share of the full probability of reproduction
+    fertility: f32 = 1.0  # fraction of the full probability of reproduction, from 0 to 1

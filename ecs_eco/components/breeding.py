@@ -9,7 +9,7 @@ class Breeding:
 
     peak: f32.within(0, 1) = 1.0  # fertility at the prime, in season
     maturity: f32 = 0.0  # [s] age from which it is fertile
-    prime: f32 = 0.0  # [s] age at which it is most fertile
+    prime: f32 = 0.0  # [s] age of peak fertility
     end: f32 = 1.0e30  # [s] age at which fertility ends; 1e30: never
-    season: f32 = 0.0  # share of the year at which it is most fertile
-    width: f32.within(0, 1e30) = 0.0  # share of a year, one standard deviation of the season; 0: all year
+    season: f32 = 0.0  # time of year of peak fertility, as a fraction of a year
+    width: f32.within(0, 1e30) = 0.0  # standard deviation of the season, as a fraction of a year; 0: all year

@@ -5,6 +5,6 @@ from ecs_eco.engine.schema import component, u64
 
 @component
 class Carrier:
-    """The animal that has picked up an object and whose position the object shares."""
+    """The animal that has picked up an object, which moves along with the animal."""
 
     uid: u64 = 0  # uid; 0: none

@@ -8,4 +8,4 @@ class Defence:
     """Toughness and poison of one organism as food."""
 
     toughness: f32 = 0.0  # share of the bites that fail
-    poison: f32 = 0.0  # [energy] lost by its eater
+    poison: f32 = 0.0  # [energy] lost by the eater

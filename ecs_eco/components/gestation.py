@@ -7,9 +7,9 @@ from ecs_eco.engine.schema import component, f32, i64, u8, u16, u64
 class Gestation:
     """The litter that a mother carries, and the time at which an organism can mate again."""
 
-    carrying: u16 = 0  # young conceived; 0: not pregnant
+    carrying: u16 = 0  # number of young conceived; 0: not pregnant
     due: i64 = 0  # tick of the birth
     father: u64 = 0  # uid
     sperm: u8["loci"].within(0, "highest letter") = 0  # the father's genome
-    energy: f32 = 0.0  # [energy] that the father gave for the litter
+    energy: f32 = 0.0  # [energy] that the father contributed to the litter
     rest: i64 = 0  # tick from which it can mate again

@@ -5,7 +5,7 @@ from ecs_eco.engine.schema import component, f32
 
 @component
 class Growth:
-    """Growth by light, and the share of its seeds that sprout."""
+    """Growth in the light, and the proportion of seeds that germinate."""
 
     growth: f32 = 0.0  # [energy/s] in full light
     spread: f32 = 1.0

@@ -1,4 +1,4 @@
-"""Individual weights of reflex and happiness networks, coded by genes."""
+"""Individual weights of reflex and happiness networks, encoded in genes."""
 
 from ecs_eco.engine.schema import component, f32
 

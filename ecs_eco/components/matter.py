@@ -11,5 +11,5 @@ class Matter:
     it when a body grows or shrinks.
     """
 
-    volume: f64.within(0, 1e300) = 0.0  # [L]; 0 until it is born
+    volume: f64.within(0, 1e300) = 0.0  # [L]; 0 until birth
     residue: f32["substances"] = 0.0  # [mol/L] to be added to Chemistry.molarity

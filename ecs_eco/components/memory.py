@@ -8,6 +8,4 @@ class Memory:
     """The state of a policy network with a memory; zero at birth."""
 
     state: f32["memory"].heavy = 0.0
-    began: f32["memory"].heavy = (
-        0.0  # its value at the beginning of the current rollout of an individual learner
-    )
+    began: f32["memory"].heavy = 0.0  # its value at the beginning of an individual learner's current rollout

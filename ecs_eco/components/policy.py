@@ -10,5 +10,5 @@ class Policy:
     weights: f32["weights"].heavy = 0.0
     moment_1: f32["weights"].heavy = 0.0  # Adam's running mean of gradients
     moment_2: f32["weights"].heavy = 0.0  # Adam's running mean of squared gradients
-    steps: i32 = 0  # steps of the optimizer in this life
-    updates: i32 = 0  # updates in this life, one per rollout
+    steps: i32 = 0  # optimizer steps since birth
+    updates: i32 = 0  # updates since birth, one per rollout

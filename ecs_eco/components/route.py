@@ -5,6 +5,6 @@ from ecs_eco.engine.schema import component, i32
 
 @component
 class Route:
-    """The corner of its path toward which an object moves."""
+    """The vertex of its path toward which an object is moving."""
 
     leg: i32.within(0, 1000) = 0

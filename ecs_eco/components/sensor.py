@@ -5,7 +5,7 @@ from ecs_eco.engine.schema import component, f32
 
 @component
 class Sensor:
-    """The sensors of one organism: the last readings x, positions on the body and ranges, in the species'
+    """The sensors of one organism: the latest readings x, positions on the body and ranges, in the species'
     order.
 
     It is read-only and computed on access; genes write to `Senses` instead.
@@ -13,6 +13,6 @@ class Sensor:
 
     # in units of each sensor, in the order of `table.species.nerves.channels`; NaN before the first sensing
     readings: f32["channels"] = 0.0
-    radius: f32["sensors"] = 0.0  # [m] range of each sensor; 0: it has none
+    radius: f32["sensors"] = 0.0  # [m] range of each sensor; 0: no range
     forward: f32["sensors"] = 0.0  # [radii of the body] position of each sensor
     left: f32["sensors"] = 0.0  # [radii of the body]

@@ -1,4 +1,4 @@
-"""Individual values, coded by genes, that replace the species' values."""
+"""Individual values, encoded in genes, that replace the species' values."""
 
 from ecs_eco.engine.schema import component, f32
 

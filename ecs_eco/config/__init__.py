@@ -27,7 +27,7 @@ if TYPE_CHECKING:
         quantity,
     )
 
-_HOME = {  # modules of names that ecs_eco.inputs.section does not define
+_HOME = {  # modules that define names not in ecs_eco.inputs.section
     "Feature": "ecs_eco.config.features.feature",
     **dict.fromkeys(("Formula", "FormulaError", "compile_formula"), "ecs_eco.config.formula"),
     **dict.fromkeys(("for_training", "load"), "ecs_eco.config.loading"),

@@ -25,7 +25,7 @@ ALIKE: tuple[tuple[str, ...], ...] = (
 
 
 def seed_of(seed: int, number: int) -> int:
-    """Return the seed, below 2^53, of the island with this number; `seed` is the archipelago's seed."""
+    """Return the seed (less than 2^53) of the island with this number; `seed` is the archipelago's seed."""
     from ecs_eco.engine.random import mix_int  # it loads numba
 
     return mix_int(mix_int(seed) + number) >> 11
@@ -59,13 +59,13 @@ def check_islands(config: WorldConfig, world_of: Callable[[WorldConfig, str], Wo
 
 
 def _written(problem: Problem, values: Iterable[str]) -> str | None:
-    """Return the dotted key in `values` that a problem comes from, if any."""
+    """Return the dotted key in `values` that caused a problem, if any."""
     path = ".".join(map(str, problem.key))
     return next((key for key in values if key == path or path.startswith(f"{key}.")), None)
 
 
 def _unlike(config: WorldConfig, world: WorldConfig, name: str) -> Iterator[Problem]:
-    """Yield problems with an island that could not exchange migrants."""
+    """Yield the differences that prevent an island from exchanging migrants."""
     place = ("archipelago", "islands", name)
     pairs: list[tuple[str, Any, Any]] = [
         ("substances", list(config.substances), list(world.substances)),

@@ -19,25 +19,25 @@ if TYPE_CHECKING:
     from ecs_eco.config.models.species import Species
 
 SAMPLES = 4096  # combinations of gene values at which a formula is checked
-MOST_GENES = 12  # genes that vary in these samples; the others keep their minimum
+MOST_GENES = 12  # genes that vary in these samples; the others stay at their minimum
 
 
 def all_genes(species: Species) -> list[Gene]:
-    """Return the genes of a species, then its derived traits as genes with the range of their formulas."""
+    """Return the genes of a species, then its derived traits as genes with the ranges of their formulas."""
     if species.genome is None:
         return []
     section, derived = species.genome, []
     formulas, _ = formulas_of(section)
     for name in formulas:
         found = np.asarray(_samples(section, formulas, name)[name], np.float64)
-        found = np.clip(np.nan_to_num(found), -LARGEST, LARGEST)  # other values are refused
+        found = np.clip(np.nan_to_num(found), -LARGEST, LARGEST)  # values beyond these limits are refused
         low, high = float(found.min()), float(found.max())
         derived.append(Gene(name=name, trait=section.derived[name].trait, letters=1, low=low, high=high))
     return [*section.genes, *derived]
 
 
 def formulas_of(section: GenomeSection) -> tuple[dict[str, Formula], list[Problem]]:
-    """Return the formulas of derived traits, each after the formulas that it reads, and problems."""
+    """Return the formulas of derived traits, each after the formulas that it reads, and any problems."""
     genes = [gene.name for gene in section.genes if not is_weights(gene, None)]
     known, found, wrong = [*genes, *section.derived], {}, []
     for name, derived in section.derived.items():

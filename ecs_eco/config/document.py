@@ -30,7 +30,7 @@ class Document:
     folder: Path
     text: str = ""
     set_by: str = "--set"
-    code: Code | None = None  # code of the world that this one modifies; no other code may be named
+    code: Code | None = None  # code of the world that this one modifies; naming other code is not allowed
     places: Sequence[Path] = field(default_factory=tuple)  # where to find its code; empty: in its folder
     original: WorldConfig | None = None  # the world that this one modifies, whose land is reused
     features: tuple[type[Feature], ...] = ()  # features of species that were passed in Python
@@ -55,7 +55,7 @@ class Document:
 
     def __post_init__(self) -> None:
         self.set: dict[Key, Key] = {}  # key: the key as written
-        self.renamed = dict(rename(self.data, WorldConfig))  # key: its former name, which was given
+        self.renamed = dict(rename(self.data, WorldConfig))  # key: its former name, as given in the document
 
     def refused(self, problems: Sequence[Problem]) -> ConfigError:
         """Return the error for these problems, each with its location."""
@@ -68,7 +68,7 @@ class Document:
 
 
 def read_document(world: object) -> Document:
-    """Return the document of a shipped world, a file, a dict or a configuration. Raises ConfigError."""
+    """Read a shipped world, a file, a dict or a configuration into a document. Raises ConfigError."""
     if isinstance(world, Document):
         return world
     if isinstance(world, WorldConfig):
@@ -92,12 +92,13 @@ def read_document(world: object) -> Document:
 
 
 def present(data: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a copy of a stored configuration with present key names."""
+    """Return a copy of a stored configuration with current key names."""
     return Document(copy.deepcopy(dict(data)), "dict", Path()).data
 
 
 def _path(world: object) -> Path:
-    """Return the file of a world, given by name, path, or a folder with one file. Raises ConfigError."""
+    """Return the file of a world given by its name, its path, or a folder with a single world file. Raises
+    ConfigError."""
     if (known := named(world)) is not None:
         return known
     worlds, path = shipped(), Path(str(world))
@@ -112,7 +113,7 @@ def _path(world: object) -> Path:
 
 
 def placed(problem: Problem, document: Document) -> Problem:
-    """Return the problem with its source and line, and with the value if it has none."""
+    """Return the problem with its source and line and, if it lacks the value, with the value."""
     if problem.source:
         return problem
     value = problem.value

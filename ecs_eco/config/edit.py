@@ -50,7 +50,7 @@ def _put(text: str, key: Key, value: object) -> str:
 
 
 def literal(value: object) -> str:
-    """Return a value as TOML, with tables on one line."""
+    """Return a value as TOML, with inline tables."""
     if isinstance(value, Mapping):
         return (
             "{ "

@@ -93,9 +93,9 @@ def _problem(error: Any, data: dict[str, Any], model: type[Section], places: lis
 
 
 def _key(loc: tuple[Any, ...], data: object) -> Key:
-    """Return the location without the tags of unions."""
+    """Return the location without union tags."""
     key: list[str | int] = []
-    tagged = False  # whether the tag of this section has already been left out
+    tagged = False  # whether this section's tag has already been left out
     for part in loc:
         if part == "[key]" or (isinstance(data, dict) and data.get("kind") == part and not tagged):
             tagged = True

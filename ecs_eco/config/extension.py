@@ -27,7 +27,7 @@ def model_for(code: Code, handed: Features = ()) -> type[WorldConfig]:
 
 @lru_cache(100)
 def world_with(features: Features, any_key: bool = False) -> type[WorldConfig]:
-    """Return the model of worlds whose species also have these features, or `any_key`."""
+    """Return the model of worlds whose species also have these features or, with `any_key`, any keys."""
     if not features and not any_key:
         return WorldConfig
     config = {"model_config": ConfigDict(extra="allow")} if any_key else {}
@@ -55,7 +55,7 @@ def unknown_keys(config: WorldConfig) -> Iterator[Problem]:
 
 
 def _reduced(config: Any) -> tuple[Any, ...]:
-    """Return how to pickle a world whose model is created here and has no name in other processes."""
+    """Return how to pickle a world whose model is created here and cannot be imported in other processes."""
     handed = tuple(f for f in own_features(config) if not config._code.subclasses(Feature, f))
     data = config.model_dump() | {"search": config.search, "viewer": config.viewer}
     return _restored, (config._code, handed, data, dict(config.__pydantic_private__ or {}))

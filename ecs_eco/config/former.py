@@ -15,19 +15,19 @@ from ecs_eco.learning.aliases import FORMER
 
 @cache
 def present_names(model: type[Section]) -> dict[str, str]:
-    """Return the present name of each renamed key of a section, by its former name."""
+    """Return the current name of each renamed key of a section, by its former name."""
     fields = model.model_fields.items()
     return {field.alias: name for name, field in fields if field.alias}
 
 
 def rename(data: Any, kind: Any, key: Key = ()) -> Iterator[tuple[Key, str]]:
-    """Rename keys in the data of a section to their present names; yield each key and its former name."""
+    """Rename keys in a section's data to their current names; yield each key and its former name."""
     if not has_former(kind):
         return
     kind = type_of(kind, data)
     if isinstance(data, dict) and is_section(kind) and (names := present_names(kind)).keys() & data.keys():
         now = {names.get(name, name): value for name, value in data.items()}
-        if len(now) == len(data):  # otherwise both names of a key are given, and the former one is refused
+        if len(now) == len(data):  # otherwise both names of a key are given, and the former name is refused
             yield from [((*key, names[name]), name) for name in data if name in names]
             data.clear()
             data.update(now)
@@ -37,7 +37,7 @@ def rename(data: Any, kind: Any, key: Key = ()) -> Iterator[tuple[Key, str]]:
 
 
 def both_names(key: Key, data: Any, kind: Any) -> tuple[Key, Key, Any]:
-    """Return a key with present names, with former names, and its type; `kind` is the type of `data`."""
+    """Return a key with current names, with former names, and its type; `kind` is the type of `data`."""
     now, before = list(key), list(key)
     for i, part in enumerate(key):
         kind = type_of(kind, data)
@@ -79,7 +79,7 @@ def by_former_names(config: Any) -> dict[str, Any]:
 
 
 def notes_on(renamed: Mapping[Key, str], config: Any) -> Iterator[str]:
-    """Yield the present name of each key that was given by a former name, at its first occurrence."""
+    """Yield the current name of each key that was given by a former name, at its first occurrence."""
     first = {(former, key[-1]): key for key, former in reversed([*renamed.items()])}
     yield from (
         f"{Problem(key, '').path} was called {former}" for (former, _), key in reversed(first.items())
@@ -96,7 +96,7 @@ def is_section(kind: object) -> bool:
 
 
 def types_in(kind: object) -> Iterator[Any]:
-    """Yield a type, and the types and annotations that it consists of."""
+    """Yield a type, and the types and annotations that make it up."""
     yield kind
     for part in get_args(kind):
         yield from types_in(part)
@@ -130,7 +130,8 @@ def below(kind: Any, data: Any, part: str | int) -> tuple[Any, Any]:
 
 
 def type_of(kind: Any, data: object) -> Any:
-    """Return a type without Annotated and None; of a union of sections, the one with the data's `kind`."""
+    """Return a type without Annotated and None; for a union of sections, return the one with the data's
+    `kind`."""
     if isinstance(data, Section):
         return type(data)
     members = members_of(kind)

@@ -83,7 +83,7 @@ class Formula:
         self.text, self.names, self._run = text, names, run
 
     def __call__(self, values: Values) -> np.ndarray:
-        """Return the values, float32, in the common shape of the arrays."""
+        """Return the values (float32) in the arrays' common shape."""
         given, shapes = {}, set()
         for name, value in values.items():
             shapes.add(value.shape if type(value) is np.ndarray else np.shape(value))
@@ -129,7 +129,7 @@ def compile_formula(text: str, names: Iterable[str]) -> Formula:
 
 
 def compiled(text: str, compiler_of: Callable[[str, int], Any]) -> tuple[Any, Any]:
-    """Return the function that a text defines, and `compiler_of(line, characters before the text)`."""
+    """Return the function that a text defines, and its compiler, `compiler_of(line, leading spaces)`."""
     line = " ".join(text.split("\n"))
     if len(line) > LONGEST:
         raise FormulaError("too long: it must end", LONGEST, f"at most {LONGEST} characters")
@@ -140,7 +140,7 @@ def compiled(text: str, compiler_of: Callable[[str, int], Any]) -> tuple[Any, An
     except FormulaError:
         raise
     except (SyntaxError, ValueError) as error:
-        offset = getattr(error, "offset", None) or 0  # 0 or less: at the end
+        offset = getattr(error, "offset", None) or 0  # 0 or less: at the end of the text
         raise FormulaError(
             "not an expression", lead + (offset if offset > 0 else len(line.strip()) + 1), compiler.allowed
         ) from None
@@ -183,7 +183,7 @@ class Compiler:
         return operator.itemgetter(name)
 
     def _attribute(self, tree: ast.Attribute) -> Node:
-        """Read Component.field, which names a sensor of that field."""
+        """Return a function that reads the sensor named by Component.field."""
         owner = tree.value.id if isinstance(tree.value, ast.Name) else "…"
         if owner == "…" or tree.attr.startswith("_"):
             raise self._error(f'attribute "{owner}.{tree.attr:.40}" is not allowed', tree)

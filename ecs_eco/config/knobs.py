@@ -1,4 +1,4 @@
-"""The values that pages let users change in a run: numbers, switches, and a world's knobs."""
+"""The values that users can change on pages during a run: numbers, switches, and a world's knobs."""
 
 from collections.abc import Container, Iterable, Iterator
 from functools import reduce

@@ -49,9 +49,9 @@ def load(
     Parameters
     ----------
     world : str, Path, Mapping or WorldConfig
-        Name of a shipped world, path of a TOML file, its content, or a configuration.
+        Name of a shipped world, path of a TOML file, its contents, or a configuration.
     overrides : Mapping or sequence of str, optional
-        Dotted keys with values, or texts such as "species.deer.count=50".
+        Dotted keys with values, or strings such as "species.deer.count=50".
     systems : iterable
         Classes or instances of systems, in addition to those in the file.
     reporters : Mapping of str to str or callable
@@ -71,7 +71,7 @@ def load(
     Raises
     ------
     ConfigError
-        With every problem found.
+        Lists every problem found.
 
     Examples
     --------
@@ -101,9 +101,9 @@ def load(
     problems += wrong_ranges + [_beside(p, inline) for p in invalid]
     if config is not None:
         problems += check_search(config, inline, document.set)
-        if document.original is None:  # values of a modified world may be outside its knobs' ranges
+        if document.original is None:  # in a modified world, values may be outside the ranges of its knobs
             problems += check_knobs(config, document.set)
-            if not problems and not document.places:  # a recording's world: its folder keeps a copy
+            if not problems and not document.places:  # the world of a recording, whose folder keeps a copy
                 problems += check_measurements(config)
     if config is not None and not problems:
         problems = _check_training(config) or check_islands(config, island_of)
@@ -238,7 +238,7 @@ def _check_ramp(config: WorldConfig, number: int, ramp: Ramp) -> list[Problem]:
 
 
 def _moved_to_training(problem: Problem, plan: Training) -> Problem:
-    """Return the problem at the entry of [training] set or vary that caused it."""
+    """Return the problem, located at the entry of [training] `set` or `vary` that caused it."""
     path = ".".join(map(str, problem.key))
     part = "vary" if path in plan.vary else "set"
     written = path if path in getattr(plan, part) else None

@@ -30,8 +30,8 @@ IN_WORLD = Place(("data", "file"), ("data", "columns"), "", "")
 
 
 class Outside(NamedTuple):
-    """An external series: evenly spaced times f64[n], and columns f64[n] by the species or reporter that they
-    are compared with; `named` gives their names in the file."""
+    """An external series: evenly spaced times f64[n], and columns f64[n], keyed by the species or reporter with
+    which they are compared; `named` gives their names in the file."""
 
     times: np.ndarray
     columns: dict[str, np.ndarray]
@@ -41,7 +41,7 @@ class Outside(NamedTuple):
 
     @property
     def step(self) -> float:
-        """The time between samples."""
+        """Time between samples."""
         return float(self.times[1] - self.times[0])
 
 

@@ -1,4 +1,4 @@
-"""The memory that a world needs at its start, estimated only from its numbers, and the machine's memory."""
+"""The memory that a world needs at its start, estimated from its numbers alone, and the machine's memory."""
 
 import math
 import os

@@ -15,7 +15,7 @@ from ecs_eco.inputs.section import ANEW, FREE, SHAPE, Change, Use, function_name
 
 
 def changes(old: object, new: object, key: Key = ()) -> Iterator[tuple[Key, Any, Any]]:
-    """Yield the key, old value and new value of every difference between two sections of `model_dump`."""
+    """Yield the key, old value and new value of every difference between two sections from `model_dump`."""
     if isinstance(new, dict) and "use" in new and (isinstance(old, str) or callable(old)):
         old = {"use": old}  # only the parameters of this function are new
     if isinstance(old, dict) and isinstance(new, dict):
@@ -36,7 +36,7 @@ def refused(old: WorldConfig, new: WorldConfig) -> list[Problem]:
         if not hint and MISSING in (before, now) and {"properties", "substances"} & {key[0], *key[2:3]}:
             hint = SHAPE  # a column would be added or removed
         if not hint and key[0] == "objects" and key[-1] == "renewal" and before is MISSING:
-            hint = ANEW  # no system exists for it
+            hint = ANEW  # no system exists that carries it out
         if hint:
             problems.append(Problem(key, "cannot change during a run", now, hint))
     for name, species in new.species.items():

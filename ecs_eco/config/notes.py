@@ -11,7 +11,7 @@ from ecs_eco.config.shipped import WORLDS
 from ecs_eco.learning.aliases import hint
 from ecs_eco.learning.weights import NAMES
 
-LATE = 0.25  # of a lifespan; generations hardly overlap if breeding begins this late
+LATE = 0.25  # fraction of a lifespan; generations hardly overlap if breeding begins this late
 
 
 def notes(config: WorldConfig) -> list[str]:
@@ -126,7 +126,7 @@ def _on_weights(config: WorldConfig, species: Species) -> Iterator[str]:
 
 
 def _oldest(species: Species) -> float | None:
-    """Return the age at which a species dies [s], or None if it has no limit."""
+    """Return the age [s] at which members of a species die, or None if it has no limit."""
     return min(
         (limit.max for limit in species.lethal if limit.property == "age" and limit.max is not None),
         default=None,
@@ -175,7 +175,7 @@ def meaningless_debt(config: WorldConfig, species: Species) -> str:
 
 
 def _costs(config: WorldConfig, species: Species) -> Iterator[str]:
-    """Yield the keys of a species that cost energy even if it has none left."""
+    """Yield a species' keys that cost energy even when it has none left."""
     if species.metabolism.basal > 0:
         yield "metabolism.basal"
     if species.locomotion is not None:

@@ -44,8 +44,8 @@ def _contacts(config: WorldConfig) -> Iterator[tuple[str, str, str, float, str]]
 
 
 def share_met(way: float, meet: float) -> float:
-    """Return the proportion of encounters detected: of the strip within `meet` [m] of a straight course, the
-    part that is within `meet` of points `way` [m] apart on the course."""
+    """Return the proportion of encounters detected: the part of the strip within `meet` [m] of a straight
+    course that is also within `meet` of points `way` [m] apart on the course."""
     disc = math.pi * meet * meet
     if way < 2 * meet:  # subtract the overlap of two neighboring discs
         disc -= 2 * meet * meet * math.acos(way / 2 / meet) - way / 2 * math.sqrt(4 * meet * meet - way * way)

@@ -12,12 +12,12 @@ from pydantic.fields import FieldInfo
 from ecs_eco.inputs.section import COLUMN, LARGEST, Column, Own, Section
 
 Key = tuple[str, ...]
-PLACE = "*"  # in a pattern: a name chosen by the file, or a list index
+PLACE = "*"  # in a pattern: a name chosen in the file, or a list index
 
 
 @dataclass(frozen=True)
 class Number:
-    """A number in a section's schema; `pattern` is its key with * for names chosen by the file."""
+    """A number in a section's schema; `pattern` is its key with * for names chosen in the file."""
 
     pattern: Key
     low: float
@@ -96,7 +96,7 @@ def narrowed(span: tuple[float, float, bool], limit: object) -> tuple[float, flo
 def values_in(section: Section) -> Iterator[tuple[Number, Key, float]]:
     """Yield (number, key, value) for every number in a section, in schema order.
 
-    A list entry appears in the key with its name, food or property; if it has none, with its index.
+    In the key, a list entry is represented by its name, food or property; if it has none, by its index.
     """
     schema = numbers_of(type(section))
     for field in type(section).model_fields:
@@ -120,7 +120,7 @@ def _values(pattern: Key, key: Key, value: object) -> Iterator[tuple[Key, Key, f
 
 
 def labels(entries: list[Any]) -> list[str]:
-    """Return labels of list entries: name, food or property, numbered if shared; otherwise the index."""
+    """Return labels for list entries: name, food or property, numbered if not unique; otherwise the index."""
     words = ("label", "name", "eats", "property")
     names = [str(next(filter(None, (getattr(e, w, None) for w in words)), i)) for i, e in enumerate(entries)]
     shared, seen = Counter(names), Counter[str]()
@@ -132,7 +132,7 @@ def labels(entries: list[Any]) -> list[str]:
 
 
 def with_value(part: Any, key: Key, value: float) -> Any:
-    """Return a copy of a section, table or list with a new value at `key`, a key of `values_in`."""
+    """Return a copy of a section, table or list with a new value at `key`, which is a key from `values_in`."""
     if not key:
         return value
     name, below = key[0], key[1:]

@@ -19,7 +19,7 @@ ALIASES: dict[str, Key] = {"birth_rate": ("reproduction", "rate")}
 
 
 def apply_overrides(document: Document, overrides: Overrides) -> list[Problem]:
-    """Set values in a document; return problems."""
+    """Set values in a document; return any problems."""
     problems: list[Problem] = []
     pairs = overrides.items() if isinstance(overrides, Mapping) else [parse(text) for text in overrides or ()]
     for name, value in pairs:
@@ -46,7 +46,7 @@ def parse(text: str) -> tuple[str, Any]:
     name, sign, value = (part.strip() for part in text.partition("="))
     if not sign or not name.strip(". "):
         return name, Problem(
-            (), "not of the form key=value", text, "a text such as species.deer.count=50", source="--set"
+            (), "not of the form key=value", text, "a string such as species.deer.count=50", source="--set"
         )
     try:
         parsed = parse_toml(f"v = {value}")

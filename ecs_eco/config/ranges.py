@@ -1,4 +1,4 @@
-"""Numbers written `{ value = 0.014, search = [0.004, 0.02] }`: the range moves to [search.ranges]."""
+"""Numbers written as `{ value = 0.014, search = [0.004, 0.02] }`: their ranges are moved to [search.ranges]."""
 
 import math
 import re
@@ -26,7 +26,7 @@ def name_of(key: Key) -> str:
 
 
 def take_ranges(data: dict[str, Any]) -> tuple[dict[str, Key], list[Problem]]:
-    """Replace numbers that have a range by their values; return the keys of the ranges, and problems."""
+    """Replace numbers that have a range with their values; return the ranges' keys and any problems."""
     ranges: dict[str, Key] = {}
     problems: list[Problem] = []
     for holder, key in list(_tables(data, ())):
@@ -96,7 +96,7 @@ def _check_range(name: str, span: Range, place: Key, value: object, set_: bool) 
 
 
 def real_key(data: Any, key: Key) -> tuple[Key, Any, Problem | None]:
-    """Return the key with integers as list indices, and the value there or the problem with the key."""
+    """Return the key with integer list indices, and its value or the problem with the key."""
     real: list[str | int] = []
     key = both_names(key, data, WorldConfig)[0]
     for part in key:
@@ -145,7 +145,7 @@ def _check_objective(config: WorldConfig) -> Iterator[Problem]:
 
 
 def place_in(entries: list[Any], part: str | int) -> int | None:
-    """Return the list index that part of a key refers to: a number, or the unique name of an entry."""
+    """Return the list index to which part of a key refers: a number, or the unique name of an entry."""
     if str(part).isdecimal() and len(str(part)) < 10:
         return int(part) if int(part) < len(entries) else None
     found = [i for i, entry in enumerate(entries) if name_of_entry(entry) == part]

@@ -9,7 +9,7 @@ from typing import Any
 
 from ecs_eco.engine.errors import ConfigError, Problem
 
-MOST_BYTES = 500_000  # limit of a world file: tomllib takes seconds for more; shipped files have up to 20,000
+MOST_BYTES = 500_000  # of a world file; tomllib takes seconds for more; shipped files have up to 20,000
 DEEPEST = 32  # maximum nesting of tables and lists; shipped worlds have up to 7 levels
 LONG_KEY = re.compile(
     r"""(?:^|[{,\[])[ \t]*(?:(?:[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*){32}""", re.MULTILINE
@@ -19,7 +19,7 @@ DIGITS = re.compile(r"\d[\d_]{4000}")
 
 
 def read_bytes(path: Path, most: int) -> bytes:
-    """Return the content of a regular file with at most `most` bytes; otherwise raise an OSError."""
+    """Return the contents of a regular file with at most `most` bytes; otherwise raise an OSError."""
     # opening a pipe must not block
     flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
     handle = os.open(path, flags)
@@ -44,7 +44,7 @@ def check_regular(status: os.stat_result, most: int) -> None:
 
 
 def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
-    """Return the text and content of a TOML file; raise a ConfigError that gives the line of an error."""
+    """Return a TOML file as text and as data; raise a ConfigError that gives the line of any error."""
     allowed = "a TOML file in UTF-8"
     try:
         # some editors write a byte order mark
@@ -62,7 +62,7 @@ def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
 
 
 def parse_toml(text: str) -> dict[str, Any]:
-    """Return the content of TOML text; raise a ValueError if Python cannot read it."""
+    """Return the data in TOML text; raise a ValueError if Python cannot read it."""
     if match := LONG_KEY.search(text):  # tomllib's time is quadratic in the number of parts
         raise _at(text, match, f"a dotted key has more than {DEEPEST} parts")
     try:

@@ -1,8 +1,8 @@
 """Formulas of reporters: numbers computed from the fields of components over all living organisms.
 
-`mean(Metabolism.energy)` gives a number per species, `mean(wolf.Metabolism.energy)` one for the world. The
-language within the parentheses is that of formula.py, with fields instead of sensors. All numbers are
-float64, and organisms are sorted by uid, so results do not depend on the order of rows.
+`mean(Metabolism.energy)` gives a number per species, `mean(wolf.Metabolism.energy)` one for the world. Within
+the parentheses, the language is as in formula.py, with fields instead of sensors. All numbers are float64, and
+organisms are sorted by uid, so results do not depend on the order of rows.
 """
 
 import ast
@@ -49,7 +49,7 @@ class Living:
         self.n = self._rows.size
 
     def has(self, component: str, field: str) -> bool:
-        """Return whether these organisms have a field."""
+        """Return whether these organisms have the field."""
         return hasattr(self._columns.get(component), field)
 
     def __getitem__(self, name: tuple[str, str]) -> np.ndarray:
@@ -58,7 +58,7 @@ class Living:
 
 
 class Scope:
-    """The organisms that names in a formula refer to; None is the species that the number describes."""
+    """The organisms to which names in a formula refer; None is the species that the number describes."""
 
     def __init__(self, tables: Mapping[str, Any]) -> None:
         self.own: str | None = None
@@ -121,7 +121,7 @@ class _Compiler(Compiler):
         super().__init__(line, lead, ())
         self.kinds, self.known, self.complete = kinds, known, complete
         self.fields, self.aggregates, self.each = set[Field](), 0, False
-        self.within: set[str | None] | None = None  # within an aggregate, the owners of the fields read
+        self.within: set[str | None] | None = None  # within an aggregate, the species whose fields are read
 
     def _call(self, tree: ast.Call) -> Node:
         name = tree.func.id if isinstance(tree.func, ast.Name) else ""

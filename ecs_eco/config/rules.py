@@ -37,7 +37,7 @@ def no_such(key: Key, kind: str, name: str, known: Iterable[str]) -> Problem:
 
 
 def once(key: Key, names: Sequence[str], allowed: str) -> Iterator[Problem]:
-    """Yield a problem for each name that already occurs earlier in a list."""
+    """Yield a problem for each name that occurs earlier in the same list."""
     for i, name in enumerate(names):
         if name in names[:i]:
             yield Problem((*key, i), "named twice", name, allowed)
@@ -62,7 +62,7 @@ def check_objects(config: WorldSections, key: Key, ways: Sequence[Any], distance
 
 
 def check_used(species: Any, key: Key, section: str, group: str) -> Iterator[Problem]:
-    """Yield a problem if a species has an action group but lacks the section that it needs."""
+    """Yield a problem if a species has an action group but lacks the section that the group needs."""
     if group in species.actions and not getattr(species, section):
         fault, allowed = (
             f"it {section} nothing",
@@ -85,7 +85,7 @@ def extent(size: Sequence[float]) -> str:
 
 
 def written_at(problem: Problem, place: Key, written: str | None, while_: str = "") -> Problem:
-    """Return a problem of a derived world, moved to `place` or to the value `written` there, if given."""
+    """Return a problem with a derived world, moved to `place` or, if given, to the value `written` there."""
     where = "" if written is not None else f", at {problem.path}{while_}"
     key = place if written is None else (*place, written)
     return problem.moved(key=key, what=problem.what + where, source="", line=None)

@@ -30,7 +30,7 @@ SYNONYMS = {  # terms of other programs and papers → our terms
     "velocity": "speed",
     "layers": "hidden",
 }
-ONE_LETTER = 0.9  # similarity of words that differ by one letter; preferred to the same key elsewhere
+ONE_LETTER = 0.9  # similarity of words that differ by one letter; preferred over the same key elsewhere
 EVERYWHERE = ("name", "kind", "title", "description")  # words too common to show which section is meant
 NEAR = 2  # maximum steps up and down from the section of an unknown key to the section that has it
 
@@ -59,7 +59,7 @@ def kind_of_key(key: Key, places: list[Place]) -> str:
 
 
 def _table_of(word: str, data: Mapping[str, Any], model: type[Section]) -> str:
-    """Return the table that has an entry with this name, or whose entries have the keys below it."""
+    """Return the table that has an entry with this name, or whose entries have the keys under it."""
     keys = set(_table(data.get(word)))
     for table in (name for name in NAMED if name in model.model_fields):
         entry = typing.get_args(model.model_fields[table].annotation)[-1]
@@ -84,9 +84,9 @@ def _guesses(key: Key, word: str, places: list[Place], siblings: tuple[str, ...]
 
 
 def _closest(key: Key, word: str, places: list[Place]) -> str:
-    """Return the only key with this name in the sections closest to an unknown key's section, or "".
+    """Return the key with this name in the sections closest to an unknown key's section, or "" if not unique.
 
-    Sections that the world has come first.
+    Sections present in the world come first.
     """
     found: dict[tuple[int, bool], dict[Key, Key]] = {}
     for place in places:

@@ -39,7 +39,7 @@ def traits_of(species: Species, dims: int, extra_components: Iterable[Any] = ())
     section = species.genome
     traits_of_genes = [gene.trait for gene in section.genes] if section else []
     coded = [*traits_of_genes, *(one.trait for one in section.derived.values())] if section else []
-    places = [trait for trait in coded if trait in in_traits]  # their order must never change
+    places = [trait for trait in coded if trait in in_traits]  # the order of these entries must never change
     return {
         trait.name: replace(trait, index=places.index(trait.name))
         if trait.component == "Traits" and trait.name in places
@@ -160,7 +160,7 @@ def _of_nerves(species: Species) -> Iterator[Trait]:
         yield _trait(
             f"happiness.{channel}", "HappinessWeights", weight, text, low=-LARGEST, field="weight", index=i
         )
-    for word in ("reflex", "happiness"):  # networks created by `fit_network`, which only evolution changes
+    for word in ("reflex", "happiness"):  # made by `fit_network`; only evolution changes the weights
         if getattr(getattr(species, word), "function", None) is not None:
             text = f"weights of its {word} network, if fit_network created the function"
             yield _trait(f"{word}.weights", "Instincts", 0.0, text, "1", -LARGEST, kind="weights", field=word)
@@ -173,7 +173,7 @@ def _of_learning(species: Species) -> Iterator[Trait]:
     yield _trait("policy.weights", "Policy", 0.0, text, low=-LARGEST, kind="weights")
     settings = ppo_defaults() | species.ppo
     for field, high in {"learning_rate": LARGEST, "discount": 1.0, "entropy_coef": LARGEST}.items():
-        # anything else is reported elsewhere
+        # other values are reported elsewhere
         own = float(settings[field]) if isinstance(settings[field], int | float) else 0.0
         text = f"{field.replace('_', ' ')} of its learning by PPO"
         yield _trait(f"ppo.{field}", "LearningRates", own, text, high=high, field=field.removesuffix("_coef"))

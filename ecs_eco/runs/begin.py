@@ -1,5 +1,4 @@
-"""The start of a recorded run, which writes policies, a first checkpoint and the manifest, and its
-restart."""
+"""Start a recorded run, writing its policies, a first checkpoint and its manifest, or restart it."""
 
 from __future__ import annotations
 
@@ -32,7 +31,7 @@ POLICIES = "policies"  # the folder with the initial policies of a run
 
 @contextmanager
 def begun(out: str | Path | Claim) -> Iterator[Claim]:
-    """Claim a folder for a run; a run that ends before it has a manifest leaves nothing behind."""
+    """Claim a folder for a run; if the run ends before it has a manifest, it leaves nothing behind."""
     with claimed(out) as claim:
         try:
             yield claim
@@ -116,7 +115,7 @@ def start_of(
     its folder has moved.
 
     `config` replaces the manifest's configuration. Raises RecordingError if a policy differs from the run's
-    initial policy, and ConfigError.
+    initial policy; can also raise ConfigError.
     """
     policies, weights = manifest["policies"], manifest.get("weights", {})
     for name, wanted in weights.items():

@@ -32,8 +32,8 @@ def repeatable(manifest: dict[str, Any]) -> dict[str, Any]:
     Returns
     -------
     dict
-        An argument for `World.from_config`. It includes the world file's interventions that were still to
-        come, because the digest covers them.
+        An argument for `World.from_config`. It includes the world file's interventions that were still
+        pending, because the digest covers them.
 
     Examples
     --------
@@ -92,7 +92,7 @@ def repeat(
     Raises
     ------
     RecordingError
-        For a folder without a run, a fork, an island, or a run that was killed before its end.
+        If the folder contains no run, or contains a fork, an island, or a run that was killed before its end.
 
     Examples
     --------

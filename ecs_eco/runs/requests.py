@@ -42,7 +42,7 @@ def note_requests(world: World, manifest: dict[str, Any]) -> bool:
 
 
 def without(some: list[Any], others: list[Any]) -> list[Any]:
-    """Return the list `some` without the items of `others`; each of these removes one equal item."""
+    """Return the list `some` after removing one equal item for each item in `others`."""
     remaining, out = list(others), []
     for x in some:
         if x in remaining:

@@ -42,7 +42,7 @@ KEEP = 3  # checkpoints
 
 
 class Stopped(KeyboardInterrupt):
-    """Raised when a run stops on request, at the end of a tick and with a checkpoint."""
+    """Raised when a run stops on request, after it has completed its tick and written a checkpoint."""
 
     def __init__(self, tick: int, folder: Path) -> None:
         super().__init__(f"stopped at tick {tick}; resume with: ecs-eco resume {folder}")
@@ -106,7 +106,8 @@ def run_to_folder(
     prepare : callable, optional
         Called with the world before the first tick.
     trust : bool, default False
-        Whether the code listed in the file's `code` is allowed to run in this process. The folder keeps a copy.
+        Whether the code listed in the file's `code` is allowed to run in this process. The folder stores a
+        copy of the code.
 
     Returns
     -------
@@ -116,11 +117,12 @@ def run_to_folder(
     Raises
     ------
     Stopped
-        A KeyboardInterrupt, raised after Ctrl-C or SIGTERM, at the end of the tick and with a checkpoint.
+        A KeyboardInterrupt, raised after Ctrl-C or SIGTERM, once the tick is complete and a checkpoint is
+        written.
     FileExistsError
         If `out` is not empty.
     FolderInUse
-        If another process writes there.
+        If another process is writing there.
     RecordingError
         If writing fails.
 
@@ -195,7 +197,7 @@ def resume(
     RecordingError
         If the folder contains no run, or its run is past `until` or was recorded in the other numerical mode.
     FolderInUse
-        If another process writes there.
+        If another process is writing there.
     ForeignFile
         If a checkpoint or a part belongs to another run.
     CheckpointError
@@ -239,7 +241,7 @@ def resume(
             )
         check_content(path, folder.parts)
         manifest |= {"ticks": until, "finished": False, **folder.written}
-        keep_manifest(folder, manifest)  # before parts in this count are deleted
+        keep_manifest(folder, manifest)  # must precede the deletion of parts beyond this count
         folder.forget_later()
         if prepare is not None:
             prepare(world)
@@ -413,7 +415,7 @@ def built(
     learn: Learn,
     controls: Sequence[str],
 ) -> Any:
-    """Return the world of a run, built without a recorder."""
+    """Build the world of a run, without a recorder."""
 
     return World.from_config(
         config, seed=seed, policies=policies, threads=threads, learn=learn, controls=controls, record=False
@@ -423,7 +425,7 @@ def built(
 def manifest_of(
     world: World, ticks: int, policies: Policies, learn: Learn, controls: Sequence[str]
 ) -> dict[str, Any]:
-    """Return the manifest's entries about a run of a world with this configuration."""
+    """Return the manifest entries for a run of a world with this configuration."""
     config = world.config
     return {
         "format": belonging.FORMAT,
@@ -446,8 +448,8 @@ def manifest_of(
 
 
 def snapshots(config: WorldConfig, ticks: int) -> int:
-    """Return the ticks between snapshots, about 100 of which are taken per run; with a sun, at all hours of
-    the day."""
+    """Return the number of ticks between snapshots: about 100 per run and, with a sun, at all hours of the
+    day."""
     every, sun = max(1, ticks // 100), config.sun
     day = round(sun.day / config.dt) if sun is not None else 0
     while day > 1 and math.gcd(every, day) > 1:
@@ -493,7 +495,7 @@ def go_on(
     report: bool,
     begin: float,
 ) -> dict[str, Any]:
-    """Run a recorded world up to a tick, with checkpoints; always leave a consistent folder."""
+    """Run a recorded world up to a tick, with checkpoints; the folder is always left in a consistent state."""
     every, path = manifest.get("checkpoint_every") or 0, folder.path
     first, spent, whole = world.tick, float(manifest.get("wall_seconds", 0.0)), False
 
@@ -535,7 +537,7 @@ def go_on(
 
 
 def _of_all(progress: Progress, at: int, until: int) -> Progress:
-    """Return a progress function that converts the ticks of a part of the run to ticks of the whole run."""
+    """Return a progress function that converts ticks of one part of the run to ticks of the whole run."""
     return lambda done, _: progress(at + done, until)
 
 

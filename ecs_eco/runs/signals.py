@@ -13,7 +13,7 @@ from ecs_eco.ecosystem import World
 
 @contextmanager
 def stopping(world: World) -> Iterator[Callable[[], None]]:
-    """Make SIGINT and SIGTERM stop the world at the end of its tick; a second signal stops at once.
+    """Make SIGINT and SIGTERM stop the world at the end of its tick; a second signal stops it at once.
 
     Yields a function to call afterwards if the world had already ended: it passes the signals on to
     previously installed handlers, such as the handler that ends a worker.

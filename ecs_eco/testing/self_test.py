@@ -81,7 +81,7 @@ def short_world(case: Case, seed: int, horizon: int) -> World:
 
 
 def _config(case: Case, horizon: int) -> Any:
-    """Return the configuration, with rollouts short enough for updates within the test."""
+    """Return the configuration, with rollouts short enough for policies to be updated within the test."""
     learners = [name for name, species in load(case.world).species.items() if species.policy.thinks]
     return load(case.world, [f"species.{name}.ppo.horizon={horizon}" for name in learners])
 

@@ -196,7 +196,7 @@ def act(world: World, kind: type[System]) -> None:
 
 @contextmanager
 def all_threads() -> Iterator[None]:
-    """Return a context in which worlds use all their threads, however few organisms they have.
+    """Return a context in which worlds use all their threads, even with few organisms.
 
     Returns
     -------

@@ -23,8 +23,8 @@ def check_system(kind: type[System], make_world: Callable[[int], Any], ticks: in
     """Check a system in identical new worlds.
 
     It must be declared completely; leave births and deaths to `request` and `kill`; keep columns and their
-    types, and keep living organisms finite and within bounds; write only to living organisms; add 1 to
-    `table.version` if it moves any; record the energy that it gives and takes in the flow columns; use no
+    types, and keep the values of living organisms finite and within bounds; write only to living organisms; add
+    1 to `table.version` if it moves any; record the energy that it gives and takes in the flow columns; not use
     global random numbers; and give the same results for any row order and any number of threads.
 
     Parameters

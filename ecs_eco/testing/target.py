@@ -1,4 +1,4 @@
-"""The target, on which results depend in addition to world and seed: the processor and package versions."""
+"""The target, on which results depend in addition to the world and seed: processor and package versions."""
 
 from __future__ import annotations
 

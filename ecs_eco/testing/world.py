@@ -131,7 +131,7 @@ def _check_dead(world: World, dead: set[int]) -> None:
 
 
 def _check_matter(world: World) -> None:
-    """Check that the ledger of matter closes, within 1e-6 of the stock."""
+    """Check that the matter ledger closes to within 1e-6 of the stock."""
     pages = {name: np.array(values) for name, values in world.recorder.matter_series().to_pydict().items()}
     off, size = np.abs(matter.imbalance(pages)), np.sum([np.abs(pages[c]) for c in matter.LEDGER], axis=0)
     if (wrong := np.flatnonzero(off > 1e-6 * size + 1e-15)).size:

@@ -173,7 +173,7 @@ def test_a_search_over_less_than_a_life_is_noted():
     assert notes(load(config)) == []
     assert notes(load(config | ranges | {"ticks": 60})) == []
     (found,) = notes(load(config | ranges))
-    assert found.startswith("species.hermit: runs of a search last 40 s, less than a lifespan of 50 s")
+    assert found.startswith("species.hermit: a search's runs last 40 s, less than a lifespan of 50 s")
 
 
 def test_the_words_of_others_for_hyperparameters_are_taken_and_noted():

@@ -143,7 +143,7 @@ def test_numbers_are_read_by_name():
 
 
 WRONG = {
-    "actions.turn.continuous.*first below the second": {"actions": {"turn": {"continuous": [1.0, 1.0]}}},
+    "actions.turn.continuous.*the smaller one first": {"actions": {"turn": {"continuous": [1.0, 1.0]}}},
     "actions.turn.continuous.*at least 2 entries": {"actions": {"turn": {"continuous": [1.0]}}},
     "actions.turn.continuous.1.*finite number": {"actions": {"turn": {"continuous": [1.0, "two"]}}},
     "actions.turn.*continious.*unknown key.*continuous": {"actions": {"turn": {"continious": [0.0, 1.0]}}},
@@ -155,7 +155,7 @@ WRONG = {
     "actions.pitch.*group climb": {"actions": {"pitch": ["up"]}},
     "actions.eat.*cannot be continuous.*speed": {"actions": {"eat": {"continuous": [0.0, 1.0]}}},
     "default_action.turn.*-0.8 to 0.8": {"default_action": {"turn": 0.9}},
-    "default_action.turn.*not a number": {"default_action": {"turn": "left"}},
+    "default_action.turn.*not a possible value": {"default_action": {"turn": "left"}},
     "always_on.0.*always executed": {"always_on": ["turn"]},
 }
 

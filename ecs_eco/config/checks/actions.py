@@ -77,7 +77,7 @@ def _check_neutral(key: Key, species: Species) -> Iterator[Problem]:
 def _check_range(
     config: WorldConfig, key: Key, species: Species, group: str, free: bool
 ) -> Iterator[Problem]:
-    """Check a continuous action; a `free` one is carried out by a custom system."""
+    """Check a continuous action; if it is `free`, a custom system carries it out."""
     low, high = species.ranges()[group]
     given, at = {"continuous": [low, high]}, key[:-1]
     if not low < high:
@@ -99,7 +99,7 @@ def _check_range(
         ends = {"speed": (0.0, max(species.locomotion.speed.values())), "pitch": (-math.pi / 2, math.pi / 2)}
         least, most = ends.get(group, (-LARGEST, LARGEST))
         if low < least or high > most:
-            words = "speeds up to the fastest gait's" if group == "speed" else "angles"
+            words = "speeds up to the fastest gait" if group == "speed" else "angles"
             yield Problem(key, "out of range", [low, high], f"{words}, {least:g} to {most:g}")
 
 
@@ -116,7 +116,7 @@ def _groups_of_exchange(species: Species) -> list[str]:
 
 
 def _may_act(config: WorldConfig) -> bool:
-    """Return whether systems that are not loaded yet could carry out any action group."""
+    """Return whether systems that are not yet loaded could carry out unknown action groups."""
     return not config._code.allowed and any(
         isinstance(name := getattr(s, "use", s), str) and name not in SHIPPED for s in config.systems
     )

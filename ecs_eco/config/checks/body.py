@@ -14,8 +14,8 @@ from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.rules import Key, at_most, extent, inside, named
 from ecs_eco.engine.errors import Problem
 
-MOST_SITES = 10_000_000  # plant sites per species
-# number of spheres, per spacing^dims, when no more fit at random positions
+MOST_SITES = 10_000_000  # maximum number of plant sites per species
+# number of spheres per spacing^dims at which no more fit at random positions
 JAMMED = {2: 0.547 / (math.pi / 4), 3: 0.384 / (math.pi / 6)}
 
 
@@ -115,7 +115,7 @@ def _check_mating(config: WorldConfig, key: Key, species: Species, way: Sexual) 
 
 
 def _room(config: WorldConfig, species: Species) -> float:
-    """Return how many organisms fit with the spacing of newborns, on sites or at random positions."""
+    """Return how many organisms fit, on sites or at random positions, given the spacing of newborns."""
     way, size = species.reproduction, config.space.size
     if way is None or way.spacing == 0:
         return math.inf
@@ -125,7 +125,7 @@ def _room(config: WorldConfig, species: Species) -> float:
 
 
 def farthest(config: WorldConfig, species: Species) -> float:
-    """Return the maximum distance of a sensor from the center of the largest possible body [body radii]."""
+    """Return how far a sensor can be from the center of the largest possible body [body radii]."""
     radii = (gene for gene in all_genes(species) if gene.trait == "body.radius")
     inherited = [max(gene.values or [gene.high or 0.0]) for gene in radii]
     radius = max([species.body.radius, *inherited])
@@ -145,7 +145,7 @@ def check_matter(config: WorldConfig, key: Key, kind: Species | ObjectType) -> I
 
 
 def check_size(config: WorldConfig, key: Key, body: Body) -> Iterator[Problem]:
-    """Yield problems with a body that does not fit into the world."""
+    """Yield problems with a body that does not fit in the world."""
     size, at = config.space.size, (*key, "body")
     if body.shape == "sphere":
         fault = "the body does not fit into the world"

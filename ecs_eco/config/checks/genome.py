@@ -75,7 +75,7 @@ def check_genome(config: WorldConfig, name: str) -> Iterator[Problem]:
 
 
 def _placed(problem: Problem, key: Key, section: GenomeSection, whole: GenomeSection) -> Problem:
-    """Return the problem of a gene in `whole`, located at its formula if it is a derived trait."""
+    """Return the problem with a gene in `whole`, located at the formula if the gene is a derived trait."""
     number = int(problem.key[len(key) + 1])
     if number < len(section.genes):
         return problem
@@ -87,7 +87,7 @@ def _placed(problem: Problem, key: Key, section: GenomeSection, whole: GenomeSec
 
 
 def components_of(config: WorldConfig, species: Species) -> list[Any] | None:
-    """Return the species' custom components; None if they are invalid or not allowed to be loaded."""
+    """Return the species' custom components; None if they are invalid or are not allowed to be loaded."""
     own = config.own_components(species)
     return own if all(map(is_component, own)) else None
 
@@ -137,7 +137,7 @@ def _ends(gene: Gene) -> list[tuple[str, float]]:
 
 
 def _check_masses(species: Species, key: Key, gene: Gene) -> Iterator[Problem]:
-    """Yield a problem if a gene for the radius leads, with the density, to masses out of range."""
+    """Yield a problem if a gene for the radius, combined with the density, leads to masses out of range."""
     for field, radius in _ends(gene) if species.body.density is not None else ():
         mass = species.body.mass * (radius / species.body.radius) ** 3
         if radius > 0 and not SMALLEST <= mass <= LARGEST:
@@ -188,7 +188,7 @@ def _check_brain(name: str, species: Species, section: GenomeSection) -> Iterato
 
 
 def _check_founders(key: Key, section: GenomeSection, layout: Layout) -> Iterator[Problem]:
-    """Yield a problem if genes cannot code for the values of founders."""
+    """Yield a problem if the genes cannot code for the founders' values."""
     for i, code in enumerate(layout.genes if section.founders == "own" else ()):
         if code.trait is None or code.width:
             continue

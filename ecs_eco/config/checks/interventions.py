@@ -1,4 +1,4 @@
-"""Checks of interventions and land use: whatever they name exists, is in the world and can change."""
+"""Checks of interventions and land use: everything they name exists, is in the world and can change."""
 
 import math
 from collections.abc import Callable, Iterator, Mapping
@@ -203,7 +203,7 @@ def check_line(key: Key, line: list[list[float]], config: WorldConfig) -> Iterat
 
 
 def _check_sets(config: WorldConfig, folder: Path, changed: Changed) -> Iterator[Problem]:
-    """Yield problems with values to be set, in chronological order: each must leave a valid world."""
+    """Yield problems with values to be set, in chronological order; after each, the world must be valid."""
     now = config
     for place, change in _in_time(config, Set):
         key = (*place, "set")

@@ -31,16 +31,16 @@ from ecs_eco.inputs.section import LARGEST, function_name
 from ecs_eco.learning.aliases import ALIASES
 from ecs_eco.learning.settings import check_setting
 
-MOST_WHOLE = 10**9  # maximum of an integer hyperparameter
-MOST_WEIGHTS = 10_000_000  # of a network; more take seconds to initialize and a millisecond per decision
+MOST_WHOLE = 10**9  # maximum value of an integer hyperparameter
+MOST_WEIGHTS = 10_000_000  # per network; larger ones take seconds to initialize and 1 ms per decision
 
 
 def check_nerves(config: WorldConfig, name: str, folder: Path) -> Iterator[Problem]:
-    """Yield all problems with the species' nervous system; files are relative to `folder`."""
+    """Yield all problems with the species' nervous system; file names are relative to `folder`."""
     species, key = config.species[name], ("species", name)
     yield from (wrong := [*check_sensors(config, name), *_check_channels(config, key, species)])
     yield from (unable := [*check_actions(config, key, species)])
-    # otherwise valid uses of their names could be refused
+    # omit them if they have problems, so that valid uses of their names are not refused
     sensors = species.readings(config.dims) if not wrong else None
     yield from _check_reflex(key, species, sensors, species.action_rows() if not unable else None)
     yield from _check_happiness(key, species, sensors)
@@ -174,7 +174,7 @@ def _check_formula(key: Key, formula: str, names: Iterable[str] | None) -> Itera
 
 
 def _no_weights(path: Path) -> str:
-    """Return why a path cannot be a file of weights, or ""; building a world checks its content."""
+    """Return why a path cannot be a weights file, or ""; its contents are checked when the world is built."""
     try:
         if not os.path.isfile(path):
             return "no such file"

@@ -29,7 +29,7 @@ def check_reporters(config: WorldConfig) -> Iterator[Problem]:
         if fault := fault_of_name(name, [*config.species, *config.objects]):
             yield Problem(key, fault)
         elif i >= MOST_REPORTERS:
-            yield Problem(key, "one reporter too many", allowed=f"at most {MOST_REPORTERS}")
+            yield Problem(key, "too many reporters", allowed=f"at most {MOST_REPORTERS}")
         elif is_formula(what):
             try:
                 formula_of(config, what)
@@ -69,7 +69,7 @@ def fault_of_name(name: str, kinds: Collection[str]) -> str:
 
 
 def is_formula(what: object) -> TypeGuard[str]:
-    """Return whether a reporter is a formula, not a function or the name of one."""
+    """Return whether a reporter is a formula rather than a function or the name of a function."""
     return isinstance(what, str) and ":" not in what
 
 
@@ -135,7 +135,7 @@ def check_code(config: WorldConfig) -> Iterator[Problem]:
 
 
 def _check_call(place: Key, entry: object, thing: Any, n: int) -> Iterator[Problem]:
-    """Yield problems with a function that is called with n arguments, and with its parameters."""
+    """Yield problems with a function called with n arguments, and with its parameters."""
     given = entry.parameters if isinstance(entry, Use) else {}
     problems = problems_of_parameters(thing, given, n, place) if isinstance(entry, Use) else []
     yield from problems

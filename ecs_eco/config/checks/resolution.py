@@ -13,7 +13,7 @@ from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.rules import Key
 from ecs_eco.engine.errors import Problem
 
-STEPS = 8  # minimum units of float32 in a step, so that rounding changes it by at most 1/16
+STEPS = 8  # minimum size of a step in units of float32 spacing, so that rounding changes it by at most 1/16
 
 
 def resolution(value: float) -> float:

@@ -23,8 +23,8 @@ from ecs_eco.inputs.section import RESERVED
 
 MOST_CELLS = 100_000_000  # cells of one field or of the height map
 MOST_INDEX_CELLS = 4_000_000
-MOST_CAUSES = 255  # causes of death, stored in a byte
-MOST_STEPS = 1000  # steps of diffusion in a tick
+MOST_CAUSES = 255  # causes of death, each stored as one byte
+MOST_STEPS = 1000  # diffusion steps per tick
 MOST_LAYERS = 100_000  # layers of water
 MOST_CLASSES = 250  # classes of land
 ALONE = ("band", "crs", "corner", "scale", "vertical", "missing", "cover", "classes", "layers", "drainage")
@@ -33,7 +33,7 @@ ALONE = ("band", "crs", "corner", "scale", "vertical", "missing", "cover", "clas
 def check(config: WorldConfig, folder: Path, changed: Changed) -> list[Problem]:
     """Return at most MOST + 1 problems across the sections of a world; file names are relative to `folder`.
 
-    `changed` is as in `check_interventions`.
+    For `changed`, see `check_interventions`.
     """
     return list(islice(_all(config, folder, changed), MOST + 1))
 
@@ -141,7 +141,7 @@ def _check_fields(config: WorldConfig) -> Iterator[Problem]:
 
 
 def _check_field_of_substance(config: WorldConfig, name: str) -> Iterator[Problem]:
-    """Yield all problems with the substance of a field."""
+    """Yield all problems with a field's substance."""
     field, key = config.fields[name], ("fields", name)
     if field.substance is not None and field.substance not in config.substances:
         yield unknown((*key, "substance"), "substance", field.substance, config.substances)
@@ -227,7 +227,7 @@ def _check_volume(config: WorldConfig) -> Iterator[Problem]:
 
 
 def check_land(config: WorldConfig) -> Iterator[Problem]:
-    """Yield all problems with real land; if there are none, the world has read the land."""
+    """Yield all problems with real land; if there are none, read the land into the world."""
     terrain = config.terrain
     if terrain is None:
         return

@@ -24,7 +24,7 @@ from ecs_eco.inputs.section import (
     with_keyword,
 )
 
-CHANGING = ("reactions", "exchange", "decomposition", "born_with")  # keys that change substances
+CHANGING = ("reactions", "exchange", "decomposition", "born_with")  # keys whose sections change substances
 Amounts = dict[Name, Positive]
 _From: Any = with_keyword(
     "from",
@@ -61,7 +61,7 @@ class Uptake(Section, change=FREE, own=True):
     """Uptake of a field's substance at the mouth: breathing, drinking, absorption by roots.
 
     Uptake in a tick is at most rate × c/(half + c) × volume × dt, where c is the concentration there; if
-    bodies demand more than there is, each gets the same proportion of its demand.
+    total demand exceeds the supply, each body gets the same proportion of its demand.
     """
 
     kind: Literal["uptake"]
@@ -240,7 +240,7 @@ class Emitting(Feature, after=("defence", "decomposition")):
 
 
 def substances_of(config: WorldSections, name: str | int) -> set[str]:
-    """Return the declared substances of bodies of a kind; for remains, also the substances of dead bodies."""
+    """Return the substances declared for a kind of body; for remains, also those of the dead organisms."""
     kind = config.species.get(str(name)) or config.objects[str(name)]
     dead = [s.substances for s in config.species.values() if s.remains == name]
     return {substance for held in (kind.substances, *dead) for substance in held}

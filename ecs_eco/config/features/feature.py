@@ -15,7 +15,7 @@ class Cost(NamedTuple):
     """Energy that members burn per second."""
 
     key: Key  # within the species' section
-    value: float  # [energy/s], or [energy] per unit of `most`
+    value: float  # [energy/s] or, if `most` is given, [energy] per unit
     most: float | None = None  # for costs per unit: maximum units per second
     owed: bool = False  # whether it is burned even without energy
 
@@ -30,14 +30,15 @@ class Feature(Section):
     Attributes
     ----------
     systems : tuple of type
-        Systems of a custom feature, each added at the end of its phase; `ecs_eco.systems.schedule` lists the
-        systems of shipped features.
+        Systems of a custom feature, each added at the end of the system's phase; `ecs_eco.systems.schedule`
+        lists the systems of shipped features.
     acts : Mapping of str to tuple of str
         Action groups that it adds, with their actions; None if `acting` yields them.
 
     Notes
     -----
-    The class keyword `after` names the key of a species after which its keys appear in references and files.
+    The class keyword `after` names the species key after which the feature's keys appear in references and
+    files.
 
     Examples
     --------
@@ -115,7 +116,7 @@ class Feature(Section):
 
     @staticmethod
     def feels(species: Any) -> Iterator[tuple[str, str]]:
-        """Yield body properties that it adds, which members can sense and die of.
+        """Yield body properties that it adds, which members can sense and die from.
 
         Yields
         ------
@@ -136,7 +137,7 @@ class Feature(Section):
 
     @staticmethod
     def meets(species: Any) -> Iterator[tuple[str, str, float]]:
-        """Yield the bodies that members search for around them at the end of a tick.
+        """Yield the bodies that members look for nearby at the end of a tick.
 
         Yields
         ------
@@ -163,7 +164,7 @@ class Feature(Section):
         Yields
         ------
         tuple
-            The key, and the reason in words.
+            The key, and the reason as text.
         """
         yield from ()
 
@@ -181,7 +182,7 @@ class Feature(Section):
 
     @staticmethod
     def furnish(species: Any, table: Any, tables: Mapping[str, Any]) -> None:
-        """Connect the table of a species with other tables, once all have their components.
+        """Connect the table of a species with other tables, once all tables have their components.
 
         Parameters
         ----------

@@ -70,7 +70,7 @@ class Land:
         return cls(arrays["elevation"], arrays["kinds"], arrays["lakes"], about["lines"], place, about["crs"])
 
     def part(self, nx: int, ny: int) -> Self:
-        """Return the southwest part, nx × ny cells; raise RasterError if the land is smaller."""
+        """Return the southwest part with nx × ny cells; raise RasterError if the land is smaller."""
         if (ny, nx) == self.elevation.shape:
             return self
         has = self.elevation.shape
@@ -82,7 +82,7 @@ class Land:
         return replace(self, **cut)
 
     def coordinates(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return positions in the world [m] in units of `crs`, if the land has a known location."""
+        """Convert positions in the world [m] to units of `crs`, if the land's location is known."""
         if self.place is None:
             return x, y
         west, south, per_x, per_y = self.place
@@ -130,7 +130,8 @@ def _stamp(name: str, folder: Path) -> tuple[int, int]:
 
 @lru_cache(maxsize=8)
 def _read(text: str, size: tuple[float, float], folder: Path, stamps: tuple[tuple[int, int], ...]) -> Land:
-    """Read the land of a `terrain` section in JSON; `stamps` keeps the cache from returning old files."""
+    """Read the land described by a `terrain` section in JSON; `stamps` prevents the cache from returning old
+    files."""
     terrain = Terrain.model_validate_json(text)
     assert terrain.raster is not None
     raster = read_raster(terrain.raster, folder, terrain.band, terrain.crs)
@@ -239,7 +240,7 @@ def metres(raster: Raster) -> tuple[float, float]:
     """Return the meters per unit of x and of y; for degrees and Web Mercator, on the WGS 84 ellipsoid at the
     middle latitude (Snyder 1987, pages 25 and 41).
 
-    Raises RasterError if the middle latitude is unknown or if units differ much from meters on the ground.
+    Raises RasterError if the middle latitude is unknown or if units differ greatly from meters on the ground.
     """
     mercator = web_mercator(raster.crs)
     if not mercator and (not raster.crs or not degrees(raster.crs)):
@@ -326,7 +327,7 @@ def _codes(terrain: Terrain, folder: Path, frame: Frame) -> np.ndarray:
 
 
 def _between(values: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Return linearly interpolated rows of a map at positions measured in rows from its edge."""
+    """Interpolate the rows of a map linearly at positions measured in rows from its edge."""
     at = np.clip(places - 0.5, 0, len(values) - 1)
     near = np.round(at)
     at = np.where(np.abs(at - near) < 1e-6, near, at)

@@ -108,8 +108,8 @@ def _content(path: Path, layer: str | None) -> Content:
     """Return a file's coordinate system ("" if unknown), the names of its layers, and the shapes of one layer
     (empty if the layer does not exist).
 
-    GDAL gets the file's bytes or, for a Shapefile, which consists of several files, its path, and only if the
-    content begins as its format requires. Otherwise GDAL would choose among all its drivers, some of which
+    GDAL receives the file's bytes (or, for a Shapefile, which consists of several files, its path), and only if
+    the contents begin as the format requires. Otherwise GDAL would choose among all its drivers, some of which
     open addresses given in a file.
     """
     kind = path.suffix.lower()
@@ -126,7 +126,7 @@ def _content(path: Path, layer: str | None) -> Content:
         source = path
         for other in path.parent.glob(f"{glob.escape(path.stem)}.*"):
             check_regular(other.lstat(), MOST_BYTES)
-    with warnings.catch_warnings(action="ignore"):  # bytes lack the file name extension that GDAL expects
+    with warnings.catch_warnings(action="ignore"):  # bytes have no file name extension, which GDAL expects
         names = [str(name) for name, _ in pyogrio.list_layers(source)]
         if not names or layer not in (None, *names):
             return "", names, []
@@ -136,7 +136,8 @@ def _content(path: Path, layer: str | None) -> Content:
 
 
 def _of_geojson(data: Any, stem: str, layer: str | None) -> Content:
-    """Return the same for GeoJSON (RFC 7946), which can name its coordinate system as in the 2008 version."""
+    """Return the same for GeoJSON (RFC 7946), which can name its coordinate system as in the 2008
+    specification."""
     crs = data.get("crs") or {"type": "name", "properties": {"name": "EPSG:4326"}}
     if crs["type"] != "name":
         raise ValueError("links to its coordinate system")

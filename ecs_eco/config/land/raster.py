@@ -1,7 +1,7 @@
 """Read rasters: NumPy's .npz and ESRI ASCII grids directly, GeoTIFF and other formats through rasterio.
 
-Files may be untrusted. They must be regular files in the folder of their world or a subfolder. GDAL gets only
-their bytes and the one driver that they need, so it opens no other file and sends no request.
+Files may be untrusted. They must be regular files in the folder of their world or a subfolder. GDAL receives
+only their bytes and the one driver that they need, so it opens no other file and sends no request.
 """
 
 import importlib.util
@@ -26,7 +26,8 @@ MOST_CELLS = 100_000_000
 MOST_OF_CRS = 100_000  # [bytes]
 INSTALL = 'pip install "ecs-eco[geo]"'
 OWN = (".npz", ".asc", ".grd")
-DEGREES = ("EPSG:4326", "OGC:CRS84", "EPSG:4269", "EPSG:4258", "EPSG:4979")  # common systems in degrees
+# common coordinate systems in degrees
+DEGREES = ("EPSG:4326", "OGC:CRS84", "EPSG:4269", "EPSG:4258", "EPSG:4979")
 DAMAGED = (
     OSError,
     ValueError,
@@ -42,7 +43,7 @@ DAMAGED = (
     zlib.error,
     zipfile.BadZipFile,
 )
-"""Errors that numpy raises for an invalid .npz."""
+"""Errors that numpy raises for an invalid .npz file."""
 GDAL = {
     ".tif": "GTiff",
     ".tiff": "GTiff",
@@ -51,7 +52,7 @@ GDAL = {
     ".dt0": "DTED",
     ".dt1": "DTED",
     ".dt2": "DTED",
-}  # drivers that read a single file and follow no names in it
+}  # drivers that read a single file and follow no file names in it
 KINDS = f"a file ending in .npz, .asc or, with rasterio, in {listed(GDAL)}"
 FARTHEST = 1e9  # maximum coordinate, in meters or degrees: the Earth's circumference is 4e7 m
 LATITUDES, LONGITUDES = ("latitude", "lat", "y"), ("longitude", "lon", "x")
@@ -125,7 +126,7 @@ def read_raster(name: str, folder: Path, band: int | str | None = None, crs: str
 
 
 def _check_place(raster: Raster, name: str) -> None:
-    """Raise RasterError for a raster whose coordinates are outside the range of the Earth."""
+    """Raise RasterError for a raster with coordinates that are impossible on the Earth."""
     for word, value in (("west", raster.west), ("north", raster.north)):
         if value is not None and not abs(value) <= FARTHEST:
             fault = f"has its {word} edge at {value:g}"

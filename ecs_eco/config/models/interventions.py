@@ -42,11 +42,11 @@ class Intervention(Section):
     until: Tick | None = quantity("last possible tick; default: the end of the run", "ticks", None)
 
     def due(self, tick: int) -> bool:
-        """Return whether it is carried out in this tick."""
+        """Return whether the intervention is carried out in this tick."""
         return self.next(tick) == tick
 
     def next(self, tick: int) -> int | None:
-        """Return the first tick, not before this one, in which it is carried out, or None."""
+        """Return the first tick, from this one on, in which the intervention is carried out, or None."""
         if tick <= self.at or self.every is None:
             return self.at if tick <= self.at else None
         at = tick + (self.at - tick) % self.every
@@ -206,7 +206,7 @@ def describe(done: Mapping[str, Any] | str) -> str:
 
 
 def _amount(cull: Mapping[str, Any]) -> str:
-    """Return the number of organisms culled, as text."""
+    """Return the number of organisms that were culled, as text."""
     if uids := cull.get("uids"):
         return " and ".join(f"#{uid}" for uid in uids) if len(uids) < 4 else f"{len(uids):,} chosen"
     return f"{100 * cull['share']:g}% of" if "share" in cull else f"{cull['count']:,}"
@@ -217,7 +217,8 @@ def _place(numbers: Sequence[float]) -> str:
 
 
 class Use(Section, change=FREE):
-    """The region and time of a continuous use, carried out at the start of a tick after interventions."""
+    """The region and timing of a continuous use, which is carried out at the start of each tick, after
+    interventions."""
 
     species: Name = about("a species or an object type", change=ANEW)
     region: Region | None = quantity(f"in {REGION}; default: everywhere", "m", None)
@@ -265,7 +266,7 @@ class Harvest(Use):
 
 
 class Plant(Use):
-    """Adds organisms or objects at a rate, in the state of founders: planting, sowing, stocking."""
+    """Adds organisms or objects at a rate, with the initial state of founders: planting, sowing, stocking."""
 
     kind: Annotated[Literal["plant"], Change(ANEW)]
     rate: NonNegative = quantity("number per second", "1/s")

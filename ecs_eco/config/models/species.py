@@ -59,7 +59,7 @@ GROUPS: dict[str, tuple[str, ...] | None] = {
 }
 MOTIONS = ("speed", "turn", "climb", "pitch")  # groups that may be continuous
 NO_NUMBERS = ("locomotion.pace", "life.age_max", "reproduction.choice", "reproduction.spread")  # traits
-OWN = ("energy", "age", "fertility")  # values of every organism in addition to its properties and substances
+OWN = ("energy", "age", "fertility")  # values that organisms have in addition to properties and substances
 
 
 @assembled
@@ -144,12 +144,12 @@ class Species(
         "reproduction; absent: it does not reproduce", None, change=ANEW + SWITCH
     )
 
-    _words: tuple[str, ...] = PrivateAttr(default=())  # alternative names of hyperparameters in the file
+    _words: tuple[str, ...] = PrivateAttr(default=())  # alternative names for hyperparameters in the file
 
     @model_validator(mode="wrap")
     @classmethod
     def _fill_ppo(cls, data: object, check: ModelWrapValidatorHandler[Self]) -> Self:
-        """Accept common alternative names of hyperparameters, and record them; fill in defaults."""
+        """Accept common alternative names for hyperparameters, and record them; fill in defaults."""
         if not isinstance(data, dict) or not isinstance(given := data.get("ppo", {}), dict):
             return check(data)
         try:
@@ -243,7 +243,7 @@ class Species(
         return full | {action: row for (_, action), row in rows.items() if plain.count(action) == 1}
 
     def own(self) -> tuple[str, ...]:
-        """Return the names of properties that the species can sense in itself or die of."""
+        """Return the names of properties that the species can sense in itself or that can kill it."""
         return (*OWN, *(name for name, _ in of_each(self, "feels")), *self.properties, *self.substances)
 
     def knows_kin(self) -> bool:

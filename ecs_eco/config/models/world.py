@@ -156,9 +156,9 @@ class WorldConfig(Section):
 
     _folder: Path = PrivateAttr(default_factory=Path)  # folder for relative file names
     _source: str = PrivateAttr(default="dict")  # for messages
-    _code: Code = PrivateAttr(default=NONE)  # the sources listed in `code`, as they were read
+    _code: Code = PrivateAttr(default=NONE)  # the source files listed in `code`, as read
     _renamed: tuple[str, ...] = PrivateAttr(default=())  # notes on keys given by their former names
-    _land: Any = PrivateAttr(default=None)  # the Land of terrain.raster, as read
+    _land: Any = PrivateAttr(default=None)  # the Land read from terrain.raster
 
     @property
     def dims(self) -> int:
@@ -166,7 +166,8 @@ class WorldConfig(Section):
         return len(self.space.size)
 
     def felt(self, kind: str) -> tuple[str, ...]:
-        """Return the properties and substances of bodies of a kind; remains also have the dead body's."""
+        """Return the properties and substances of a kind's bodies; remains also have those of the dead
+        organism."""
         if kind in self.species:
             return (*self.species[kind].felt(), *self.own_fields(kind))
         left = (
@@ -181,11 +182,11 @@ class WorldConfig(Section):
         """Return the custom components of a species; None for those invalid or not yet allowed to run."""
         brought = [part for place, part in of_each(species, "brings") if place is None]
         own = [part for part in brought if not part.__module__.startswith("ecs_eco.")]
-        unknown = [None] if species.model_extra else []  # features that might not be loaded yet
+        unknown = [None] if species.model_extra else []  # for features that might not be loaded yet
         return [*map(self.known, species.components), *own, *unknown]
 
     def own_fields(self, kind: str) -> dict[str, float]:
-        """Return Component.field of every number in the loaded custom components, with its default."""
+        """Return the name (Component.field) and default of every number in the loaded custom components."""
         components = filter(is_component, self.own_components(self.species[kind]))
         return {
             f"{c.__name__}.{field}": float(default)
@@ -211,17 +212,18 @@ class WorldConfig(Section):
         return frozenset(young.union(*map(self.family, known)))
 
     def bearers(self, property: str) -> list[str]:
-        """Return the object types, then the species, whose bodies have a property or substance, by name."""
+        """Return the object types, then the species, whose bodies have a property or substance, sorted by
+        name."""
         kinds = (*sorted(self.objects), *sorted(self.species))
         return [kind for kind in kinds if property in self.felt(kind)]
 
     @property
     def folder(self) -> Path:
-        """Folder of the world file, the base of relative file names."""
+        """The world file's folder, to which file names are relative."""
         return self._folder
 
     def file(self, name: str) -> Path:
-        """Return the path of a file that the world file names.
+        """Return the path of a file named in the world file.
 
         Parameters
         ----------

@@ -265,9 +265,9 @@ def test_the_pipe_that_would_name_the_coordinate_system_of_a_grid_is_passed_over
 @pytest.mark.parametrize(
     ("head", "fault"),
     [
-        (HEAD.replace("100", "1e17"), "edge in the west at 1e+17"),
+        (HEAD.replace("100", "1e17"), "its west edge at 1e+17"),
         (HEAD.replace("200", "1e17"), "its north edge"),
-        (HEAD.replace("cellsize 10", "cellsize 1e-12"), "cells of 1e-12"),
+        (HEAD.replace("cellsize 10", "cellsize 1e-12"), "cells with side 1e-12"),
     ],
 )
 def test_coordinates_that_are_nowhere_on_the_earth_are_refused(tmp_path, head, fault):
