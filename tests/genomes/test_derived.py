@@ -102,7 +102,7 @@ def test_the_summary_and_the_records_have_derived_traits(tmp_path):
             {"a": {"from": "size", "trait": "locomotion.pase", "formula": "size"}},
             ["no such trait", 'mean "locomotion.pace"?'],
         ),
-        ({"a": {"from": "size", "trait": "body.radius", "formula": "size"}}, ["size codes for it too"]),
+        ({"a": {"from": "size", "trait": "body.radius", "formula": "size"}}, ["size also codes for it"]),
         ({"size": {"from": "size", "trait": "locomotion.pace", "formula": "size"}}, ["a gene has this name"]),
         ({"a": {"from": "size", "trait": "locomotion.pace", "formula": "2"}}, ["reads no gene"]),
         (
@@ -114,15 +114,15 @@ def test_the_summary_and_the_records_have_derived_traits(tmp_path):
         ),
         (
             {"a": {"from": "size", "trait": "reproduction.litter", "formula": "size"}},
-            ["0 at size = 0.5: outside of what reproduction.litter can be", "1 to 10000"],
+            ["0 at size = 0.5, which is outside the range of reproduction.litter", "1 to 10000"],
         ),
         (
             {"a": {"from": "size", "trait": "locomotion.pace", "formula": "exp(300 * size)"}},
-            ["inf at size = 0.5: outside of what locomotion.pace can be"],
+            ["inf at size = 0.5, which is outside the range of locomotion.pace"],
         ),
         (
             {"a": {"from": "size", "trait": "locomotion.pace", "formula": "sqrt(size - 1)"}},
-            ["nan at size = 0.5: outside of what locomotion.pace can be"],
+            ["nan at size = 0.5, which is outside the range of locomotion.pace"],
         ),
         (
             {"a": {"from": "size", "trait": "locomotion.pace", "formula": "100 * size"}},
