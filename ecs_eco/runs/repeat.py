@@ -1,4 +1,4 @@
-"""Repeats a recorded run: from the same start, with all interventions that were carried out."""
+"""Repeats a recorded run from the same start, with all interventions that were carried out."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def repeat(
     Raises
     ------
     RecordingError
-        For a folder without a run, a fork, an island, or a run that was killed before its end.
+        If the folder contains no run, a fork, an island, or a run that was killed before its end.
 
     Examples
     --------

@@ -10,7 +10,7 @@ from ecs_eco.systems.intervene import Intervene
 
 
 def waiting(world: World) -> list[dict[str, Any]]:
-    """Return the interventions requested for the next tick, in the form of a world file."""
+    """Return the interventions requested for the next tick, in the form used in world files."""
     system = next((s for s in world.systems if isinstance(s, Intervene)), None)
     return [] if system is None else [intervention.once(world.tick) for intervention in system.requests]
 

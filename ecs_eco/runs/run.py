@@ -239,7 +239,7 @@ def resume(
             )
         check_content(path, folder.parts)
         manifest |= {"ticks": until, "finished": False, **folder.written}
-        keep_manifest(folder, manifest)  # before parts in this count are deleted
+        keep_manifest(folder, manifest)  # before parts counted here are deleted
         folder.forget_later()
         if prepare is not None:
             prepare(world)
@@ -341,7 +341,7 @@ def world_at(
     complain: Callable[[str], None],
     trust: bool,
 ) -> Any:
-    """Return the world of a recorded run at a tick (None: at its last checkpoint), without recording."""
+    """Return the world of a recorded run at a tick (None: the last checkpoint), without recording."""
 
     file = checkpoint.latest(
         path / "checkpoints", before=tick, complain=complain, check=partial(check_checkpoint, manifest)
@@ -475,7 +475,7 @@ def restored(
 
 
 def _begin_anew(claim: Claim, manifest: dict[str, Any], threads: int, trust: bool) -> tuple[Any, Folder]:
-    """Restart a run that has no checkpoints left."""
+    """Restart a run that has no usable checkpoint."""
 
     start = start_of(claim.path, manifest, trust=trust)
     world = built(start.pop("config"), threads=threads, **start)
@@ -535,7 +535,7 @@ def go_on(
 
 
 def _of_all(progress: Progress, at: int, until: int) -> Progress:
-    """Return a progress function that converts the ticks of a part of the run to ticks of the whole run."""
+    """Return a progress function that converts ticks of part of a run to ticks of the whole run."""
     return lambda done, _: progress(at + done, until)
 
 

@@ -1,4 +1,4 @@
-"""Write a folder with a new world or a new package."""
+"""Write a new world or package to a folder."""
 
 from __future__ import annotations
 
