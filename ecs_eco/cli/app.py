@@ -39,7 +39,7 @@ COMMANDS = {  # each command's module and its help, which equals its docstring o
     "describe": ("describe", "Describe a world in the ODD protocol, as Markdown or HTML."),
     "doctor": (
         "doctor",
-        "Print the settings that affect results, and compare results with the release (exit code 1: different).",
+        "Print the settings that affect results, and compare results with the release; exit code 1 if any differ.",
     ),
     "docs": ("docs", "Open the installed documentation."),
     "sweep": (

@@ -68,7 +68,7 @@ def exits(command: Callable[..., None]) -> Callable[..., None]:
         except OSError as error:
             if isinstance(error, BrokenPipeError):
                 raise  # the reader of the output has exited; click exits quietly
-            if isinstance(error, FileNotFoundError) and error.filename is None:  # no run is there
+            if isinstance(error, FileNotFoundError) and error.filename is None:  # not a run's folder
                 complain(str(error))
                 raise typer.Exit(REFUSED) from None
             name = f"{error.filename}: " if error.filename else ""

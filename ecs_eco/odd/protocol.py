@@ -223,7 +223,7 @@ def schedule(model: Model) -> Iterator[Block]:
     yield from grid(("", "phase", "process", "entities", "what happens", "changes"), rows)
     if idle := [type(system).__name__ for system in model.systems if system not in model.active]:
         names = ", ".join(f"`{name}`" for name in idle)
-        yield f"The schedule also contains {names}, without effect in this world."
+        yield f"Other systems in the schedule have no effect in this world: {names}."
     yield (
         "Competition within a process is resolved by distance or at random; results do not depend on the order in "
         "which individuals are stored."

@@ -109,7 +109,7 @@ def text_of(info: FieldInfo) -> str:
 
 
 def shown(value: object) -> str:
-    """Return a value as text, numbers as briefly as their precision allows."""
+    """Return a value as text; numbers are as short as their precision allows."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, int):

@@ -183,6 +183,6 @@ def test_a_killed_worker_is_one_message_and_no_traceback(here: Path, monkeypatch
     monkeypatch.setattr("ecs_eco.cli.compare.run_arm", be_killed)
     monkeypatch.setattr("ecs_eco.lab.work.RETRIES", 1)
     output = invoke(*SET, "--seeds", "2", "--out", "out", code=1)
-    assert output.count("was killed from outside") == 1
+    assert output.count("A worker process was killed") == 1
     assert "4 of 4 runs failed" in output
     assert "Traceback" not in output
