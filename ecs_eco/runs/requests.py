@@ -31,8 +31,7 @@ def repeat_requests(world: World, manifest: dict[str, Any]) -> None:
 
 
 def note_requests(world: World, manifest: dict[str, Any]) -> bool:
-    """Repeat the manifest's requests that are not pending, add new ones to it, and return whether there were
-    any."""
+    """Repeat the manifest's requests that are not pending; add new ones; return whether there were any."""
     repeat_requests(world, manifest)
     known = manifest.get("asked", [])
     new = without(waiting(world), [request for tick, request in known if tick == world.tick])
