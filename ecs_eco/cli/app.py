@@ -20,10 +20,10 @@ COMMANDS = {  # each command's module and its help, which equals its docstring o
     ),
     "resume": ("run", "Resume a run from its last checkpoint, or fork it with changed values."),
     "train": ("train", "Train a world's policies and save them."),
-    "report": ("telling", "Draw the figures of a run."),
+    "report": ("telling", "Draw a run's figures and write its report."),
     "why": ("telling", "Explain what happened in a run and why, and suggest values to change."),
     "lineage": ("telling", "Summarize the lineages of a run, and write them to files."),
-    "tracks": ("telling", "Write the positions of organisms as geographic data."),
+    "tracks": ("telling", "Export the positions of organisms as geographic data."),
     "compare": (
         "compare",
         "Compare a world with and without treatments; the same command with --out DIR resumes a stopped\n"
@@ -39,7 +39,7 @@ COMMANDS = {  # each command's module and its help, which equals its docstring o
     "describe": ("describe", "Describe a world in the ODD protocol, as Markdown or HTML."),
     "doctor": (
         "doctor",
-        "Print the settings that affect results, and compare results with the release (exit code 1: different).",
+        "Print the settings that affect results, and compare results with the release; exit code 1 if any differ.",
     ),
     "docs": ("docs", "Open the installed documentation."),
     "sweep": (
@@ -57,7 +57,7 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,  # only commands that print with rich import it
-    help="Ecosystems whose animals sense, learn and evolve.",
+    help="Simulate ecosystems whose animals sense, learn and evolve.",
 )
 
 

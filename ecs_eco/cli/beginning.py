@@ -1,4 +1,4 @@
-"""Commands that write a starter world or package: new, world from-raster."""
+"""The commands new and world from-raster, which write a starter world or package."""
 
 from pathlib import Path
 from typing import Annotated

@@ -47,7 +47,7 @@ def warm(
         typer.Argument(
             metavar="WORLD...",
             show_default=False,
-            help="Names of shipped worlds, or TOML files. Default: all shipped worlds.",
+            help="Names of shipped worlds or TOML files. Default: all shipped worlds.",
         ),
     ] = None,
     workers: Annotated[

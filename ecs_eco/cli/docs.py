@@ -49,13 +49,7 @@ def docs(
         names = [n for n in there if not n.startswith(("source/", "_"))]
         last = {n.rpartition("/")[2]: n for n in names}
         near = get_close_matches(name.rpartition("/")[2], last, 1)
-        refuse(
-            "PAGE",
-            "no such page",
-            page,
-            "a page of the site, such as how-to/running",
-            last[near[0]] if near else "",
-        )
+        refuse("PAGE", "no such page", page, "a page such as how-to/running", last[near[0]] if near else "")
     say(found.as_uri())
     if browser and graphical():
         webbrowser.open(found.as_uri())
@@ -86,7 +80,7 @@ def list_() -> None:
 
 
 def _folder(name: str, base: str = "") -> list[tuple[str, str]]:
-    """Return the public classes of a folder and the first lines of their docstrings."""
+    """Return the public classes in a folder, with the first lines of their docstrings."""
     return [row for path in sorted((PACKAGE / name).glob("[!_]*.py")) for row in _classes(path, base=base)]
 
 

@@ -36,7 +36,7 @@ def doctor(
     ] = True,
     quiet: Quiet = False,
 ) -> None:
-    """Print the settings that affect results, and compare results with the release (exit code 1: different)."""
+    """Print the settings that affect results, and compare results with the release; exit code 1 if any differ."""
     here = target()
     console = Console(highlight=False, soft_wrap=True)
     sections = {

@@ -1,4 +1,4 @@
-"""Folders for results, checked before any file is written."""
+"""Results folders, which are checked before any file is written."""
 
 from __future__ import annotations
 
@@ -30,9 +30,7 @@ def results(out: Path | None, default: str, begun: bool = False) -> Claim:
                 "a folder that can be created",
             )
         if out.is_symlink() and not out.exists():
-            refuse(
-                "--out", "cannot be written: it is a broken link", str(out), "a folder that can be created"
-            )
+            refuse("--out", "is a broken link", str(out), "a folder that can be created")
         return claim_new(out)
     except FileExistsError:
         near = str(_free(out)) if out is not None and out.name else ""  # "." and "/" have no name

@@ -49,7 +49,10 @@ Policies = Annotated[
     ),
 ]
 Watch = Annotated[
-    bool, typer.Option("--watch", help="Show the run in the browser; interventions made there are recorded.")
+    bool,
+    typer.Option(
+        "--watch", help="Show the run in the browser, where you can intervene; interventions are recorded."
+    ),
 ]
 Port = Annotated[int, number("Port of the viewer on this machine (0: any free port).", least=0, most=65535)]
 NoBrowser = Annotated[bool, typer.Option("--no-browser", help="Only print the viewer's address.")]

@@ -77,7 +77,7 @@ def run(
         str | None,
         typer.Option(
             metavar="focal=N|full",
-            help="Record every tick of N organisms of each species, or of all organisms.",
+            help="Record N organisms of each species, or all organisms, in every tick.",
         ),
     ] = None,
     watch: Watch = False,
@@ -146,7 +146,7 @@ def resume(
     set_: Annotated[
         list[str] | None,
         typer.Option(
-            "--set", metavar="KEY=VALUE", help="Fork: change a value from this tick on. Repeatable."
+            "--set", metavar="KEY=VALUE", help="Fork: change a value from that tick on. Repeatable."
         ),
     ] = None,
     out: Annotated[Path | None, new_folder("Folder for the fork: new or empty.")] = None,
@@ -302,7 +302,7 @@ def _resume(
     how: How,
     prepare: Prepare | None = None,
 ) -> None:
-    """Resume a run in its folder, or fork it into another."""
+    """Resume a run in its folder, or fork it into another folder."""
     forks = from_tick is not None or bool(changes) or out is not None
     if is_archipelago(folder):
         from ecs_eco.lab.archipelago import Archipelago
@@ -381,7 +381,7 @@ def _has_islands(config: WorldConfig, world: str, how: How, checkpoint_every: in
         )
     if not islands and (how.workers is not None or how.on != LOCAL):
         source, value = ("--on", how.on) if how.workers is None else ("--workers", how.workers)
-        refuse(source, "is for islands, but this world has no [archipelago]", value, "none")
+        refuse(source, "applies only to islands, but this world has no [archipelago]", value, "none")
     return islands
 
 

@@ -43,7 +43,7 @@ def search(
     ] = None,
     budget: Annotated[
         float | None,
-        typer.Option(min=0.01, metavar="MINUTES", help="Time for the whole search. [default: 30]"),
+        typer.Option(min=0.01, metavar="MINUTES", help="Time limit for the whole search. [default: 30]"),
     ] = None,
     trials: Annotated[
         int | None, number("Number of candidates, instead of or in addition to --budget.")
@@ -135,9 +135,7 @@ def search(
         except KeyboardInterrupt:
             raise _ended("Stopped", claim.path, INTERRUPTED) from None
         except (BrokenExecutor, WorkerLost):
-            raise _ended(
-                "A worker process was killed from outside (out of memory?)", claim.path, FAILED
-            ) from None
+            raise _ended("A worker process was killed (out of memory?)", claim.path, FAILED) from None
     report(result, claim.path)
 
 

@@ -115,7 +115,7 @@ def submit_sweep(sweep: Sweep, numbers: Sequence[int], limit: int | None, sbatch
 
 
 def tell_outcome(sweep: Sweep, outcome: Outcome) -> None:
-    """Print the outcome of the jobs; end the command if some failed."""
+    """Print the outcome of the jobs; end the command if any failed."""
     if outcome.retried:
         complain(f"Workers were killed {outcome.retried} times; their jobs were restarted.")
     if outcome.failed:

@@ -44,7 +44,7 @@ def report(
         ),
     ] = None,
 ) -> None:
-    """Draw the figures of a run."""
+    """Draw a run's figures and write its report."""
     pairs = dict(text.partition("=")[::2] for text in match or ())
     if wrong := next((text for text in match or () if text.count("=") != 1), None):
         refuse("--match", "is not a pair", wrong, "COLUMN=SPECIES")
@@ -139,7 +139,7 @@ def lineage(
     except ValueError as error:
         refuse(
             "DIR",
-            f"its births and deaths are inconsistent: {error}",
+            f"contains inconsistent births and deaths: {error}",
             str(folder),
             "an unmodified folder written by `ecs-eco run`",
         )
@@ -190,7 +190,7 @@ def tracks(
         bool, typer.Option("--lines", help="Write each organism's path as a line instead of points.")
     ] = False,
 ) -> None:
-    """Write the positions of organisms as geographic data."""
+    """Export the positions of organisms as geographic data."""
     written = write_tracks(folder, file, species, lines)
     say(
         f"{written.places:,} positions of {written.individuals:,} organisms in {file}, in "

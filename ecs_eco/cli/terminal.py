@@ -1,4 +1,4 @@
-"""Output of the commands, and their exit codes."""
+"""The commands' output and exit codes."""
 
 from __future__ import annotations
 
@@ -67,8 +67,8 @@ def exits(command: Callable[..., None]) -> Callable[..., None]:
             raise typer.Exit(FAILED) from None
         except OSError as error:
             if isinstance(error, BrokenPipeError):
-                raise  # the reader of the output has exited: click exits quietly
-            if isinstance(error, FileNotFoundError) and error.filename is None:  # no run in this folder
+                raise  # the reader of the output has exited; click exits quietly
+            if isinstance(error, FileNotFoundError) and error.filename is None:  # not a run's folder
                 complain(str(error))
                 raise typer.Exit(REFUSED) from None
             name = f"{error.filename}: " if error.filename else ""

@@ -1,4 +1,4 @@
-"""The command watch, and the option --watch of run."""
+"""The command watch, and run's option --watch."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def watch(
             "WORLD",
             "is an archipelago, which cannot be shown next to another world",
             maps[0],
-            "worlds and folders of single runs",
+            "worlds, or folders of single runs",
         )
     islands = is_archipelago(world)
     recorded = all(os.path.isfile(Path(one) / "manifest.json") for one in shown) or islands
@@ -178,7 +178,7 @@ class _Announcer:
         say(f"{self.title}: {address}")
         say(
             "This link works once, on this machine, within ten minutes; the page can show and change the "
-            "world. Then a new link is printed here."
+            "world. A new link is then printed here."
         )
         say("Press Ctrl-C to stop.")
 

@@ -134,7 +134,7 @@ class Dead(set[int]):
         return iter(())
 
     def clear(self) -> None:
-        """Free the rows of entities with a cause of death, for the end of `esper.clear_dead_entities`."""
+        """Free the rows of entities with a cause of death, when `esper.clear_dead_entities` ends."""
         world = self.registry.world()
         with whole(world, f"the deaths before tick {world.tick}"):
             world._flush_deaths()
@@ -147,7 +147,7 @@ class Cache(dict[type | tuple[type, ...], Any]):
     registry: Any
 
     def get(self, kinds: type | tuple[type, ...], default: object = None) -> Any:
-        """Return the cached result for these types, if it is still valid."""
+        """Return the cached result for these types if it is still valid."""
         self.registry.refresh()
         return super().get(kinds, default)
 

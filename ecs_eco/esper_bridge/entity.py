@@ -8,7 +8,7 @@ from typing import Any
 
 from ecs_eco.engine.schema import Handle
 
-WAITING = -1  # the row of an entity that is not born yet
+WAITING = -1  # the row of an unborn entity
 
 
 class Entity(dict[type, Any]):
@@ -33,7 +33,7 @@ class Entity(dict[type, Any]):
         return super().__contains__(kind) or self.registry.is_in_table(self, kind)
 
     def get(self, kind: type, default: object = None) -> Any:
-        """Return the component of a type."""
+        """Return the component with a type."""
         return self[kind] if kind in self else default
 
     def __iter__(self) -> Iterator[type]:

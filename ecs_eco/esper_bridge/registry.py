@@ -1,4 +1,4 @@
-"""The entities of one world as esper sees them: created and updated when esper accesses them."""
+"""One world's entities as esper sees them, created and updated on access."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Registry:
         return "a deleted world" if world is None else f"world {world.name!r}"
 
     def refuse(self, function: str, why: str) -> NoReturn:
-        """Raise an error for a function of esper that is not available here."""
+        """Raise an error for an esper function that is not available here."""
         raise RuntimeError(f"esper.{function}, {self.called}: {why}")
 
     # --- entities -------------------------------------------------------------------------------------------

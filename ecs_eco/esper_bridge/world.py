@@ -80,7 +80,7 @@ class World(engine.World):
                 switch_back(outside)
 
     def _pass_tick(self) -> None:
-        """Run all processors while esper shows this world."""
+        """Run all processors, with this world as esper's current one."""
         with turns.turn:
             outside = esper.current_world if self.apart else ""
             self.context.show()
@@ -192,7 +192,7 @@ class Told(Turnover):
         return bool(self.world.on_death) or "death" in self.world.context.registry.events
 
     def tell_deaths(self, table: Table, rows: np.ndarray) -> None:
-        """Call the hooks of deaths, then esper's handlers."""
+        """Call the hooks for deaths, then esper's handlers."""
         super().tell_deaths(table, rows)
         world = self.world
         if "death" in world.context.registry.events:

@@ -248,7 +248,7 @@ def read(
             else of_module(entry)
         )
         if source is not None and source.module in [s.module for s in sources if not source.of_session]:
-            source, fault = None, "another entry has the same module"
+            source, fault = None, "has the same module as another entry"
         if source is None:
             allowed = "a file next to the world file, or your own installed module"
             problems.append(Problem(("code", i), fault, entry, allowed))

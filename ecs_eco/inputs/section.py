@@ -54,7 +54,7 @@ FENCE = 'an intervention of kind "fence"'
 SHAPE = "it sets the shapes of weights and columns: build a world with it"
 
 # why a number cannot be heritable
-COLUMN = "COLUMN"  # it can: it has a column of a component, and a trait in config/traits.py
+COLUMN = "COLUMN"  # it can be: it has a column in a component, and a trait in config/traits.py
 POPULATION = "it counts organisms, so no single organism has it"
 PARENTLESS = "it concerns organisms without parents, which inherit no genes"
 LETTERS = "it determines how genomes are read and copied: a gene for it would change its own meaning"
@@ -145,7 +145,7 @@ def quantity(
     Parameters
     ----------
     text : str
-        Description, shown in the reference and by editors.
+        Description, shown in the reference and in editors.
     unit : str
         Such as "m/s"; "1" for a pure number.
     default : object, optional
@@ -190,7 +190,7 @@ def about(
     Parameters
     ----------
     text : str
-        Description, shown in the reference and by editors.
+        Description, shown in the reference and in editors.
     default : object, optional
         Default value; without it, the key is required.
     change : str, optional

@@ -1,4 +1,4 @@
-"""A document of headings, paragraphs, lists and tables, as Markdown or HTML."""
+"""A document with headings, paragraphs, lists and tables, rendered as Markdown or HTML."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def _markdown(block: Block) -> str:
 
 
 def _plain(text: str) -> str:
-    """Escape Markdown syntax in a text, except in code."""
+    """Escape Markdown syntax in text, except in code."""
     parts = _CODE.split(" ".join(text.split()))
     return "".join(
         p if i % 2 else re.sub(r"[*<]|\[(?=[^]]*\]\()|(?<!\w)_", r"\\\g<0>", p) for i, p in enumerate(parts)

@@ -85,7 +85,7 @@ def _fields(section: Section) -> Iterator[tuple[str, FieldInfo, Any]]:
 
 
 def _is_idle(info: FieldInfo, value: object) -> bool:
-    """Return whether a default has no effect: 0, false, "none", or a value that is omitted when written."""
+    """Return whether a default has no effect: 0, false, "none", or a value that files omit."""
     return not value or value == "none" or (info.exclude_if is not None and info.exclude_if(value))
 
 
@@ -109,7 +109,7 @@ def text_of(info: FieldInfo) -> str:
 
 
 def shown(value: object) -> str:
-    """Return a value as text, numbers as briefly as their precision allows."""
+    """Return a value as text; numbers are as short as their precision allows."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, int):
@@ -164,12 +164,12 @@ def sentences(thing: Any) -> str:
 
 
 def first_sentence(thing: Any) -> str:
-    """Return the first sentence of the docstring of a class or function."""
+    """Return the first sentence of a class's or function's docstring."""
     return re.split(r"(?<=[.!?])\s+(?=[A-Z`])", sentences(thing), maxsplit=1)[0]
 
 
 def first_paragraph(thing: type) -> str:
-    """Return the first paragraph of the docstring of a class."""
+    """Return the first paragraph of a class's docstring."""
     return " ".join(inspect.cleandoc(vars(thing).get("__doc__") or "").partition("\n\n")[0].split())
 
 

@@ -59,7 +59,7 @@ class Arena:
         self._spaces()
 
     def _spaces(self) -> None:
-        """Create the spaces, from a world without organisms."""
+        """Create the spaces from a world without organisms."""
         door = External(self._made(self.config.seed, populate=False), self.species, self.partial)
         self.channels, self.options = door.channels, door.options
         self.observation_space = spaces.observation_space(self.config.species[self.species], self.config.dims)
@@ -114,7 +114,7 @@ class Arena:
 
     @property
     def late(self) -> bool:
-        """Whether the time of the episode is over."""
+        """Whether the episode's time is over."""
         return self.world is not None and self.world.tick >= self.ended
 
     def close(self) -> None:

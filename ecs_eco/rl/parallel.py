@@ -174,7 +174,7 @@ class Parallel(Shown, ParallelEnv):
         return out
 
     def state(self) -> np.ndarray:
-        """Return the number of organisms of each species in each cell of a grid.
+        """Return the number of organisms of each species in each grid cell.
 
         Returns
         -------
@@ -193,9 +193,8 @@ class Parallel(Shown, ParallelEnv):
         self.agents = []
 
     def _see(self, sensed: Sensed, before: dict[int, Agent]) -> tuple[np.ndarray, bool]:
-        """Make all sensing organisms agents, in the order of uids; return their observations f32[n,
-        channels], and whether the episode ends here because its time is over or the pool is out of names;
-        newborns are then omitted."""
+        """Make all sensing organisms agents, in order of uid. Return their observations f32[n, channels], and
+        whether the episode ends because its time is over or no names are left (then without newborns)."""
         order = np.argsort(sensed.uid)
         uids = sensed.uid[order].tolist()
         if self.pool is not None:

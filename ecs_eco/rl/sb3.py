@@ -55,7 +55,7 @@ class SlotsVecEnv(VecEnv):
         self.envs.close()
 
     def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
-        """Return an attribute for each slot."""
+        """Return an attribute once for each slot."""
         return [getattr(self.envs, attr_name)] * len(list(self._get_indices(indices)))
 
     def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
@@ -67,7 +67,7 @@ class SlotsVecEnv(VecEnv):
         return [getattr(self.envs, method_name)(*args, **kwargs)]
 
     def env_is_wrapped(self, wrapper_class: Any, indices: Any = None) -> list[bool]:
-        """Return False for each slot: none is wrapped."""
+        """Return False for each slot, because none is wrapped."""
         return [False] * len(list(self._get_indices(indices)))
 
     def get_images(self) -> list[Any]:

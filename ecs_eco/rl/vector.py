@@ -127,8 +127,7 @@ class Slots(Shown, VectorEnv):
         return there
 
     def _filled(self, sensed: Sensed) -> np.ndarray:
-        """Assign organisms without a slot to free slots; return the observations of all slots, f32[n,
-        channels]."""
+        """Assign organisms without a slot to free slots; return all observations, f32[n, channels]."""
         free = np.flatnonzero(self.uid == 0)
         if len(free) and len(sensed.uid) > self.num_envs - len(free):
             others = np.setdiff1d(sensed.uid, self.uid)

@@ -102,7 +102,7 @@ def keep_checkpoint(world: World, folder: Folder, manifest: Mapping[str, Any]) -
 
 
 def keep_manifest(folder: Folder, manifest: Mapping[str, Any]) -> None:
-    """Write the manifest of a run in its claimed folder."""
+    """Write a run's manifest to its claimed folder."""
     if folder.claim is not None:
         folder.claim.check()
     write_manifest(folder.path, manifest)

@@ -10,7 +10,7 @@ from ecs_eco.systems.intervene import Intervene
 
 
 def waiting(world: World) -> list[dict[str, Any]]:
-    """Return the interventions requested for the next tick, in the form of a world file."""
+    """Return the interventions requested for the next tick, in the form used in world files."""
     system = next((s for s in world.systems if isinstance(s, Intervene)), None)
     return [] if system is None else [intervention.once(world.tick) for intervention in system.requests]
 
@@ -31,8 +31,7 @@ def repeat_requests(world: World, manifest: dict[str, Any]) -> None:
 
 
 def note_requests(world: World, manifest: dict[str, Any]) -> bool:
-    """Repeat the manifest's requests that are not pending, add new ones to it, and return whether there were
-    any."""
+    """Repeat the manifest's requests that are not pending; add new ones; return whether there were any."""
     repeat_requests(world, manifest)
     known = manifest.get("asked", [])
     new = without(waiting(world), [request for tick, request in known if tick == world.tick])

@@ -1,4 +1,4 @@
-"""Write a folder with a new world or a new package."""
+"""Write a new world or package to a folder."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def new_package(folder: str | Path) -> list[Path]:
 
 
 def _name(folder: Path) -> str:
-    """Return the name of a new folder, which its world or package shares."""
+    """Return the name of a new folder, which is also the name of its world or package."""
     name = folder.absolute().name
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]{0,39}", name) or not name[-1].isalnum():
         raise _refused(

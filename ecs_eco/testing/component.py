@@ -41,7 +41,7 @@ def check_component(kind: object) -> None:
             raise AssertionError(f"{where}: newborns have {column[0]!r} instead of the default {default!r}")
         _check_writing(kind, name, table)
     if len(kind.__slots__) or hasattr(kind(), "__dict__"):
-        raise AssertionError(f"{kind.__name__}: handles must be small; store only the fields in them")
+        raise AssertionError(f"{kind.__name__}: handles must be small and store only the fields")
 
 
 def _check_writing(kind: type[Handle], name: str, table: Table) -> None:

@@ -17,7 +17,7 @@ State = dict[str, dict[str, np.ndarray]]
 
 
 def state(world: World) -> State:
-    """Return copies of all columns of all tables, in the order of uids.
+    """Return copies of all columns of all tables, in order of uid.
 
     Parameters
     ----------

@@ -60,7 +60,9 @@ def _check_declaration(kind: type[System]) -> None:
         raise AssertionError(f"{kind!r} is not a class derived from ecs_eco.System")
     name = kind.__name__
     if not (kind.__dict__.get("__doc__") or "").strip():
-        raise AssertionError(f"{name}: describe in a docstring what happens to which organisms")
+        raise AssertionError(
+            f"{name}: add a docstring that describes what the system does to which organisms"
+        )
     if kind.phase not in PHASES:
         raise AssertionError(f"{name}: the phase is {kind.phase!r}; expected one of {', '.join(PHASES)}")
     wrong = [c for c in kind.needs if not (isinstance(c, type) and issubclass(c, Handle) and c.fields)]

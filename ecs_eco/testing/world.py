@@ -127,7 +127,7 @@ def _check_dead(world: World, dead: set[int]) -> None:
         if risen := dead.intersection(table.uid[table.rows()].tolist()):
             raise AssertionError(f"{where}: uids {sorted(risen)[:5]} have died but are alive")
         if table.cause.any():
-            raise AssertionError(f"{where}: table {table.name!r} has causes of death after the tick")
+            raise AssertionError(f"{where}: table {table.name!r} contains causes of death after the tick")
 
 
 def _check_matter(world: World) -> None:
@@ -159,7 +159,7 @@ def _check_books(world: World) -> None:
     s = len(world.recorder.names)
     n, births, deaths = (np.array(series[k]).reshape(-1, s) for k in ("n", "births", "deaths"))
     if (np.diff(n, axis=0) != (births - deaths)[1:]).any():
-        raise AssertionError(f"{world.name}: the numbers do not change by births − deaths")
+        raise AssertionError(f"{world.name}: the changes in numbers differ from births − deaths")
     causes = np.sum([v for k, v in series.items() if k.startswith("died: ")], axis=0)
     if (causes != np.array(series["deaths"])).any():
-        raise AssertionError(f"{world.name}: the causes of death do not add up to the deaths")
+        raise AssertionError(f"{world.name}: the deaths by cause do not add up to all deaths")

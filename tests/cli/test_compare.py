@@ -175,7 +175,7 @@ def test_a_run_that_fails_is_named_and_the_others_go_on(here: Path, monkeypatch:
     output = invoke(*SET, "--workers", "1", "--seeds", "2", "--out", "out", code=1)
     assert "world, seed 1: FileExistsError: old" in output
     assert "random-policy, seed 1: FileExistsError: old" in output
-    assert "2 of 4 runs failed; the other recordings are in out." in output
+    assert "2 of 4 runs failed; recordings of all others are in out." in output
 
 
 @pytest.mark.slow
@@ -183,6 +183,6 @@ def test_a_killed_worker_is_one_message_and_no_traceback(here: Path, monkeypatch
     monkeypatch.setattr("ecs_eco.cli.compare.run_arm", be_killed)
     monkeypatch.setattr("ecs_eco.lab.work.RETRIES", 1)
     output = invoke(*SET, "--seeds", "2", "--out", "out", code=1)
-    assert output.count("was killed from outside") == 1
+    assert output.count("A worker process was killed") == 1
     assert "4 of 4 runs failed" in output
     assert "Traceback" not in output

@@ -57,7 +57,7 @@ def run(tmp_path: Path, meadow: Path) -> Path:
         ("/", "is not empty"),
         ("..", "is not empty"),
         ("meadow.toml", "is a file"),
-        ("loop", "cannot be written"),
+        ("loop", "is a broken link"),
         ("\udcff", "is not valid"),
     ],
     ids=["nothing", "here", "root", "above", "file", "loop", "name"],

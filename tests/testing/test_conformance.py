@@ -237,7 +237,7 @@ class Empty(System):
         (Threads, "Threads: its results change with two threads: tick 0, hare: Metabolism.energy"),
         (Haunt, "Haunt.*'hare'.*, which is free, was .* and is .*; write only to living rows"),
         (Manna, "Manna.*'hare'.*energy appeared without a source: .*; add it to taken, burnt or given"),
-        (Bare, "Bare: describe in a docstring what happens to which organisms"),
+        (Bare, "Bare: add a docstring that describes what the system does to which organisms"),
         (Nowhere, "Nowhere: the phase is 'dusk'; expected one of environment, sense"),
         (Needy, "Needy: needs names <class 'int'>, which is not a component"),
         (Empty, r"Empty: it must define update\(table, world\) or process\(\)"),
