@@ -22,7 +22,7 @@ class Hatching(Section, change=FREE, own=OWN):
     into: str = about("species that hatches from them", change=SHAPE)
     incubation: Positive = quantity("time from laying to hatching, at `temperature`", "s")
     temperature: Positive | None = quantity(
-        "temperature at which incubation takes this long; default: any", "K", None
+        "temperature at which incubation takes this long; default: any temperature", "K", None
     )
     threshold: NonNegative = quantity("temperature at or below which they do not develop", "K", 273.15)
 

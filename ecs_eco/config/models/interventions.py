@@ -88,7 +88,7 @@ class Add(Intervention):
     species: Name = about("a species or an object type")
     count: Count = quantity("number of organisms, limited by max_count", "1")
     region: Region | None = quantity(f"at random positions in {REGION}; default: anywhere", "m", None)
-    at_place: Point | None = quantity("position of all of them", "m", None)
+    at_place: Point | None = quantity("the position shared by all of them", "m", None)
 
 
 class Fence(Intervention):

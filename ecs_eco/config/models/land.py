@@ -14,7 +14,7 @@ class LandClass(Section):
     """A class of land, by cover, elevation or slope; if several apply, the last one is used."""
 
     codes: list[Annotated[int, Field(ge=-(2**31), lt=2**31)]] = about(
-        "its numbers in the raster `cover`; default: any", []
+        "numbers of this class in the raster `cover`; default: any number", []
     )
     above: Real | None = quantity("minimum elevation; default: no limit", "m", None)
     below: Real | None = quantity("only below this elevation; default: no limit", "m", None)
