@@ -27,7 +27,7 @@ class Rollout:
     ----------
     n_observations : int
     n_groups : int
-        Number of categorical groups of actions.
+        Number of categorical action groups.
     discount : float
         Per tick.
     memory : int, default 0

@@ -49,7 +49,7 @@ SEXES = {"none": 0, "female": 1, "male": 2, "random": 0}
 
 
 def apply(world: SpatialWorld, config: WorldConfig, before: WorldConfig | None = None) -> None:
-    """Set all values of a configuration that can change in a living world; if the world has the configuration
+    """Set all values of a configuration that can change in a live world; if the world has the configuration
     `before`, set only those that differ.
 
     Tables, their columns and policies already exist. Newborns get the new values; living organisms keep the

@@ -1,4 +1,4 @@
-"""Parameters of custom systems and sensors in a living world."""
+"""Parameters of custom systems and sensors in a live world."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 def kept_elsewhere(world: SpatialWorld, new: WorldConfig) -> list[Problem]:
     """Return a problem for each changed parameter that its system does not store in an attribute of the same
     name."""
-    fault = "cannot change in a living world, because {} has no attribute {}"
+    fault = "cannot change in a live world, because {} has no attribute {}"
     return [
         Problem(
             ("systems", i, name),

@@ -1,4 +1,4 @@
-"""New values for a living world: its configuration may change while organisms live, learn and die."""
+"""New values for a live world: its configuration may change while organisms live, learn and die."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def reconfigure(world: SpatialWorld, config: WorldSource, learners: Iterable[str] = ()) -> None:
-    """Give a living world another configuration, effective from the next tick.
+    """Give a live world another configuration, effective from the next tick.
 
     Organisms keep the state that they were born with (energy, mass, sex, fertility, properties, substances);
     newborns get the new values. A species that stops learning discards experience that it has not yet learned
@@ -43,7 +43,7 @@ def reconfigure(world: SpatialWorld, config: WorldSource, learners: Iterable[str
     Raises
     ------
     ConfigError
-        Before anything changes, with each value that cannot change in a living world.
+        Before anything changes, with each value that cannot change in a live world.
     RuntimeError
         For a world built by hand.
 

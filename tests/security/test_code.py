@@ -247,7 +247,7 @@ def test_a_file_imports_those_listed_before_it_and_shadows_no_other_module(mark:
 @pytest.mark.parametrize(
     ("name", "text", "word"),
     [
-        ("evil:feel", "def feel(x, y): return x", "must accept 1 arguments"),
+        ("evil:feel", "def feel(x, y): return x", "must accept 1 argument:"),
         ("evil:fel", "def feel(x): return x", 'did you mean "feel"'),
         ("evil:feel", "def feel(x) return", "cannot be imported: SyntaxError"),
         ("evil:feel", "feel = 3", "is not a function"),

@@ -48,7 +48,7 @@ from ecs_eco.inputs.section import (
 from ecs_eco.learning.aliases import resolve
 from ecs_eco.learning.settings import PPO
 
-# groups of actions and their members; the members of speed are the gaits
+# action groups and their members; the members of speed are the gaits
 GROUPS: dict[str, tuple[str, ...] | None] = {
     "speed": None,
     "turn": ("left", "none", "right"),
