@@ -17,8 +17,9 @@ class Build(Section, change=FREE, own=True):
         "energy burned per object, in addition to the energy that the object contains", "energy"
     )
     spacing: NonNegative = quantity("minimum distance between these objects", "m", 0.0)
-    most: Count | None = quantity("maximum number at any one time; default: no limit", "1", None,
-    own=POPULATION)
+    most: Count | None = quantity(
+        "maximum number at any one time; default: no limit", "1", None, own=POPULATION
+    )
 
 
 class Building(Feature, after="carries"):

@@ -188,7 +188,8 @@ class ObjectType(WarmObjects, Chemistry, Decomposing, Emitting):
     )
     at: list[Point] = table("initial positions of individual objects [m]", list, change=NUMBERS)
     heading: list[Real] = quantity(
-        "headings of the objects in `at`, counterclockwise from the x axis: one per object, or one for all; default: 0",
+        "headings of the objects in `at`, counterclockwise from the x axis: one per object, or one for all; "
+        "default: 0",
         "rad",
         default_factory=list,
         omit=True,
