@@ -199,7 +199,7 @@ export class Charts {
     return { ticks: this.ticks, births: this.lines.births, deaths, colourOf: (name) => this.colourOf(name) };
   }
 
-  /** Current data on a kind, for the legend. @param {string} name */
+  /** Current data about a kind, for the legend. @param {string} name */
   brief(name) {
     const at = this.hello.mode === "replay" ? this.ticks.findLastIndex((tick) => tick <= this.tick) : this.ticks.length - 1;
     const line = (this.lines.n[name] ?? []).slice(0, at + 1).slice(-1500);

@@ -108,7 +108,7 @@ export function sight(over, me, organism) {
   return { seen, rays };
 }
 
-/** The screen position of a place; on land, at ground level. @param {Stage} stage @param {Vector3} place */
+/** The screen position of a point; on land, at ground level. @param {Stage} stage @param {Vector3} place */
 function seenAt(stage, place) {
   if (stage.hello.size.length < 3) place.z = stage.relief.at(place.x, place.y);
   return stage.project(place);
