@@ -103,7 +103,7 @@ class Player(Inbox):
             view.seen, view.panel, view.news = None, None, True
 
     def tell(self, level: str, words: str) -> None:
-        """Send a text to all pages."""
+        """Send a text message to all pages."""
         message = said(level, words)
         for page in self._views:
             page.send([text(message)])

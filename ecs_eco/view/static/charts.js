@@ -327,7 +327,7 @@ export class Charts {
     if (this.hello.mode === "replay" && performance.now() - (this.moved ?? 0) > 300) this.seek(Math.round(plot.posToVal(plot.cursor.left ?? 0, "x")));
   }
 
-  /** Updates the values next to the names, at the pointer or else at the current tick. */
+  /** Updates the values next to the names, at the pointer or, without one, at the current tick. */
   values() {
     const idx = [...this.plots.values()][0]?.plot.cursor.idx;
     if (this.pointed) this.pointed.textContent = idx == null ? "" : `tick ${number(this.ticks[idx])}`;

@@ -132,7 +132,8 @@ function ring(over, at, angle, eyes) {
 }
 
 /**
- * The highest point above which a label fits on the stage without being covered by cards, or else the highest point.
+ * The highest point above which a label fits on the stage without being covered by cards; if there is none,
+ * the highest point.
  * @param {({x: number, y: number} | null)[]} points @param {number} wide @param {number[][]} cards left, top, right and bottom of each
  * @param {number[]} size of the stage
  */
