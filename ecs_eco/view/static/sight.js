@@ -160,7 +160,7 @@ function look(over, me, at, angle, eye, target) {
 }
 
 /**
- * Draws rays up to the first body each; rays that hit a target have its color.
+ * Draws each ray up to the first body that it hits; rays that hit a target have its color.
  * @param {Over} over @param {Found} me @param {Vector3} at @param {number} angle
  * @param {import("./protocol.js").SeeingEye & {count: number, angle: number}} eye @param {import("./protocol.js").Organism | null} organism
  */
