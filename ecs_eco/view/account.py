@@ -26,7 +26,7 @@ def of_run(folder: Path, tick: int) -> Message:
 
 
 def of_world(world: World, journal: Journal) -> Message:
-    """Return the diagnosis of a live world for the ticks that its recorder still holds."""
+    """Return the diagnosis of a live world for the ticks that its recorder still keeps."""
     if world.recorder is None or world.config is None:
         return _nothing(world.tick, "This world is not recorded, so there is nothing to diagnose.")
     series = load_series(world.recorder.series())

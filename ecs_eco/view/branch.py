@@ -74,8 +74,8 @@ def tables(done: Sequence[Message]) -> str:
 
 
 def of_living(live: Live, tick: int, change: Message | None) -> Live:
-    """Return a copy of a live world at the current tick or, for an earlier tick, at the last stored tick up
-    to it.
+    """Return a copy of a live world at the current tick or, for an earlier tick, at the last stored tick at
+    or before it.
 
     The live world does not change. Raises ValueError for any other tick and for an invalid change, and
     CheckpointError for a world that cannot be copied.

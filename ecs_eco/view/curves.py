@@ -1,4 +1,4 @@
-"""Curves of a world over time, as the message "series": levels at each tick, and totals up to it."""
+"""Curves of a world over time, as the message "series": levels at each tick, and totals up to that tick."""
 
 from __future__ import annotations
 

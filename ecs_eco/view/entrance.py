@@ -65,7 +65,8 @@ class Entrance:
         self._announce(address)
 
     def _came(self, code: str, good: bool) -> None:
-        """Announce a new address if the last is no longer valid and a page has just used one of this server."""
+        """Announce a new address if a page has just used one of this server's addresses and the last is now
+        invalid."""
         if not self.server.credentials.is_good(self._code) and (
             good or self.server.credentials.was_good(code)
         ):

@@ -15,7 +15,7 @@ KIN = "kin:"  # prefix of a uid: color that organism's descendants
 
 
 def asked(colour: object) -> int | None:
-    """Return the uid whose descendants a color shows, or None for a color of another kind."""
+    """Return the uid whose descendants a color shows, or None for any other kind of color."""
     digits = colour[len(KIN) :] if isinstance(colour, str) and colour.startswith(KIN) else ""
     return int(digits) if digits.isascii() and digits.isdigit() and 0 < int(digits) < 2**63 else None
 
@@ -26,7 +26,7 @@ def _shade(slot: int | None) -> int:
 
 
 class Families:
-    """Founders and descendants in a growing set of lives. Families follow the first parent."""
+    """Founders and descendants in a growing set of lives. Families are traced through the first parent."""
 
     def __init__(self, lives: Callable[[], Lives]) -> None:
         self._lives = lives

@@ -36,7 +36,7 @@ def ticks_of(first: int, last: int, fps: float, step: int | None = None) -> rang
 
 
 def encoder(path: Path) -> str:
-    """Return the encoder of films with this suffix ("" for a GIF); raise FilmError if it is missing."""
+    """Return the encoder for films with this suffix ("" for a GIF); raise FilmError if it is missing."""
     if path.suffix.lower() == ".gif":
         return ""
     program = shutil.which("ffmpeg")

@@ -38,7 +38,8 @@ def of_run(
 ) -> dict[Key, np.ndarray]:
     """Return the energy flows of a recorded run at some ticks, f64[ticks] each, as `of_world` does.
 
-    `sums` holds f64[ticks, species] since the first tick, by series column. If there are no columns per food,
+    `sums` contains f64[ticks, species] since the first tick, by series column. If there are no columns per
+    food,
     energy is divided according to `meals`, the cumulative number eaten of each (food, eater).
     """
     out: dict[Key, np.ndarray] = {}

@@ -36,7 +36,7 @@ class Encoder:
         self._about = number & 0xFFFFFFFF, tick & 0xFFFFFFFF, light, sun
         self._parts: list[np.ndarray] = []
         self._uids: list[tuple[np.ndarray, np.ndarray]] = []  # uids and mask of live rows of each kind
-        self._wide = False  # whether a uid of this frame needs more than 32 bits
+        self._wide = False  # whether a uid in this frame needs more than 32 bits
 
     def add(
         self,

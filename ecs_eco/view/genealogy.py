@@ -56,7 +56,7 @@ class Genealogy:
         return _parents(self.noted.births.find(uid, PARENTS))
 
     def children(self, uid: int) -> list[int]:
-        """Return the uids of an organism's last children, at most CHILDREN."""
+        """Return the uids of an organism's most recent children, at most CHILDREN."""
         return self.young(np.array([uid], np.uint64)).uid[-CHILDREN:].tolist()
 
     def generation(self, uid: int) -> int | None:

@@ -1,4 +1,4 @@
-"""Access control of the viewer's server: codes, the credential, and refusal of requests from other sites."""
+"""Access control for the viewer's server: codes, the credential, and refusal of requests from other sites."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def same(word: str, secret: str) -> bool:
 class Credentials:
     """The codes and the credential of one server. All methods are thread-safe.
 
-    Each server draws a new credential, which no other server accepts, not even a later one on the same port.
+    Each server generates a new credential, which no other server accepts, even a later one on this port.
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:

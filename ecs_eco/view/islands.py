@@ -108,7 +108,8 @@ def _record(islands: Islands, end: int, names: list[str]) -> Message:
 
 
 class Map(Inbox):
-    """The map of a folder for any number of pages; raises RecordingError if there is no archipelago."""
+    """The map of one folder, served to any number of pages; raises RecordingError if there is no
+    archipelago."""
 
     def __init__(self, folder: Path) -> None:
         super().__init__()

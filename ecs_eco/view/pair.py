@@ -21,7 +21,7 @@ from ecs_eco.view.replay import Replay
 from ecs_eco.view.second import Second, beside, fork
 from ecs_eco.view.source import Message, Source, is_whole, said, short
 
-SEEDS = 2**53  # from here on, numbers in a page are no longer exact
+SEEDS = 2**53  # from here on, JavaScript numbers are no longer exact
 
 
 class Picker:
@@ -68,7 +68,7 @@ class Picker:
         (world, seed), self.wanted = self.wanted, None
         try:
             made = self.build(world, seed)
-        except Exception as error:  # the displayed world continues whatever fails
+        except Exception as error:  # no failure stops the displayed world
             return f"{world} cannot be started: {error}"
         self.world, self.begun, made.picker = world, self.begun + 1, self
         return made
@@ -83,7 +83,7 @@ def reason(first: Live | Replay, second: Live | Replay | None) -> str:
     return "The program that runs this world decides which world to start."
 
 
-SLICE = 0.05  # [s] that the second world may run to catch up, before pages are served again
+SLICE = 0.05  # [s] maximum time for the second world to catch up before pages are served again
 ALONE = 0.2  # [s] the same while the first world is paused
 WORDS = 0.25  # [s] between sentences
 
@@ -243,7 +243,7 @@ class Pair(Source):
             self.player.again()
 
     def _seek(self, request: Message) -> list[Message]:
-        """Go back in both worlds, no further than both of them can."""
+        """Go back in both worlds, no further than both can go."""
         assert self.second is not None
         tick = request.get("tick")
         if isinstance(tick, int | float) and math.isfinite(tick) and tick > self.second.start:

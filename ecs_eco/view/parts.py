@@ -48,7 +48,7 @@ class Cache:
 
 
 class Blocks:
-    """All rows of one kind, such as "births", in groups that are read column by column: `Parts` of a folder
+    """All rows of one kind, such as "births", in groups that are read column by column: `Parts` in a folder
     or `Kept` in memory."""
 
     groups: list[Group]

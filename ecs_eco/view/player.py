@@ -28,7 +28,7 @@ ELSEWHERE = ("act", "params", "seek", "fill", "why", "table", "tree", "scatter",
 
 
 class Player(Inbox):
-    """Plays a source at `speed` [ticks/s] (None: full speed) to any number of pages until `halted()`."""
+    """Plays a source at `speed` [ticks/s] (None: full speed) for any number of pages until `halted()`."""
 
     def __init__(
         self,
@@ -46,7 +46,7 @@ class Player(Inbox):
         self._looks = -math.inf, -math.inf  # next time to serve if the tick stays the same, and if it changes
         self._passed = -1  # the last tick reported to the source
         self._served = -1  # the tick at which pages were last served
-        # the last frame of each color: tick, number, bytes
+        # the last frame for each color: tick, number, bytes
         self._made: dict[str, tuple[int, int, bytes]] = {}
         self._cost = {"frame": 0.0, "sample": 0.0}  # [s] each
         self._sampled, self._sample_at, self._state_at = -1, -math.inf, -math.inf
@@ -94,7 +94,7 @@ class Player(Inbox):
         return not (self.closing or self.halted())
 
     def again(self) -> None:
-        """Remake and resend this tick's frame if it was sent, because a second world has appeared or gone."""
+        """Remake and resend this tick's frame if it was sent: a second world has appeared or disappeared."""
         if all(tick != self.source.tick for tick, _, _ in self._made.values()):
             return  # it will be made when pages are ready for it
         self._made.clear()
@@ -103,7 +103,7 @@ class Player(Inbox):
             view.seen, view.panel, view.news = None, None, True
 
     def tell(self, level: str, words: str) -> None:
-        """Send a text to all pages."""
+        """Send a text message to all pages."""
         message = said(level, words)
         for page in self._views:
             page.send([text(message)])

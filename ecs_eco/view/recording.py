@@ -24,8 +24,8 @@ from ecs_eco.view.scene import coloured_genes
 
 CHAPTERS = 3  # chapters kept in memory
 COMPARED = ("n", "births", "deaths", "energy_mean", "happiness_mean")
-POINTS = 4000  # maximum number of points of a curve
-BINS = 400  # maximum number of bins of births and deaths on the timeline
+POINTS = 4000  # maximum number of points in a curve
+BINS = 400  # maximum number of bins for births and deaths on the timeline
 
 
 class Recording:
@@ -80,7 +80,7 @@ class Recording:
             return None, str(error)
 
     def organisms(self, tick: int, species: str) -> Organisms:
-        """Return the living organisms of a species at the end of a tick, from details or else interpolated."""
+        """Return a species' living organisms at the end of a tick: from details, otherwise interpolated."""
         organisms = self._chapter(tick // self.every).organisms(tick, self.species.index(species))
         return overlaid(organisms, self.details[species].between(tick, tick, ("uid", *STATE)))
 

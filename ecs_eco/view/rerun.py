@@ -236,7 +236,7 @@ def spans(recording: Recording, species: str) -> list[tuple[int, int]]:
 
 
 def note(recording: Recording) -> str:
-    """Return a note on which data are exact and which are interpolated."""
+    """Return a note about which data are exact and which are interpolated."""
     r = recording
     detailed = [name for name in r.species if r.details[name].rows]
     text = "Recorded in every tick."

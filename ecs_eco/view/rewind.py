@@ -16,7 +16,7 @@ from ecs_eco.record import parts
 from ecs_eco.view.journal import Journal
 from ecs_eco.view.story import Story
 
-MEMORY = 96e6  # [bytes] maximum for checkpoints; beyond that, the oldest is dropped
+MEMORY = 96e6  # [bytes] maximum total size of checkpoints; beyond that, the oldest is dropped
 SHARE = 1 / 120  # maximum share of run time spent on checkpoints
 APART = 0.1  # [s] minimum run time between checkpoints; shorter stretches are quickly rerun
 

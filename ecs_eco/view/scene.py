@@ -138,7 +138,7 @@ def _values(world: World, name: str) -> tuple[np.ndarray, str]:
 
 
 def wiring(config: WorldConfig | None, species: str) -> dict[str, Any]:
-    """Return {"wiring": …} for a species with a nervous system, or else {}.
+    """Return {"wiring": …} for a species with a nervous system, otherwise {}.
 
     `reflexes` are [rows of readings, row of the action, label]. `all` has flags for reflex, policy and
     happiness: whether every reading can affect it, as in a function or a network.

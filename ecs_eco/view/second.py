@@ -26,7 +26,7 @@ class Second:
 
     Its own clock begins at `begins`; `start`, `first` and `tick` are on the clock of `of`. Before each tick
     of a live world, `ask` requests the interventions of the other world, and `refused` collects errors for
-    interventions that this world rejects. `change` is the intervention that makes the difference, or None.
+    interventions that this world rejects. `change` is the intervention that makes the worlds diverge, or None.
     Organisms with uids below `common` were born before the worlds diverged.
     """
 
@@ -223,7 +223,7 @@ class Second:
         return out
 
     def sentence(self) -> Message:
-        """Return population sizes and a sentence on the current differences."""
+        """Return population sizes and a sentence about the current differences."""
         tick, n = self.of.tick, self.source.counts()
         if self.there:
             since = self.start if self.forked else None

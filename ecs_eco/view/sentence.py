@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 STARVING, HUNGRY, FED = 0.15, 0.45, 0.8  # upper limits, as fractions of maximum energy
-SEEN = 0.02  # lower readings of nearness count as nothing
+SEEN = 0.02  # lower proximity readings are ignored
 IDLE = {"none", "still", "rest"}
 
 
@@ -25,7 +25,7 @@ def sentence(state: Mapping[str, Any], foods: Sequence[str] = (), enemies: Seque
 
 
 def _thought(state: Mapping[str, Any], foods: Sequence[str], enemies: Sequence[str]) -> list[str]:
-    """Return phrases on what an organism saw and did in its last tick, if known."""
+    """Return phrases about what an organism saw and did in its last tick, if known."""
     nerves = state.get("nerves")
     if not nerves:
         return []
@@ -52,7 +52,7 @@ def _fed(state: Mapping[str, Any]) -> str:
 
 
 def _seen(sensors: Sequence[Mapping[str, Any]], foods: Sequence[str], enemies: Sequence[str]) -> str:
-    """Return a phrase on the nearest targets and their directions."""
+    """Return a phrase about the nearest targets and their directions."""
     value = {s["name"]: s["value"] or 0.0 for s in sensors}
     near = {name.removesuffix("_near"): v for name, v in value.items() if name.endswith("_near") and v > SEEN}
     if not near:
@@ -79,7 +79,7 @@ def _where(value: Mapping[str, float], target: str) -> str:
 
 
 def _does(actions: Sequence[Mapping[str, Any]]) -> str:
-    """Return a phrase on what the organism did, and whether reflex or policy decided."""
+    """Return a phrase about what the organism did, and whether the reflex or the policy decided."""
     done = [a for a in actions if not a.get("continuous") and a["decision"] and a["name"] not in IDLE]
     if not done:
         return "did nothing" if actions and not actions[0].get("continuous") else ""

@@ -25,7 +25,7 @@ from ecs_eco.view.shown import Inbox
 STATIC = Path(__file__).parent / "static"
 HOST = "127.0.0.1"
 PAGES = 32  # maximum number of pages open at the same time
-STRANGERS = 64  # maximum number of connections without the credential; one more closes the oldest
+STRANGERS = 64  # maximum number of connections without the credential; opening another closes the oldest
 BACKLOG = 32  # maximum number of connections waiting to be accepted
 PATIENCE = 10.0  # [s] time limit for the header of a first request
 UNREAD = 1 << 18  # [bytes] buffered by the operating system for a page that does not read

@@ -16,7 +16,7 @@ FIELDS = 0.5  # [s] between maps of a field
 
 
 class Page(Protocol):
-    """The server's end of one page."""
+    """The server side of one page."""
 
     def send(self, messages: list[str | bytes]) -> None:
         """Queue messages and return immediately."""

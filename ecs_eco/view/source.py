@@ -49,7 +49,7 @@ class Source(Protocol):
         """Return the number of organisms or objects of each kind, for `state`."""
 
     def frame(self, number: int, colour: str) -> bytes:
-        """Return the binary message of this tick: all organisms, colored by one of the `colours` of hello.
+        """Return the binary message for this tick: all organisms, colored by one of the `colours` of hello.
 
         Values from 1 to 255 span the range in `scales`; 0 means that the organism has no value or an unknown
         one.

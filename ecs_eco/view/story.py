@@ -29,7 +29,7 @@ class Turn(NamedTuple):
 
 @dataclass
 class Course:
-    """The course of a species: its last low and high, whether it is gone, and whether it has reproduced."""
+    """The course of a species: its last low and high, whether it is extinct, and whether it has reproduced."""
 
     low: Turn
     high: Turn
@@ -144,7 +144,7 @@ class Story:
         del self.entries[:-KEPT]
 
     def _fall(self, s: int, high: Turn, now: Turn) -> str:
-        """Return a text on the causes of death since a high, and on changes in food species and enemies."""
+        """Return a text about causes of death since a high and about changes in food species and enemies."""
         died = now.deaths - high.deaths
         total, born = int(died.sum()), now.births - high.births
         if not total:

@@ -1,4 +1,4 @@
-"""A sentence on the current differences between two worlds shown side by side."""
+"""A sentence about the current differences between two worlds shown side by side."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def differences(
 
 
 def _alone(which: str, mine: Side, theirs: Side) -> list[str]:
-    """Return a clause on the species that exist in only one of the worlds."""
+    """Return a clause about the species that exist in only one of the worlds."""
     own = [f"{n:,} {name}" for name, n in mine.n.items() if name not in theirs.n]
     return [f"only the {which} has {', '.join(own)}"] if own else []
 

@@ -164,7 +164,7 @@ def view(
 ) -> Panel | None:
     """Show a live world in the output cell of a notebook or, outside a notebook, in the browser until Ctrl-C.
 
-    The world runs for `ticks` more ticks (None: without end). `speed` is in ticks/s (None: full speed),
+    The world runs for `ticks` more ticks (None: indefinitely). `speed` is in ticks/s (None: full speed),
     `height` in px. The notebook must run on this machine, because the page is served from 127.0.0.1.
     """
     try:

@@ -140,7 +140,7 @@ class Watched(Source):
         return out
 
     def _range(self, name: str, crowd: Crowd, colour: str, least: float, most: float) -> tuple[float, float]:
-        """Return the range of a color: fixed if known in advance, or else wide enough for all current values.
+        """Return the range of a color: fixed if known in advance, otherwise wide enough for all current values.
         It contracts slowly, so that colors do not jump."""
         if colour.startswith("gene:"):
             code = self.genes[name][colour[5:]]

@@ -199,7 +199,7 @@ export class Charts {
     return { ticks: this.ticks, births: this.lines.births, deaths, colourOf: (name) => this.colourOf(name) };
   }
 
-  /** Current data on a kind, for the legend. @param {string} name */
+  /** Current data about a kind, for the legend. @param {string} name */
   brief(name) {
     const at = this.hello.mode === "replay" ? this.ticks.findLastIndex((tick) => tick <= this.tick) : this.ticks.length - 1;
     const line = (this.lines.n[name] ?? []).slice(0, at + 1).slice(-1500);
@@ -327,7 +327,7 @@ export class Charts {
     if (this.hello.mode === "replay" && performance.now() - (this.moved ?? 0) > 300) this.seek(Math.round(plot.posToVal(plot.cursor.left ?? 0, "x")));
   }
 
-  /** Updates the values next to the names, at the pointer or else at the current tick. */
+  /** Updates the values next to the names, at the pointer or, without one, at the current tick. */
   values() {
     const idx = [...this.plots.values()][0]?.plot.cursor.idx;
     if (this.pointed) this.pointed.textContent = idx == null ? "" : `tick ${number(this.ticks[idx])}`;

@@ -105,7 +105,7 @@ const DESCENDANT = "#ee3377";
 const colourAt = (name, value) => (name === "families" ? rgb(FAMILIES[Math.min(11, Math.floor((value - 0.5) / 21))] ?? GREY) : name === "kin" ? rgb(DESCENDANT) : rampColour(name, value / 255));
 
 /**
- * The clade of an organism as a color and a text, or null if it has none.
+ * The clade of an organism as a color and text, or null if it has none.
  * @param {string} by
  * @param {import("./protocol.js").Relative} life
  */

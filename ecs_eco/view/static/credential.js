@@ -7,7 +7,7 @@ const KEPT = "credential"; // in sessionStorage, which is separate for each orig
 export function taken() {
   const words = new URLSearchParams(location.hash.slice(1));
   const code = words.get("code");
-  const port = Number(words.get("map")); // port of the map of islands that led here
+  const port = Number(words.get("map")); // port of the archipelago map that led here
   if (code !== null && Number.isInteger(port) && port > 0 && port < 65536) keepMap(port);
   words.delete("code");
   words.delete("map");
@@ -25,7 +25,7 @@ function keepMap(port) {
   } catch {} // as with the credential
 }
 
-/** The address of the map of islands that led to this page, or null. */
+/** The address of the archipelago map that led to this page, or null. */
 export function cameFrom() {
   try {
     const port = sessionStorage.getItem(MAP);

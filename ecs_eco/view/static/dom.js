@@ -67,7 +67,7 @@ export function number(value, digits = 3) {
 }
 
 /**
- * Announces a text to screen readers.
+ * Announces text to screen readers.
  * @param {string} text
  */
 export function announce(text) {

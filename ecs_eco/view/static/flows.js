@@ -27,7 +27,7 @@ export class Flows {
     new ResizeObserver(() => this.place && this.place.clientWidth !== this.wide && this.draw()).observe(this.root);
   }
 
-  /** Whether this world has feeding relations and data on them. */
+  /** Whether this world has feeding relations and data about them. */
   has() {
     return Object.values(this.charts.hello.foods ?? {}).some((foods) => foods.length) && Object.keys(this.charts.lines.flows).length > 0;
   }
@@ -112,7 +112,8 @@ export class Flows {
     svg.setAttribute("aria-label", `Who eats whom, ticks ${from} to ${Math.min(to, now)}: ${words.join("; ") || "no organism was eaten"}`);
     this.place.replaceChildren(svg);
     const shared = this.charts.shared ? " Energy per food was not recorded, so it is divided among foods by the number eaten." : "";
-    if (this.about) this.about.textContent = `Means of ticks ${number(Math.max(0, from))} to ${number(Math.min(to, now))}. Energy is the gain of eaters.${shared}`;
+    if (this.about) this.about.textContent = `Means of ticks ${number(Math.max(0, from))} to
+    ${number(Math.min(to, now))}. Energy is what eaters gain.${shared}`;
     this.keys?.replaceChildren(...keysOf(nodes, meals, this.unit === "energy"));
     this.table?.replaceChildren(...rows(nodes, meals).map((row) => h("tr", {}, ...row.map((cell, i) => (i < 2 ? h("th", { scope: "row", text: cell }) : h("td", { text: typeof cell === "number" ? number(cell) : cell ?? "–" }))))));
   }

@@ -93,7 +93,7 @@ connection.on("said", (said) => {
   if (said.field === "tree") return page?.panel.tree.refuse(said.text);
   if (said.field === "table") page?.all.refuse(said.text);
   if (said.field === "scatter") return page?.charts.figures.scatter.refuse();
-  if (said.field === "seek" && page?.loop.ends) { // repetition goes back often, so no message is shown
+  if (said.field === "seek" && page?.loop.ends) { // a loop goes back often, so no message is shown
     if (said.level === "info") return;
     page.loop.set(null);
   }

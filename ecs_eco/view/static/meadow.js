@@ -13,7 +13,8 @@ const SHARE = 0.02; // maximum share of the time spent on updates
 const THICK = 0.34; // maximum opacity
 
 /**
- * The smoothed number of organisms of some layers in each cell of the ground or, in a volume, of its side.
+ * The smoothed number of organisms from selected layers in each cell of the ground or, in a volume, of its
+ * side.
  * @param {Stage} stage
  * @param {import("./layer.js").Layer[]} layers
  * @returns {Cells}

@@ -15,7 +15,8 @@ const NODE = 142; // x of sensor nodes
 const BOX = [166, 62]; // x and width of the networks
 const Y = 272, P = 290, Z = 331, H = 348, NAME = 360;
 const BOXES = /** @type {const} */ (["reflex", "policy", "happiness"]);
-const WORDS = { y: "y: the reflex forces (+1), leaves (0) or blocks (−1) the action", p: "p: probability given by the policy", z: "z: chosen by the policy", H: "decision H(y + z): carried out or not" };
+const WORDS = { y: "y: the reflex forces (+1), leaves unchanged (0) or blocks (−1) the action", p: "p:
+probability given by the policy", z: "z: chosen by the policy", H: "decision H(y + z): carried out or not" };
 
 /**
  * Draws a nervous system; `update` shows new values in the same drawing.
@@ -223,7 +224,7 @@ function joy(root, y) {
   const value = s("text", { x: BOX[0] + BOX[1] / 2, y: y + 5, "font-size": 13, "font-weight": 650, "text-anchor": "middle" });
   const reward = s("text", { x: BOX[0] + BOX[1] / 2, y: y + 18, "font-size": 10, "text-anchor": "middle" });
   root.append(value, reward);
-  reward.append(s("title", {}, "reward: the change of happiness"));
+  reward.append(s("title", {}, "reward: the change in happiness"));
   return (nerves) => {
     value.textContent = number(nerves.happiness);
     const change = nerves.reward ?? 0;

@@ -9,7 +9,7 @@ import { css } from "./theme.js";
 /** @typedef {import("./stage.js").Stage} Stage */
 /** @typedef {{tick: number, kind: "birth" | "death" | "kill", at: Vector3, colour: string, by: number}} Mark */
 
-export const LASTS = 5; // [ticks] that a mark is shown
+export const LASTS = 5; // [ticks] how long a mark is shown
 const MOST = 300; // maximum number of marks
 
 export class Over {
@@ -55,7 +55,7 @@ export class Over {
     return at;
   }
 
-  /** Marks deaths. @param {number[][]} list tick, species, uid, place, killer */
+  /** Marks deaths. @param {number[][]} list tick, species, uid, position, killer */
   fates(list) {
     const { stage } = this;
     for (const [tick, species, , x, y, z, killer] of list) {

@@ -108,7 +108,7 @@ export function sight(over, me, organism) {
   return { seen, rays };
 }
 
-/** The screen position of a place; on land, at ground level. @param {Stage} stage @param {Vector3} place */
+/** The screen position of a point; on land, at ground level. @param {Stage} stage @param {Vector3} place */
 function seenAt(stage, place) {
   if (stage.hello.size.length < 3) place.z = stage.relief.at(place.x, place.y);
   return stage.project(place);
@@ -132,7 +132,8 @@ function ring(over, at, angle, eyes) {
 }
 
 /**
- * The highest point above which a label fits on the stage without being covered by cards, or else the highest point.
+ * The highest point above which a label fits on the stage without being covered by cards; if there is none,
+ * the highest point.
  * @param {({x: number, y: number} | null)[]} points @param {number} wide @param {number[][]} cards left, top, right and bottom of each
  * @param {number[]} size of the stage
  */
@@ -159,7 +160,7 @@ function look(over, me, at, angle, eye, target) {
 }
 
 /**
- * Draws rays up to the first body each; rays that hit a target have its color.
+ * Draws each ray up to the first body that it hits; rays that hit a target have its color.
  * @param {Over} over @param {Found} me @param {Vector3} at @param {number} angle
  * @param {import("./protocol.js").SeeingEye & {count: number, angle: number}} eye @param {import("./protocol.js").Organism | null} organism
  */

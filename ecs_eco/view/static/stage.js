@@ -17,7 +17,7 @@ import { Trail } from "./trail.js";
 
 /** @typedef {import("./protocol.js").Hello} Hello */
 
-const JUMP = 200; // [ticks] no motion is drawn between frames further apart than this
+const JUMP = 200; // [ticks] no motion is drawn between frames farther apart than this
 
 ColorManagement.enabled = false; // colors are shown as written
 

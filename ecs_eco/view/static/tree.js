@@ -238,7 +238,8 @@ export class Tree {
 const SAYS = /** @type {Record<string, string>} */ ({ alive: "alive", unborn: "not yet", unknown: "unknown" });
 const pen = document.createElement("canvas").getContext("2d");
 
-/** The longest beginning of a text that fits: whole words ("† eaten" for "† eaten by wolf") or part of a word. @param {string} text @param {number} room [px] @param {number} size [px] */
+/** The longest prefix of a text that fits: whole words ("† eaten" for "† eaten by wolf") or part of a word.
+ * @param {string} text @param {number} room [px] @param {number} size [px] */
 export function fit(text, room, size) {
   if (!pen) return text;
   pen.font = `600 ${size}px ${getComputedStyle(document.body).fontFamily}`;
