@@ -225,8 +225,8 @@ Line = tuple[Frequencies, int, str, str, Any]  # gene, index of the value, label
 
 
 def lines_of(genes: Sequence[Frequencies], all_values: bool = False) -> list[Line]:
-    """Return one line for each gene with two values, and one for each value of other genes, except the first
-    unless `all_values` is true.
+    """Return one line for each two-valued gene and, for other genes, one line per value, leaving out the
+    first value unless `all_values` is true.
 
     A gene named after a color is drawn in that color; dashes distinguish lines of similar color.
     """
@@ -298,7 +298,7 @@ def values_of(lineage: Pedigree, gene: str, species: str | None = None) -> np.nd
 
 
 def find_gene(lineage: Pedigree, gene: str, species: str | None = None) -> tuple[str, dict[str, Any]]:
-    """Return the species that has a gene, given by its name or trait, and the gene's record. For an unknown
+    """Return the species that has a gene (given by its name or trait) and the gene's record. For an unknown
     gene, a KeyError suggests the closest name; if several species have it, a ValueError lists them."""
     if species is not None:
         return species, gene_of(lineage, species, gene)

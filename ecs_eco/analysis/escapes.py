@@ -104,8 +104,8 @@ class Escape:
 
 
 def escapes(tracks: Tracks, within: float = WITHIN, rest: int = REST) -> Escape | None:
-    """Return the behavior of prey around the approach of a predator to `within` [m]; None if there was no
-    approach.
+    """Return the behavior of prey around the approach of a predator to a distance of `within` [m]; None if
+    there was no approach.
 
     The V-test treats approaches as independent, which overstates the evidence: the replicates are runs.
     """
@@ -135,7 +135,7 @@ class Leaving:
 
 
 def noses(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Return (species, channel name without direction) of two-sided noses, for species with recorded details."""
+    """Return (species, channel name without direction) for each two-sided nose of species with recorded details."""
     return [
         (name, s.get("name") or f"{s['field']}_gradient")
         for name, species in _detailed(manifest).items()

@@ -54,7 +54,7 @@ class Selection(NamedTuple):
 
 
 def few_valued(genomes: Mapping[str, Any]) -> list[str]:
-    """Return a species' genes in the manifest with so few values that each is counted as an allele."""
+    """Return a species' genes in the manifest that have so few values that each value is counted as an allele."""
     return [g["name"] for g in genomes["genes"] if has_few_values(g)]
 
 
@@ -225,7 +225,7 @@ def selection_of(
 
 
 def selections(counted: Frequencies, generation: float) -> Iterator[tuple[str, np.ndarray, Selection]]:
-    """Yield the name, allele frequencies and Selection of each value, or only of the second of two values."""
+    """Yield the name, allele frequencies and Selection of each value or, if there are two, of the second only."""
     n = counted.copies.sum(axis=1)
     for j in range(1 if len(counted.values) == 2 else 0, len(counted.values)):
         p = counted.allele[:, j]

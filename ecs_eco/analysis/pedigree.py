@@ -24,8 +24,8 @@ class Pedigree:
 
     `uid`, `parent`, `parent2` u64 (0: none); `species` and `cause` str ("" while alive); `born`, `died` i64
     [ticks] (died is −1 while alive); `genome` str objects ("" without one). An organism lives from `born` to
-    `died`, exclusive. `end` is the last tick, `dt` [s] its length, `genomes` the manifest's data on genes.
-    `recorded` contains the fields listed in the world's `record` key, f64 by column, "birth:
+    `died`, exclusive. `end` is the last tick, `dt` the length of a tick [s], `genomes` the manifest's data on
+    genes. `recorded` contains the fields listed in the world's `record` key, f64 by column, "birth:
     Strain.virulence" and "death: Strain.virulence", NaN if missing. Raises ValueError if an organism is
     duplicated, or a parent is unknown or not older than its child.
     """
@@ -268,7 +268,7 @@ class Pedigree:
         """
         lines = {self.place(uid) for uid in uids}
         if not lines:
-            raise ValueError("lineage: no uids to find a common ancestor of; pass at least one")
+            raise ValueError("lineage: a common ancestor needs at least one uid; none was passed")
         while len(lines) > 1:
             lines.add(int(self.mother[youngest := max(lines)]))
             lines.remove(youngest)

@@ -39,7 +39,8 @@ def cycle(*series: np.ndarray) -> Cycle:
     """Return the cycle that simultaneous series f[n] share.
 
     Waves with periods between 3 samples and two thirds of the series are fitted by least squares, together
-    with a straight line (a Lomb-Scargle periodogram with a floating trend). Raises errors like `logarithms`.
+    with a straight line (a Lomb-Scargle periodogram with a floating trend). Raises the same errors as
+    `logarithms`.
     """
     logs = [logarithms(x) for x in series]
     f, shares, waves = _waves(logs)
@@ -52,7 +53,7 @@ def cycle(*series: np.ndarray) -> Cycle:
 
 def spectrum(numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return frequencies [1/sample], and the fraction of the variance of a series f[n] that a wave of each
-    frequency explains. `cycle` chooses the maximum."""
+    frequency explains. `cycle` picks the frequency with the largest fraction."""
     f, shares, _ = _waves([logarithms(numbers)])
     return f, shares[0]
 
