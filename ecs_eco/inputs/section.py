@@ -54,7 +54,7 @@ FENCE = 'an intervention of kind "fence"'
 SHAPE = "it sets the shapes of weights and columns: build a world with it"
 
 # why a number cannot be heritable
-COLUMN = "COLUMN"  # it can: it has a column of a component, and a trait in config/traits.py
+COLUMN = "COLUMN"  # it can: it has a component column, and a trait in config/traits.py
 POPULATION = "it counts organisms, so no single organism has it"
 PARENTLESS = "it concerns organisms without parents, which inherit no genes"
 LETTERS = "it determines how genomes are read and copied: a gene for it would change its own meaning"
@@ -74,7 +74,7 @@ class Change:
 
 
 class Column(NamedTuple):
-    """The component that stores each organism's own value, in `field` or in a field with the number's name."""
+    """The component that stores each organism's own value, in `field` or in a field named like the number."""
 
     component: str
     field: str = ""
@@ -92,7 +92,8 @@ class Section(BaseModel):
 
     Notes
     -----
-    The class keywords `change` and `own` apply these arguments of `about` to all fields of a subclass.
+    The class keywords `change` and `own` apply the `about` arguments of the same names to all fields of a
+    subclass.
 
     Examples
     --------

@@ -54,8 +54,8 @@ def run_arm(
 
 
 def has_run(folder: Path, ticks: int, arm: Arm, seed: int) -> bool:
-    """Return whether a folder contains a run of this length. Raises ForeignFile if the run is of another arm,
-    seed or mode, RecordingError if its manifest is damaged.
+    """Return whether a folder contains a run of this length. Raises ForeignFile if the run belongs to another
+    arm, seed or mode, RecordingError if its manifest is damaged.
     """
     try:
         manifest = read_manifest(folder)

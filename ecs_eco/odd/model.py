@@ -137,7 +137,7 @@ class Model:
 
     @staticmethod
     def changed_by(system: System) -> tuple[str, ...]:
-        """Return the fields that a system changes or, without a declared submodel, all components that it
+        """Return the fields that a system changes or, if it declares no submodel, all components that it
         needs."""
         if system.submodel is None:
             return tuple(component.__name__ for component in system.needs)
@@ -164,6 +164,6 @@ def is_built_in(system: System) -> bool:
 
 
 def title_of(system: System) -> str:
-    """Return the name of a system's class in words."""
+    """Return the name of a system's class as words."""
     name = type(system).__name__
     return "".join(f" {c.lower()}" if c.isupper() and i else c for i, c in enumerate(name))

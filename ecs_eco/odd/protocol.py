@@ -28,7 +28,7 @@ OTHERWISE = ("count", "age", "max_count", "at", "between", "heading", "color", "
 """Keys of kinds that element 5 describes or that have no biological meaning."""
 STARTS = ("count", "max_count", "age", "at", "between", "heading", "sex")
 SURROUNDINGS = ("substances", "terrain", "ambient", "sun", "year", "water")
-OPTIONAL = (Biology, Metabolism, Physical)  # components of which a world may use only some fields, or none
+OPTIONAL = (Biology, Metabolism, Physical)  # components of which a world may use only some fields or none
 UPRIGHT = ("z", "climb")  # fields that are 0 on a plane
 REFERENCE = (
     "This description follows the ODD protocol (Overview, Design concepts, Details; Grimm et al. 2020, JASSS 23(2) "

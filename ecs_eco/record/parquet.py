@@ -185,7 +185,7 @@ def _named(path: Path) -> Iterator[None]:
 
 
 def read_parts(folder: Path, columns: Sequence[str] | None = None) -> Any:
-    """Return all parts in one folder of a run as one table.
+    """Return all parts in one folder of a run as a single table.
 
     Parameters
     ----------

@@ -51,8 +51,8 @@ class Parallel(Shown, ParallelEnv):
         self.channels, self.options = arena.channels, arena.options
         self._actions: dict[Agent, Any] = {}
         self._named: dict[int, str] = {}  # uid → name, with a pool
-        self._uids = np.zeros(0, np.uint64)  # uids of the agents, in their order
-        self._order = np.zeros(0, np.int64)  # their positions among all sensing organisms
+        self._uids = np.zeros(0, np.uint64)  # uids of the agents, in the same order
+        self._order = np.zeros(0, np.int64)  # their indices among all sensing organisms
         n = len(arena.config.species)
         self.state_space = Box(0, np.inf, (n, GRID, GRID), np.float32)
         if pool is not None:
@@ -192,8 +192,8 @@ class Parallel(Shown, ParallelEnv):
 
     def _see(self, sensed: Sensed, before: dict[int, Agent]) -> tuple[np.ndarray, bool]:
         """Make all sensing organisms agents, in the order of uids; return their observations f32[n,
-        channels], and whether the episode ends here because its time is over or the pool is out of names;
-        newborns are then omitted."""
+        channels], and whether the episode ends here because its time is over or the pool is out of names; in
+        that case, newborns are omitted."""
         order = np.argsort(sensed.uid)
         uids = sensed.uid[order].tolist()
         if self.pool is not None:
