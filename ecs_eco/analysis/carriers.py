@@ -1,4 +1,4 @@
-"""Carriers of each value of a gene over time: counts from births and deaths, and their figure."""
+"""Count the carriers of each value of a gene over time from births and deaths, and draw them."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

@@ -96,7 +96,7 @@ def _outcomes(
 def summary(
     genes: Sequence[Gene], rows: Mapping[str, Sequence[Sequence[int]]], reference: str, seed: int = 0
 ) -> dict[str, Any]:
-    """Return species → gene (with its value) → arm → outcomes with 95% intervals, and `against` the
+    """Return outcomes with 95% intervals by species, gene (with its value) and arm, and `against` the
     reference. `rows` contains the indices of an arm's runs by training seed; both kinds of seeds are
     replicates."""
     out: dict[str, Any] = {}

@@ -26,8 +26,8 @@ WITHIN, REST, AROUND = 1.5, 5, 5
 
 
 def hunts(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Return (prey, predator) pairs of animals whose details were recorded for every organism in every tick;
-    a sample would not show which animals were near."""
+    """Return (prey, predator) pairs of animal species whose details were recorded for all organisms in all
+    ticks; a sample would not show which animals were near."""
     if manifest.get("record") != "full":
         return []
     animals = _detailed(manifest)

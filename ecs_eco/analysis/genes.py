@@ -24,8 +24,8 @@ SAMPLES = 400  # approximate maximum per run
 
 @dataclass(frozen=True)
 class Course:
-    """The distribution of a many-valued gene among living organisms over time: at `ticks` i64[samples], their
-    number `n`, the `mean` and standard deviation `sd` of their values f64[samples], and the fraction
+    """The distribution of a gene with many values among living organisms over time: at `ticks` i64[samples],
+    their number `n`, the `mean` and standard deviation `sd` of their values f64[samples], and the fraction
     (`share`) with a value between adjacent `edges` f64[bins + 1], f64[samples, bins]; NaN if there are none."""
 
     gene: str
@@ -196,7 +196,7 @@ def selection(
     including mutation and drift; a neutral marker in the same genome shows how large they are.
     """
     counted = frequencies(lineage, species, gene, max(1, (lineage.end + 1) // SAMPLES))
-    counted.of(value)  # for the error that suggests the closest value
+    counted.of(value)  # an unknown value raises an error that suggests the closest one
     column = counted.values.index(value)
     return selection_of(
         counted.allele[:, column],

@@ -18,7 +18,7 @@ from ecs_eco.analysis.survival import Interval, bootstrap_difference
 
 Rows = Sequence[Sequence[Series]]  # an arm's runs by training seed
 WORLD = "(world)"
-"""Used in place of a species for values of the whole world."""
+"""Used instead of a species for values of the whole world."""
 
 
 def measured(*runs: Series) -> dict[str, list[str]]:
@@ -170,8 +170,8 @@ def _median(courses: np.ndarray) -> np.ndarray:
 
 
 def of_arms(arms: Mapping[str, Rows]) -> dict[str, Any]:
-    """Return reporter → species or WORLD → arm → "mean" (each run's mean over time, averaged over runs, with
-    an interval) and "n" (the number of runs with a value). Both kinds of seeds are replicates."""
+    """Return, by reporter, species or WORLD, and arm, the "mean" (each run's mean over time, averaged over
+    runs, with an interval) and "n" (the number of runs with a value). Both kinds of seeds are replicates."""
     kinds = measured(*(run for rows in arms.values() for row in rows for run in row))
     out: dict[str, Any] = {}
     for name, named in kinds.items():
@@ -185,9 +185,9 @@ def of_arms(arms: Mapping[str, Rows]) -> dict[str, Any]:
 
 
 def effects(arms: Mapping[str, Rows], grids: Collection[str], seed: int) -> dict[str, Any]:
-    """Return reporter → species or WORLD → arm → difference in the mean over runs from the first arm. The
-    interval is from a bootstrap over runs or, with several training seeds, over cells with the same seeds;
-    None if the arms do not share seeds."""
+    """Return, by reporter, species or WORLD, and arm, how the mean over runs differs from that of the first
+    arm. The interval is from a bootstrap over runs or, with several training seeds, over cells with the same
+    seeds; None if the arms do not share seeds."""
     kinds = measured(*(run for rows in arms.values() for row in rows for run in row))
     reference, *others = arms
 

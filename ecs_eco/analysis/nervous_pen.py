@@ -100,7 +100,7 @@ class Pen:
         self.patch("PathPatch", path, fill=False, zorder=3, capstyle="butt", **look(sign, dotted, width))
 
     def end(self, x: float, y: float, sign: Sign, size: float = 0.1) -> None:
-        """Draw the synapse-like end of a connection: an arrow forces, a bar blocks, both mean it varies."""
+        """Draw the synapse-like end of a connection: an arrow forces, a bar blocks, and both together vary."""
         hue = look(sign)["color"]
         if sign == -1:
             self.line([x - size, x - 0.02], [y, y], hue, 1.6, 8)

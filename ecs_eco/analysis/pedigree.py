@@ -229,7 +229,7 @@ class Pedigree:
         return np.array(depth, float)
 
     def _forebears(self, mask: np.ndarray, fathers: bool = True) -> np.ndarray:
-        """Add the ancestors of the organisms in `mask`, only along first parents if `fathers` is false."""
+        """Add the ancestors of the organisms in `mask`; if `fathers` is false, only along first parents."""
         marked = mask.tolist()
         mother, father = self.mother.tolist(), self.father.tolist()
         for i in range(len(self) - 1, -1, -1):

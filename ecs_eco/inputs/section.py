@@ -88,7 +88,7 @@ class Own:
 
 
 class Section(BaseModel):
-    """A section of a world file: a strict, immutable pydantic model that refuses unknown keys.
+    """A section of a world file: a strict, immutable pydantic model that rejects unknown keys.
 
     Notes
     -----

@@ -28,7 +28,7 @@ NAME = r"^[0-9a-f]{16}/seed-[0-9]+$"  # name of a training run: its world and it
 
 
 class Settings(Section):
-    """The settings of a plan that are read back; all others only distinguish plans."""
+    """The settings of a plan that are read back; all other settings only distinguish plans."""
 
     model_config = ConfigDict(extra="allow", strict=True)
 

@@ -21,7 +21,7 @@ TICKS = 40  # length of a run that compiles a world's kernels, including the fir
 
 
 def check_engine(on: str) -> None:
-    """Raise ConfigError if there is no such engine."""
+    """Raise ConfigError if the engine is unknown."""
     if on not in ENGINES:
         raise refusal((), "no such engine", on, listed(ENGINES), nearest(on, ENGINES), "--on")
 

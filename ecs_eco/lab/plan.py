@@ -199,7 +199,7 @@ def _of_values(plan: Plan) -> Iterator[Problem]:
                 yield Problem(("grid", name, i), "occurs twice", value, "each value once")
     for i, entry in enumerate(plan.list or ()):
         if missing := (plan.list or [{}])[0].keys() ^ entry.keys():
-            fault = f"has different keys than the first: {', '.join(sorted(missing))}"
+            fault = f"differs from the first table in these keys: {', '.join(sorted(missing))}"
             yield Problem(("list", i), fault, entry, "the same keys in all [[list]] tables")
     yield from _twice(plan)
 

@@ -55,7 +55,7 @@ def submit(folder: str | Path, numbers: Sequence[int], options: Options = Option
     ids of the arrays.
 
     Each job is one task with one CPU. Before its time limit, it writes a checkpoint and is requeued, which
-    also happens if SLURM preempts it or its node fails. Raises ConfigError if SLURM is missing or refuses the
+    also happens if SLURM preempts it or its node fails. Raises ConfigError if SLURM is missing or rejects the
     jobs.
     """
     sweep = read_sweep(folder)

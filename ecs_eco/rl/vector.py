@@ -181,7 +181,7 @@ def slots(
         Anything that `World.from_config` accepts, or a live world; each episode starts with a copy of it.
     species : str
     n, num_envs : int
-        Number of slots; give only one of the two. `gymnasium.make_vec` passes `num_envs`.
+        Number of slots; pass only one of the two. `gymnasium.make_vec` passes `num_envs`.
     max_cycles, max_episode_steps : int, optional
         Ticks per episode; default: the world file's `ticks`.
     render_mode : {"rgb_array"}, optional

@@ -227,7 +227,7 @@ def write_report(
 
     Notes
     -----
-    Events are streamed, so millions of births need little memory.
+    Events are streamed, so even millions of births need little memory.
 
     Examples
     --------

@@ -180,7 +180,7 @@ class Search:
     # --- results
 
     def ranked(self) -> list[dict[str, Any]]:
-        """Return the candidates, best first: finalists by mean score over all seeds, others by merit."""
+        """Return the candidates, best first: finalists by mean score over all seeds, other candidates by merit."""
         finals = {e["candidate"]: e for e in self.journal.of("final")}
 
         def key(entry: dict[str, Any]) -> tuple[float, float]:

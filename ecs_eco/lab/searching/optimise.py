@@ -44,7 +44,7 @@ def space_of(parameters: Sequence[Parameter]) -> dict[str, BaseDistribution]:
 
 
 class Optimiser:
-    """Proposes numbers within the ranges, which depend only on the seed and the history."""
+    """Proposes numbers within the ranges; proposals depend only on the seed and the history."""
 
     def __init__(self, parameters: Sequence[Parameter], kind: str, seed: int) -> None:
         import optuna

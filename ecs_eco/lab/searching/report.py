@@ -258,7 +258,7 @@ def _words(entry: dict[str, Any], result: dict[str, Any]) -> str:
     """Describe the performance of a candidate."""
     runs = entry["stages"][-1]["runs"] if entry["stages"] else []
     if result["optimiser"] in SAMPLERS:
-        return f"likeness to the measurements {max(0.0, entry['score'] - 1):.3f}, of 1"
+        return f"similarity to the measurements {max(0.0, entry['score'] - 1):.3f}, of 1"
     words = (
         f"all species survived in {sum(r['extinct'] is None for r in runs)} of {len(runs)} runs of the search"
     )

@@ -16,7 +16,7 @@ SAMPLERS = ("abc", "abc-smc")
 FIRST_SEED = 200_000  # world seed of candidate 0
 WIDE = 2.0  # covariance of steps / covariance of the nearest candidates
 TRIED = 4000  # number of draws for estimating how many fall outside the ranges
-FEWEST = 3  # minimum number of accepted candidates to draw around
+FEWEST = 3  # minimum number of accepted candidates around which to draw
 
 
 class Population(NamedTuple):
