@@ -429,5 +429,5 @@ def numbers(words: Sequence[str], gene: dict[str, Any], alphabet: str) -> np.nda
 
 
 def _number(digits: np.ndarray, size: int) -> np.ndarray:
-    """Return codons as numbers whose most significant digit is the first letter: i64[…, letters] to f64[…]."""
+    """Convert codons to numbers whose most significant digit is the first letter: i64[…, letters] to f64[…]."""
     return np.asarray(digits @ (float(size) ** np.arange(digits.shape[-1] - 1, -1, -1)))

@@ -1,5 +1,5 @@
 """Comparison of an experiment's arms: persistence, survival times, numbers and cycles. The replicates are the
-seeds: world seeds and, if runs use policies from several trainings, training seeds (`seed_grid.py`)."""
+seeds: world seeds and, if runs use policies from several training runs, training seeds (`seed_grid.py`)."""
 
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence

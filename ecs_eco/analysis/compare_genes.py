@@ -30,7 +30,7 @@ class Gene:
 
     species: str
     gene: str
-    value: str | None  # None: the gene is quantitative
+    value: str | None  # None if the gene is quantitative
     trait: str | None
     every: int
     # by arm: each run's frequency or mean over time; outcomes, by run index

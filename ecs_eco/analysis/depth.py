@@ -18,13 +18,13 @@ class DepthCycle:
 
     days: float
     fit: Cosinor  # depth [m] against days since noon: the acrophase is the time of greatest depth
-    height: float  # depth of the water [m]
+    height: float  # water depth [m]
     p: float  # p value against days that begin at random hours; NaN for fewer than three whole days
     r: float  # correlation of mean depth with light at the surface
 
     @property
     def share(self) -> float:
-        """Amplitude as a fraction of the depth of the water."""
+        """Amplitude as a fraction of the water depth."""
         return self.fit.amplitude / self.height
 
     @property

@@ -43,7 +43,7 @@ class SensorNode:
     channels: tuple[str, ...]
     first: int  # row of its first channel
     at: tuple[float, float] | None = None  # position on the body: forward, left [radii]
-    sector: tuple[float, float] | None = None  # from and to [rad]: 0 is ahead, left is positive
+    sector: tuple[float, float] | None = None  # start and end [rad]: 0 is ahead, left is positive
     vision: bool = False
 
 

@@ -42,7 +42,7 @@ def cut(text: str, most: int = 36) -> str:
 
 
 def wrapped(text: str, most: int, lines: int) -> list[str]:
-    """Wrap a text into lines of at most `most` characters; text beyond the last line is cut."""
+    """Wrap a text into lines of at most `most` characters; text beyond the last line is cut off."""
     folded = textwrap.wrap(text, most) or [""]
     return folded if len(folded) <= lines else [*folded[: lines - 1], folded[lines - 1][: most - 2] + " …"]
 

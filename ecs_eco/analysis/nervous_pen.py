@@ -118,7 +118,7 @@ class Pen:
         self.line([x + side, x, x, x + side], [top, top, bottom, bottom], SOFT, 1)
 
     def bar(self, x: float, y: float, value: float, zero: float) -> None:
-        """Draw a number in digits and as a bar whose origin is at `zero`, a fraction of the width."""
+        """Draw a number as digits and as a bar whose origin is at `zero`, a fraction of the width."""
         origin = x + zero * BAR
         self.block(x, y, BAR, 0.1, FAINT, 1)
         self.block(origin, y, float(np.clip(value, -1, 1)) * BAR * (1 - zero), 0.1, BLUE, 2)

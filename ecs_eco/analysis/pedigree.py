@@ -20,7 +20,7 @@ def among(parents: np.ndarray, uids: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Pedigree:
-    """All organisms of a run, one array entry each, sorted by uid or, for several islands, by birth.
+    """All organisms of a run, with one array entry each, sorted by uid or, for several islands, by birth.
 
     `uid`, `parent`, `parent2` u64 (0: none); `species` and `cause` str ("" while alive); `born`, `died` i64
     [ticks] (died is −1 while alive); `genome` str objects ("" without one). An organism lives from `born` to

@@ -59,7 +59,7 @@ def spectrum(numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def period_of(*series: np.ndarray) -> float:
-    """Return the period [samples] of the `cycle` of one series, or of several simultaneous ones. Long series
+    """Return the period [samples] of the `cycle` of one series or of several simultaneous series. Long series
     are thinned first."""
     thinned = [thin(np.asarray(x, float)) for x in series]
     return float(thinned[0][1] * cycle(*(x for x, _ in thinned)).period)

@@ -44,7 +44,7 @@ class CodeError(ConfigError):
 
 @dataclass(frozen=True)
 class Code:
-    """The code that one world lists, and whether all of it is allowed to run."""
+    """The code that a world lists, and whether all of it is allowed to run."""
 
     sources: tuple[Source, ...] = ()
     passed_on: bool = False  # allowed in the parent process
@@ -129,7 +129,7 @@ class Code:
         return None
 
     def faults(self) -> list[Problem]:
-        """Return a problem for each listed text that fails to run, if all are allowed."""
+        """Return a problem for each listed text that fails to run, if all of them are allowed."""
         if not self.allowed:
             return []
         return [

@@ -1,5 +1,5 @@
-"""A comparison: a world, unchanged and under treatments, run with the same seeds into one folder. In Python,
-`compare` does all of this on any executor; `ecs-eco compare` adds a progress bar and a table."""
+"""A comparison: a world, unchanged and under treatments, run with the same seeds and stored in one folder. In
+Python, `compare` does all of this on any executor; `ecs-eco compare` adds a progress bar and a table."""
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
@@ -103,7 +103,7 @@ Jobs = Mapping[Key, Run | Training]
 
 @dataclass(frozen=True)
 class Comparison:
-    """Arms, beginning with the unchanged world, the seeds with which each arm runs, and their folder."""
+    """The arms (the unchanged world first), the seeds with which each arm runs, and their folder."""
 
     folder: Path
     arms: Sequence[Arm]

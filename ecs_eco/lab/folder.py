@@ -178,7 +178,7 @@ def _read(folder: Path, written: int, size: int) -> Sweep:
 def begin(folder: Path, design: Design) -> Sweep:
     """Write a design's sweep to a folder unless it is already there, and return it.
 
-    Raises ForeignFile if the folder contains the sweep of another plan.
+    Raises ForeignFile if the folder contains a sweep with a different plan.
     """
     if container.has(folder, Manifest):
         check_plan(folder, design)

@@ -239,7 +239,7 @@ def summary_of(run: Path) -> dict[str, Any]:
 
 
 def _opened(folder: str | Path, allowed: Collection[str]) -> Sweep:
-    """Return a sweep to continue, after allowing code with these hashes to run."""
+    """Return the sweep in a folder, after allowing code with these hashes to run."""
     if allowed:
         allow(allowed)
     sweep = read_sweep(folder)

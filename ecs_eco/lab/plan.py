@@ -79,7 +79,7 @@ class Plan(Section):
 
 @dataclass(frozen=True)
 class PlanFile:
-    """A plan that was read; its values have dotted keys, however the file nests them."""
+    """A plan after reading; its values have dotted keys, however the file nests them."""
 
     plan: Plan
     document: Document
@@ -199,7 +199,7 @@ def _of_values(plan: Plan) -> Iterator[Problem]:
                 yield Problem(("grid", name, i), "occurs twice", value, "each value once")
     for i, entry in enumerate(plan.list or ()):
         if missing := (plan.list or [{}])[0].keys() ^ entry.keys():
-            fault = f"differs from the first table in these keys: {', '.join(sorted(missing))}"
+            fault = f"has different keys from the first: {', '.join(sorted(missing))}"
             yield Problem(("list", i), fault, entry, "the same keys in all [[list]] tables")
     yield from _twice(plan)
 

@@ -163,8 +163,8 @@ def against_random(
     config: WorldConfig, policies: Path | str, seed: int, ticks: int = TICKS, seeds: int = SEEDS
 ) -> dict[str, Any]:
     """Run trained and random policies, both without learning, in the training world with `seeds` seeds.
-    Return species → measure → {"trained": [mean, low, high], "random": …, "difference": …} with 95% intervals
-    (Student's t over seeds, which both arms share)."""
+    Return, by species and measure, {"trained": [mean, low, high], "random": …, "difference": …} with 95%
+    intervals (Student's t over seeds, which both arms share)."""
     found = {
         arm: [_measured(config, chosen, seed + 1 + k, ticks) for k in range(seeds)]
         for arm, chosen in (("trained", str(policies)), ("random", "random"))

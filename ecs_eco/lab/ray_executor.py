@@ -72,8 +72,8 @@ class Call(Future[Any]):
 
 
 class RayExecutor(Executor):
-    """Runs calls as tasks of a Ray cluster: the one at RAY_ADDRESS, one already running on this machine, or
-    one started here for the duration with `workers` CPUs.
+    """Runs calls as tasks of a Ray cluster: the one at RAY_ADDRESS, one already running on this machine, or a
+    temporary one started here with `workers` CPUs.
 
     Raises ConfigError if Ray is missing or no cluster answers.
     """

@@ -42,7 +42,7 @@ def run_sweep(
     progress: Callable[[Outcome], None] | None = None,
     trust: bool = False,
 ) -> Outcome:
-    """Run all jobs of a plan into a folder, or resume them there.
+    """Run all jobs of a plan in a folder, or resume them there.
 
     Parameters
     ----------

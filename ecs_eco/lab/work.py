@@ -51,7 +51,7 @@ class Work(Generic[Key]):
         self._submit()
         done, _ = wait(self.running, timeout, FIRST_COMPLETED)
         if isinstance(self.pool, Pool) and any(map(_lost_its_worker, done)):
-            done, _ = wait(self.running)  # a pool that loses one worker loses all
+            done, _ = wait(self.running)  # a pool that loses one worker loses all its workers
             self.pool.terminate()
         arrived = [(future, self.running.pop(future)) for future in done]
         return [(call.key, future) for future, call in arrived if not self._again(call, future)]

@@ -161,7 +161,7 @@ def _check_fields(world: SpatialWorld, name: str, what: Any, species: list[str])
 
 
 def absent(column: str, n: int) -> np.ndarray:
-    """Return n values that fill a column of the series in ticks without values."""
+    """Return n values that fill a column of the series for ticks without values."""
     if column.startswith(EATEN):
         return np.zeros(n)
     return np.full(n, np.nan) if is_reporter(column) else np.zeros(n, np.int32)

@@ -48,7 +48,7 @@ def draw(case: Case, findings: Mapping[str, Any]) -> Figure:
 
 
 def _span(case: Case) -> tuple[float, float]:
-    """Return the first and last tick to show; if all animals die out early, most later ticks are cut."""
+    """Return the first and last tick to show; if all animals die out early, most later ticks are left out."""
     ticks = case.series.ticks
     animals = [i for i, s in enumerate(case.species) if case.is_animal(s) and case.series.present[i]]
     gone = case.series.extinct[animals]

@@ -212,7 +212,7 @@ def turn(a: Mapping[str, Any]) -> str:
     return f"{a['key']} = {value}: {a['turn']} ({a['effect']})."
 
 
-MOST = 2000  # maximum number of organisms per snapshot to measure distances from
+MOST = 2000  # maximum number of organisms per snapshot from which distances are measured
 
 
 def conduct(case: Case, species: str, first: int, last: int) -> dict[str, Any]:

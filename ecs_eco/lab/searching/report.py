@@ -108,7 +108,7 @@ def _confirmed(result: dict[str, Any], folder: Path) -> list[str]:
 
 
 def _lost(lives: Runs) -> str:
-    """Return which species died out first, and in how many runs."""
+    """Return the species that died out first, and in how many runs each did."""
     extinct = [r["extinct"] for r in lives if r["extinct"] is not None]
     return ", ".join(f"{name} {extinct.count(name)}" for name in dict.fromkeys(extinct)) or "–"
 
@@ -234,7 +234,7 @@ def confirmation(search: Search, candidate: int) -> dict[str, Any]:
     entries = [e for e in search.journal.of("confirmation") if e["candidate"] == candidate]
     runs = [
         run
-        for e in sorted(entries, key=lambda e: tuple(e["cell"]))  # not in the order of completion
+        for e in sorted(entries, key=lambda e: tuple(e["cell"]))  # in the order of seeds, not of completion
         for stage in e["stages"]
         for run in stage["runs"]
     ]
