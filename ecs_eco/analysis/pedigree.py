@@ -268,7 +268,7 @@ class Pedigree:
         """
         lines = {self.place(uid) for uid in uids}
         if not lines:
-            raise ValueError("lineage: a common ancestor needs at least one uid; none was passed")
+            raise ValueError("lineage: no uids to find a common ancestor of; pass at least one")
         while len(lines) > 1:
             lines.add(int(self.mother[youngest := max(lines)]))
             lines.remove(youngest)
