@@ -24,7 +24,7 @@ class Summary(NamedTuple):
     period: float  # period of the wave that explains most of the variance [time unit of the series]
     cycles: float  # number of periods in the series
     share: float  # fraction of the variance that this wave explains
-    amplitude: float  # standard deviation of log10 numbers, trend removed
+    amplitude: float  # standard deviation of log10 numbers after removing the trend
 
 
 class Both(NamedTuple):

@@ -175,7 +175,7 @@ def _copies(
 def words_of_strings(
     texts: Sequence[str], gene: dict[str, Any], kept: dict[str, Any]
 ) -> list[list[list[str]]]:
-    """Return the letters (without promoter) of each copy of a gene in variable genomes, by text and string."""
+    """Return the letters (without the promoter) of each copy of a gene in variable genomes, by text and string."""
     if "promoter" not in gene:
         raise ValueError(
             f"gene {gene['name']!r}: genes have no fixed position in variable-length strings; "

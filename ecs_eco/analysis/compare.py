@@ -272,7 +272,7 @@ def _pooled(cycles: Sequence[CycleStatistics], s: str) -> dict[str, float]:
 
 
 def _coupling(runs: Sequence[Series], cycles: Sequence[CycleStatistics], seed: int) -> dict[str, Any]:
-    """Return the surrogate test of each adjacent pair, over the runs in which all species persisted."""
+    """Return the surrogate test for each pair of adjacent species, over the runs in which all species persisted."""
     kept = [(run, c) for run, c in zip(runs, cycles, strict=True) if run.persisted and c.period]
     if len(kept) < 4:
         return {}

@@ -14,7 +14,7 @@ from ecs_eco.analysis.spectrum import SHORTEST, Peak, detrend, spectral_peak, th
 
 LAG_SAMPLES = 2048
 BLOCK = 3
-"""Periods per bootstrap block; with blocks of one period, 95% intervals cover only 70%."""
+"""Periods per bootstrap block; with one-period blocks, 95% intervals have only 70% coverage."""
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,6 @@
-"""Evolution of genes: means and spread of quantitative genes, allele frequencies, and selection, from all
-births and deaths. One run is one replicate; `ecs_eco.analysis.compare_genes` computes intervals over runs."""
+"""Evolution of genes: means and spread of quantitative genes, allele frequencies, and selection, computed
+from all births and deaths. One run is one replicate; `ecs_eco.analysis.compare_genes` computes intervals over
+runs."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass

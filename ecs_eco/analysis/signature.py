@@ -19,7 +19,7 @@ class Cycle:
     period: float  # [samples]
     shares: np.ndarray  # fraction of each series' variance that the wave explains, f64[series]
     phases: np.ndarray  # lags behind the first series, in periods [0, 1), f64[series]
-    swings: np.ndarray  # standard deviation of log10 of each series, trend removed, f64[series]
+    swings: np.ndarray  # standard deviation of log10 of each series after removing the trend, f64[series]
 
 
 def logarithms(numbers: np.ndarray) -> np.ndarray:

@@ -48,7 +48,7 @@ class SurvivalCurve:
         Parameters
         ----------
         until : float
-            Time at which the area ends.
+            Upper time limit of the area.
 
         Returns
         -------
