@@ -1,6 +1,6 @@
-"""Comparison of the periods, amplitudes and lags of a run and an outside series, measured by the same rule
-(`ecs_eco.analysis.signature`). Field counts are often too short for the tests in `ecs_eco.analysis.spectrum`,
-so this module does no testing."""
+"""Compare the periods, amplitudes and lags of a run with those of an outside series, all measured by the same
+rule (`ecs_eco.analysis.signature`). Field counts are often too short for the tests in
+`ecs_eco.analysis.spectrum`, so this module does no testing."""
 
 from collections.abc import Sequence
 from itertools import combinations
@@ -24,7 +24,7 @@ class Summary(NamedTuple):
     period: float  # period of the wave that explains most of the variance [time unit of the series]
     cycles: float  # number of periods in the series
     share: float  # fraction of the variance that this wave explains
-    amplitude: float  # standard deviation of log10 numbers, trend removed
+    amplitude: float  # standard deviation of log10 numbers after removing the trend
 
 
 class Both(NamedTuple):
@@ -61,8 +61,8 @@ def compare(series: Series, outside: Outside, skip: float = 0.1) -> Both:
 
 
 def living(series: Series, names: Sequence[str], skip: float = 0.1) -> np.ndarray:
-    """Return the numbers of these species and reporters after the first fraction `skip` of a run and before
-    the first extinction among them, f64[ticks, names]. Raises ConfigError if too few ticks remain."""
+    """Return the values of these species and reporters, f64[ticks, names], after the first fraction `skip` of
+    a run and before the first extinction among them. Raises ConfigError if too few ticks remain."""
     n = np.stack([numbers_of(series, name) for name in names], 1)
     species = [name in series.species for name in names]
     gone = np.flatnonzero((n[:, species] == 0).any(1))
@@ -83,7 +83,7 @@ def living(series: Series, names: Sequence[str], skip: float = 0.1) -> np.ndarra
 
 
 def summary(x: np.ndarray, step: float) -> Summary:
-    """Describe one series whose samples are `step` apart. Raises errors like `signature.logarithms`."""
+    """Describe one series whose samples are `step` apart. Raises the same errors as `signature.logarithms`."""
     found = cycle(x)
     return Summary(
         len(x), found.period * step, len(x) / found.period, float(found.shares[0]), float(found.swings[0])

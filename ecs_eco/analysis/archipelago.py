@@ -22,8 +22,8 @@ from ecs_eco.record.container import inside
 
 @dataclass(frozen=True)
 class Islands:
-    """The record of an archipelago: series by island, and `moves`, one row per barrier, species, origin and
-    target, i64[rows, 5]: tick, species, from, to, number of arrivals."""
+    """The record of an archipelago: series by island, and `moves`, with one row per barrier, species, origin
+    and target, i64[rows, 5]: tick, species, from, to, number of arrivals."""
 
     manifest: dict[str, Any]
     plan: Archipelago
@@ -46,7 +46,7 @@ class Islands:
         return [s for s in self.species if s in self.plan.migration_probability]
 
     def moved(self, species: str | None = None) -> np.ndarray:
-        """Return the number of migrants between islands, of all species or one: i64[from, to]."""
+        """Return the number of migrants between islands, for all species or one: i64[from, to]."""
         out = np.zeros((len(self.series),) * 2, np.int64)
         rows = self.moves if species is None else self.moves[self.moves[:, 1] == self.species.index(species)]
         np.add.at(out, (rows[:, 2], rows[:, 3]), rows[:, 4])
@@ -83,7 +83,7 @@ def load_islands(folder: Path | str) -> Islands:
 
 
 def _until(series: Series, tick: int) -> Series:
-    """Return the part of a series before a tick. An island may be ahead of the others in an interrupted run."""
+    """Return the part of a series before a tick. In an interrupted run, an island may be ahead of the others."""
     before = series.ticks < tick
     columns = {name: column[before] for name, column in series.columns.items()}
     return Series(series.ticks[before], series.species, columns, series.manifest)
@@ -170,7 +170,7 @@ _NUMBERS = (
 
 
 def write_archipelago(folder: Path | str, out: Path | str | None = None) -> Path:
-    """Write report.html and figures/*.svg to the folder of an archipelago or to `out`; return the report's
+    """Write report.html and figures/*.svg to an archipelago's folder or to `out`; return the report's
     path. Raises RecordingError if there is no archipelago or a file is damaged."""
     root = Path(folder)
     place = inside(root, root / "figures").parent if out is None else Path(out)

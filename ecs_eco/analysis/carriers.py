@@ -1,4 +1,4 @@
-"""Carriers of each value of a gene over time: counts from births and deaths, and their figure."""
+"""Count the carriers of each value of a gene over time from births and deaths, and draw them."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -175,7 +175,7 @@ def _copies(
 def words_of_strings(
     texts: Sequence[str], gene: dict[str, Any], kept: dict[str, Any]
 ) -> list[list[list[str]]]:
-    """Return the letters (without promoter) of each copy of a gene in variable genomes, by text and string."""
+    """Return the letters (without the promoter) of each copy of a gene in variable genomes, by text and string."""
     if "promoter" not in gene:
         raise ValueError(
             f"gene {gene['name']!r}: genes have no fixed position in variable-length strings; "
@@ -225,8 +225,8 @@ Line = tuple[Frequencies, int, str, str, Any]  # gene, index of the value, label
 
 
 def lines_of(genes: Sequence[Frequencies], all_values: bool = False) -> list[Line]:
-    """Return one line for each gene with two values, and one for each value of other genes, except the first
-    unless `all_values` is true.
+    """Return one line for each two-valued gene and, for other genes, one line per value, leaving out the
+    first value unless `all_values` is true.
 
     A gene named after a color is drawn in that color; dashes distinguish lines of similar color.
     """
@@ -298,7 +298,7 @@ def values_of(lineage: Pedigree, gene: str, species: str | None = None) -> np.nd
 
 
 def find_gene(lineage: Pedigree, gene: str, species: str | None = None) -> tuple[str, dict[str, Any]]:
-    """Return the species that has a gene, given by its name or trait, and the gene's record. For an unknown
+    """Return the species that has a gene (given by its name or trait) and the gene's record. For an unknown
     gene, a KeyError suggests the closest name; if several species have it, a ValueError lists them."""
     if species is not None:
         return species, gene_of(lineage, species, gene)
@@ -429,5 +429,5 @@ def numbers(words: Sequence[str], gene: dict[str, Any], alphabet: str) -> np.nda
 
 
 def _number(digits: np.ndarray, size: int) -> np.ndarray:
-    """Return codons as numbers whose most significant digit is the first letter: i64[…, letters] to f64[…]."""
+    """Convert codons to numbers whose most significant digit is the first letter: i64[…, letters] to f64[…]."""
     return np.asarray(digits @ (float(size) ** np.arange(digits.shape[-1] - 1, -1, -1)))

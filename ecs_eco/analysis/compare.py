@@ -1,5 +1,5 @@
 """Comparison of an experiment's arms: persistence, survival times, numbers and cycles. The replicates are the
-seeds: world seeds and, if runs use policies from several trainings, training seeds (`seed_grid.py`)."""
+seeds: world seeds and, if runs use policies from several training runs, training seeds (`seed_grid.py`)."""
 
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -66,7 +66,7 @@ def compare(
     Returns
     -------
     dict
-        Content of compare.json.
+        Contents of compare.json.
 
     See Also
     --------
@@ -162,10 +162,10 @@ def _crossed_effects(
 ) -> dict[str, Any]:
     """Return the difference between an arm and the reference, with both kinds of seeds as replicates.
 
-    Shares are compared by the square-and-add rule from both intervals (Newcombe 1998; Zou and Donner 2008).
-    For times and numbers, the difference between runs with the same seeds is averaged over cells; an arm
-    without training seeds (random policies) has one row, which is compared with every training seed. There is
-    no log-rank p, because that test assumes independent runs.
+    Shares are compared by applying the square-and-add rule to both intervals (Newcombe 1998; Zou and Donner
+    2008). For times and numbers, the difference between runs with the same seeds is averaged over cells; an
+    arm without training seeds (random policies) has one row, which is compared with every training seed. No
+    log-rank p value is given, because that test assumes independent runs.
     """
     one, two = result["arms"][arm]["persistence"], result["arms"][reference]["persistence"]
     effects: dict[str, Any] = {"persistence": difference_of_intervals(one, two)}
@@ -245,7 +245,7 @@ def _arm(
 
 
 def _depths(table: Sequence[Sequence[Series]], species: str) -> dict[str, Any]:
-    """Return the daily cycle of mean depth, averaged over runs in rows of training seeds; empty if none."""
+    """Return the daily cycle of mean depth, averaged over runs in rows of training seeds; empty without one."""
     if species not in swimmers(table[0][0]):
         return {}
     cycles = [[depth_cycle(run, species) for run in row] for row in table]
@@ -262,7 +262,7 @@ def _depths(table: Sequence[Sequence[Series]], species: str) -> dict[str, Any]:
 
 
 def _pooled(cycles: Sequence[CycleStatistics], s: str) -> dict[str, float]:
-    """Return the median period of the cycling runs, and the combined p over all runs (Fisher 1925)."""
+    """Return the median period of the cycling runs, and the combined p value over all runs (Fisher 1925)."""
     p = [peak.p for c in cycles if (peak := c.peaks.get(s))]
     periods = [peak.period for c in cycles if (peak := c.peaks.get(s)) and s in c.cycling()]
     return {
@@ -272,7 +272,7 @@ def _pooled(cycles: Sequence[CycleStatistics], s: str) -> dict[str, float]:
 
 
 def _coupling(runs: Sequence[Series], cycles: Sequence[CycleStatistics], seed: int) -> dict[str, Any]:
-    """Return the surrogate test of each adjacent pair, over the runs in which all species persisted."""
+    """Return the surrogate test for each pair of adjacent species, over the runs in which all species persisted."""
     kept = [(run, c) for run, c in zip(runs, cycles, strict=True) if run.persisted and c.period]
     if len(kept) < 4:
         return {}
@@ -368,7 +368,7 @@ _HOURS = (
 _SHARES = (
     "<p>Sources of variance: the fractions due to the training seed, the world seed and the rest (chance "
     "and their interaction). “Persisted” counts as 0 or 1 on a linear scale; a run without an extinction "
-    "counts with its full length; a period is given only for runs that cycle. A dash means no variance. "
+    "contributes its full length; a period is given only for runs that cycle. A dash means no variance. "
     "Intervals are from a two-way bootstrap.</p>"
 )
 _DEPTH = (

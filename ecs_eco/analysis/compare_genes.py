@@ -30,10 +30,10 @@ class Gene:
 
     species: str
     gene: str
-    value: str | None  # None: the gene is quantitative
+    value: str | None  # None if the gene is quantitative
     trait: str | None
     every: int
-    # by arm: each run's frequency or mean over time; outcomes, by the index of the run
+    # by arm: each run's frequency or mean over time; outcomes, by run index
     curves: dict[str, list[np.ndarray]] = field(default_factory=dict)
     outcomes: dict[str, dict[int, dict[str, float]]] = field(default_factory=dict)
 
@@ -96,7 +96,7 @@ def _outcomes(
 def summary(
     genes: Sequence[Gene], rows: Mapping[str, Sequence[Sequence[int]]], reference: str, seed: int = 0
 ) -> dict[str, Any]:
-    """Return species → gene (with its value) → arm → outcomes with 95% intervals, and `against` the
+    """Return outcomes with 95% intervals by species, gene (with its value) and arm, and `against` the
     reference. `rows` contains the indices of an arm's runs by training seed; both kinds of seeds are
     replicates."""
     out: dict[str, Any] = {}
@@ -126,7 +126,7 @@ def summary(
 
 
 def _difference(one: np.ndarray, two: np.ndarray, seed: int) -> Any:
-    """Return the difference between two arms, by cells for crossed designs, otherwise by bootstrap."""
+    """Return the difference between two arms, computed by cell for crossed designs, otherwise by bootstrap."""
     if max(len(one), len(two)) > 1:
         cells = one.shape[1] == two.shape[1] and (len(one) == len(two) or 1 in (len(one), len(two)))
         return mean_of_seeds(one - two) if cells else None
@@ -178,7 +178,7 @@ _HEADS = {
 
 
 def blocks(out: Path, genes: Sequence[Gene], result: Mapping[str, Any], reference: str) -> list[str]:
-    """Return the figures (also written below `out`) and tables as HTML; empty if there are no genes."""
+    """Return the figures (also written to `out`) and tables as HTML; empty if there are no genes."""
     parts = []
     for k, s in enumerate(dict.fromkeys(gene.species for gene in genes)):
         for kind, words, note in (

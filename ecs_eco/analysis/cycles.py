@@ -14,7 +14,7 @@ from ecs_eco.analysis.spectrum import SHORTEST, Peak, detrend, spectral_peak, th
 
 LAG_SAMPLES = 2048
 BLOCK = 3
-"""Periods per bootstrap block; with blocks of one period, 95% intervals cover only 70%."""
+"""Periods per bootstrap block; with one-period blocks, 95% intervals have only 70% coverage."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class CycleStatistics:
     ticks: int  # length of the analyzed stretch: after the start, before the first extinction
     enough: bool  # whether that stretch is long enough to analyze
     peaks: dict[str, Peak | None] = field(default_factory=dict)  # compared with red noise that only relaxes
-    p_ar1: dict[str, float | None] = field(default_factory=dict)  # p against AR(1), the lenient null
+    p_ar1: dict[str, float | None] = field(default_factory=dict)  # p value against AR(1), the lenient null
     # [ticks] period of the clearest peak (recurring if possible) among `period_of`; lags refer to it
     period: float | None = None
     period_of: tuple[str, ...] = ()  # species whose peaks were considered for the period
@@ -199,8 +199,8 @@ def median_lag_interval(lags: Sequence[float], level: float = 0.95) -> dict[str,
     """Return the circular median of lags over seeds with a distribution-free interval between order
     statistics.
 
-    The interval is the narrowest that covers `level`; if none does, it is the range (`coverage` 0.97 for six
-    seeds).
+    The interval is the narrowest that covers `level`; if none does, it is the full range (`coverage` 0.97 for
+    six seeds).
     """
     from scipy.special import bdtr
 
@@ -258,10 +258,10 @@ def cross_seed_surrogates(
 ) -> Surrogates:
     """Test whether a and b from the same run are coupled more strongly than a from run i and b from run j.
 
-    All runs are cut to the length of the shortest living stretch and filtered around one period (by default
-    the median of their clearest peaks). p comes from a permutation test over the pairings of runs, which is
-    exact for up to seven runs. With n runs, p is at least 1/n!, so a significant result needs at least four
-    runs.
+    All runs are truncated to the length of the shortest stretch before an extinction and filtered around one
+    period (by default the median of their clearest peaks). p comes from a permutation test over the pairings
+    of runs, which is exact for up to seven runs. With n runs, p is at least 1/n!, so a significant result
+    needs at least four runs.
     """
     if len(runs) < 4:
         raise ValueError(

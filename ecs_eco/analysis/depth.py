@@ -18,13 +18,13 @@ class DepthCycle:
 
     days: float
     fit: Cosinor  # depth [m] against days since noon: the acrophase is the time of greatest depth
-    height: float  # depth of the water [m]
+    height: float  # water depth [m]
     p: float  # p value against days that begin at random hours; NaN for fewer than three whole days
     r: float  # correlation of mean depth with light at the surface
 
     @property
     def share(self) -> float:
-        """Amplitude as a fraction of the depth of the water."""
+        """Amplitude as a fraction of the water depth."""
         return self.fit.amplitude / self.height
 
     @property
@@ -34,7 +34,7 @@ class DepthCycle:
 
 
 def water_of(series: Series) -> float:
-    """Return the depth of the water [m]."""
+    """Return the water depth [m]."""
     return float(series.manifest["config"]["space"]["size"][2])
 
 
@@ -49,7 +49,7 @@ def day_of(series: Series) -> int:
 
 
 def hours_of(series: Series, ticks: np.ndarray) -> np.ndarray:
-    """Return the time of day at ticks, as a fraction of a day since midnight."""
+    """Return the time of day at each tick, as the fraction of a day since midnight."""
     sun = series.manifest["config"]["sun"]
     return np.asarray((np.asarray(ticks, float) * series.dt / sun["day"] + sun["start"]) % 1.0)
 
@@ -60,7 +60,7 @@ def _part_of_day(series: Series, ticks: np.ndarray) -> np.ndarray:
 
 
 def surface_light(series: Series, ticks: np.ndarray | None = None) -> np.ndarray:
-    """Return the light at the surface at ticks (default: all), ignoring interventions: f64[ticks]."""
+    """Return the surface light at each of these ticks (default: all), ignoring interventions: f64[ticks]."""
     from ecs_eco.space.sun import Sun  # loads numba
 
     config = series.manifest["config"]
@@ -124,7 +124,7 @@ def depths_by_hour(run: Path | str, series: Series, layers: int = 15) -> dict[st
 
 
 def _snapshots(run: Path | str, top: float, layers: int) -> Iterator[tuple[np.ndarray, ...]]:
-    """Yield tick, layer (from the surface down) and species of all organisms in snapshots, file by file."""
+    """Yield the tick, layer (from the surface down) and species of all organisms in the snapshots, by file."""
     for rows in tables(run, "snapshots", ["tick", "species", "z"]):
         layer = np.clip(((top - rows["z"].to_numpy()) / top * layers).astype(int), 0, layers - 1)
         yield (rows["tick"].to_numpy(), layer, rows["species"].to_numpy(zero_copy_only=False))
@@ -133,9 +133,8 @@ def _snapshots(run: Path | str, top: float, layers: int) -> Iterator[tuple[np.nd
 def depths_over_time(
     run: Path | str, series: Series, species: Sequence[str], layers: int = 20, most: int = 120
 ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Return the mean number of some species in each layer, f64[layers, bins] by species, and the ticks of
-    the bin edges i64[bins + 1], from the snapshots. Bins are as narrow as possible, but there are at most
-    `most`.
+    """Return the mean number of organisms in each layer, f64[layers, bins] by species, and the ticks of the
+    bin edges i64[bins + 1], from the snapshots. Bins are as narrow as possible, with at most `most` of them.
 
     There are no bins if the run has no snapshots or no depth.
     """

@@ -79,7 +79,7 @@ def mean_depth(series: Series, species: Sequence[str], day: int) -> Figure:
 
 @styled
 def by_hour(shares: Mapping[str, np.ndarray], height: float, light: np.ndarray) -> Figure:
-    """Draw the fraction of each species by layer (rows) and hour of the day (columns), below the light
+    """Draw the fraction of each species by layer (rows) and hour (columns), below a panel of the light
     f64[n]."""
     figure, axes = panels(
         2, len(shares), 3.5 * len(shares) + 0.9, 4.0, sharex=True, sharey="row", height_ratios=[1, 6]
@@ -165,7 +165,7 @@ def escape_figure(result: Escape, prey: str, predator: str, dt: float) -> Figure
 
 def blocks(run: Path, series: Series, place: Path) -> list[str]:
     """Return the sections on depth over time (by hour if there is a sun) and, if individual organisms were
-    recorded, on escapes and smells; empty if the space has no depth. Figures are written below `place`."""
+    recorded, on escapes and smells; empty if the space has no depth. Figures are written to `place`."""
     day = day_of(series) if len(series.ticks) else 0
     species = swimmers(series) if day else []
     density = list(_density(run, place, series))

@@ -26,8 +26,8 @@ WITHIN, REST, AROUND = 1.5, 5, 5
 
 
 def hunts(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Return (prey, predator) pairs of animals whose details were recorded for every organism in every tick;
-    a sample would not show which animals were near."""
+    """Return (prey, predator) pairs of animal species whose details were recorded for all organisms in all
+    ticks; a sample would not show which animals were near."""
     if manifest.get("record") != "full":
         return []
     animals = _detailed(manifest)
@@ -104,8 +104,8 @@ class Escape:
 
 
 def escapes(tracks: Tracks, within: float = WITHIN, rest: int = REST) -> Escape | None:
-    """Return the behavior of prey around the approach of a predator to `within` [m]; None if there was no
-    approach.
+    """Return the behavior of prey around the approach of a predator to a distance of `within` [m]; None if
+    there was no approach.
 
     The V-test treats approaches as independent, which overstates the evidence: the replicates are runs.
     """
@@ -135,7 +135,7 @@ class Leaving:
 
 
 def noses(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Return (species, channel name without direction) of two-sided noses, for species with recorded details."""
+    """Return (species, channel name without direction) for each two-sided nose of species with recorded details."""
     return [
         (name, s.get("name") or f"{s['field']}_gradient")
         for name, species in _detailed(manifest).items()

@@ -1,4 +1,4 @@
-"""Extinctions: which species died out, when, and from which causes. Every report on runs opens with them."""
+"""Extinctions: which species died out, when, and from which causes. Every report on runs opens with these facts."""
 
 from collections import Counter
 from collections.abc import Sequence

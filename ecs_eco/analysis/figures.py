@@ -62,7 +62,7 @@ def populations(series: Series) -> Figure:
 
 
 def interventions(series: Series) -> list[tuple[int, str]]:
-    """Return the interventions carried out, (tick, text), in chronological order."""
+    """Return the interventions carried out as (tick, text), in chronological order."""
     return [(int(tick), describe(done)) for tick, done in series.manifest.get("intervened") or ()]
 
 
@@ -100,7 +100,7 @@ def plot(world: Any, column: str = "n", species: Sequence[str] | None = None) ->
 
 @styled
 def over_time(series: Series, column: str) -> Figure:
-    """Draw a column over time, with one line for each species with values in it."""
+    """Draw a column over time, with one line for each species that has values."""
     figure, ((ax,),) = panels(1, 1, 9, 3.6)
     hue = colors_of(series)
     for name in series.species:
@@ -171,7 +171,7 @@ def lags(
     period: float,
     surrogates: Mapping[str, Surrogates] | None = None,
 ) -> Figure:
-    """Draw the cross-correlation of each pair ("a→b") within ± one period, and any band of cross-seed pairs."""
+    """Draw the cross-correlation of each pair ("a→b") within ± one period, with any band of cross-seed pairs."""
     figure, axes = panels(1, len(pairs), 3.6 * len(pairs) + 0.6, 3.2, sharey=True)
     for ax, (a, b) in zip(axes[0], pairs, strict=True):
         band = (surrogates or {}).get(f"{a}→{b}")
@@ -231,7 +231,7 @@ FLOWS = (
     ("endowed", "endowed", 1, PALETTE[1]),
     ("burnt", "burned", -1, PALETTE[3]),
     ("given", "given to offspring", -1, PALETTE[4]),
-    ("lost", "lost with the dead", -1, PALETTE[5]),
+    ("lost", "lost through death", -1, PALETTE[5]),
 )
 
 
@@ -290,7 +290,7 @@ def positions(
 
 
 def _apart(xy: np.ndarray, wide: float) -> np.ndarray:
-    """Return one position per square of 1/300 of the width, because more dots would look the same."""
+    """Return one position per square with a side of 1/300 of the width, because more dots would look the same."""
     if len(xy) < 5000:
         return xy
     column, row = np.floor(xy * (300 / wide)).astype(np.int64).T

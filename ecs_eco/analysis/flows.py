@@ -43,7 +43,7 @@ class Meal:
 @dataclass(frozen=True)
 class Budget:
     """The other energy flows of a species per tick: inflow from light, or from parents and reactions; energy
-    burned; and energy lost with the dead, minus the gains of their eaters."""
+    burned; and energy lost through death, minus the eaters' gains."""
 
     light: float
     other: float
@@ -204,8 +204,7 @@ def _band(meal: Meal, food: list[float], eater: list[float], number_of: int, sca
 
 
 def _node(name: str, i: int, budget: Budget, at: list[float], scale: float, last: bool) -> list[str]:
-    """Return the bar of a species with its name and inflow, and bars for energy burned and lost with the
-    dead."""
+    """Return the bar of a species with its name and inflow, and bars for energy burned and lost through death."""
     x, y, high, into, out = at
     parts = []
     for value, what, opacity in ((budget.burnt, "burned", 0.35), (budget.dead, "dead, not eaten", 0.9)):
@@ -230,7 +229,7 @@ def _rect(kind: str, x: float, y: float, wide: float, high: float, opacity: floa
 
 
 def blocks(series: Series, place: Path) -> list[str]:
-    """Return the section on flows, empty if nothing was eaten, and write figures/flows.svg below `place`."""
+    """Return the section on flows, empty if nothing was eaten, and write figures/flows.svg in `place`."""
     found = flows(series)
     if found is None:
         return []

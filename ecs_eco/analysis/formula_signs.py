@@ -1,4 +1,4 @@
-"""The sign of a reading's effect in the text of a formula: +1, −1, 0 if there is none, None if it varies."""
+"""The sign of a reading's effect in a formula: +1, −1, 0 if there is no effect, None if the sign varies."""
 
 import ast
 import re
@@ -19,8 +19,8 @@ def directions(text: str, positive: Collection[str]) -> dict[str, Sign]:
 def pushes(text: str, positive: Collection[str]) -> dict[str, Sign]:
     """Return, for each name in a reflex formula, the sign of the summands that contain it.
 
-    A summand that is never negative, such as `energy < 0.3`, has the sign +1; others have the sign of their
-    direction.
+    A summand that is never negative, such as `energy < 0.3`, has the sign +1; other summands have the sign of
+    their slope.
     """
     tree = _parsed(text)
     directions: dict[str, Sign] = {}

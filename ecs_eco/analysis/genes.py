@@ -1,5 +1,6 @@
-"""Evolution of genes: means and spread of quantitative genes, allele frequencies, and selection, from all
-births and deaths. One run is one replicate; `ecs_eco.analysis.compare_genes` computes intervals over runs."""
+"""Evolution of genes: means and spread of quantitative genes, allele frequencies, and selection, computed
+from all births and deaths. One run is one replicate; `ecs_eco.analysis.compare_genes` computes intervals over
+runs."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -24,8 +25,8 @@ SAMPLES = 400  # approximate maximum per run
 
 @dataclass(frozen=True)
 class Course:
-    """The distribution of a many-valued gene among living organisms over time: at `ticks` i64[samples], their
-    number `n`, the `mean` and standard deviation `sd` of their values f64[samples], and the fraction
+    """The distribution of a gene with many values among living organisms over time: at `ticks` i64[samples],
+    their number `n`, the `mean` and standard deviation `sd` of their values f64[samples], and the fraction
     (`share`) with a value between adjacent `edges` f64[bins + 1], f64[samples, bins]; NaN if there are none."""
 
     gene: str
@@ -54,7 +55,7 @@ class Selection(NamedTuple):
 
 
 def few_valued(genomes: Mapping[str, Any]) -> list[str]:
-    """Return a species' genes in the manifest with so few values that each is counted as an allele."""
+    """Return a species' genes in the manifest that have so few values that each value is counted as an allele."""
     return [g["name"] for g in genomes["genes"] if has_few_values(g)]
 
 
@@ -196,7 +197,7 @@ def selection(
     including mutation and drift; a neutral marker in the same genome shows how large they are.
     """
     counted = frequencies(lineage, species, gene, max(1, (lineage.end + 1) // SAMPLES))
-    counted.of(value)  # for the error that suggests the closest value
+    counted.of(value)  # an unknown value raises an error that suggests the closest one
     column = counted.values.index(value)
     return selection_of(
         counted.allele[:, column],
@@ -225,7 +226,7 @@ def selection_of(
 
 
 def selections(counted: Frequencies, generation: float) -> Iterator[tuple[str, np.ndarray, Selection]]:
-    """Yield the name, allele frequencies and Selection of each value, or only of the second of two values."""
+    """Yield the name, allele frequencies and Selection of each value or, if there are two, of the second only."""
     n = counted.copies.sum(axis=1)
     for j in range(1 if len(counted.values) == 2 else 0, len(counted.values)):
         p = counted.allele[:, j]

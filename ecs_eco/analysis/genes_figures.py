@@ -85,7 +85,7 @@ def arms(
 ) -> Figure:
     """Draw a panel for each gene (gene → arm → Band): the mean over runs of each arm, with its 95% band.
 
-    `labels` has the label of the vertical axis by gene; `shares` sets the axis range to 0 to 1.
+    `labels` maps each gene to the label of its vertical axis; `shares` sets the axes to range from 0 to 1.
     """
     figure, axes = several(len(bands), 2, (4.6, 2.5), (0.6, 0.8), sharex=True)
     for ax, (gene, by_arm) in zip(axes.flat, bands.items(), strict=False):
@@ -112,7 +112,7 @@ def arms(
 def blocks(run: Path, series: Series, place: Path) -> list[str]:
     """Return figures and tables of the genes of each species; empty if no genes were recorded.
 
-    Figures are written below `place`.
+    Figures are written to `place`.
     """
     kept = series.manifest.get("genomes", {})
     having = [s for s in kept if few_valued(kept[s]) or quantitative(kept[s])]

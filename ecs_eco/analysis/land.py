@@ -22,8 +22,8 @@ def land_at(config: Mapping[str, Any], intervened: Iterable[Any], tick: int, run
     in the format of a world file [m]; roads also have a `width` [m], areas a `kind` and a `species`.
 
     `config` is the configuration in a run's manifest, and `intervened` lists its interventions as (tick,
-    intervention). Land use of the whole world is left out. For real land, the folder `run` provides the lines
-    of its layers.
+    intervention). Land use that covers the whole world is left out. For real land, the lines of its layers
+    are read from the folder `run`.
     """
     terrain = config.get("terrain") or {}
     lines = _of_layers(run) if run is not None and terrain.get("layers") else []

@@ -166,7 +166,7 @@ def happiness_of(series: Series) -> dict[str, tuple[np.ndarray, np.ndarray]]:
 
 
 def summary(updates: Updates, happiness: tuple[np.ndarray, np.ndarray] | None = None) -> dict[str, Any]:
-    """Return numbers of updates and transitions, and each quantity's means over the first and last tenth."""
+    """Return the numbers of updates and transitions, and each quantity's means over the first and last tenth."""
 
     def ends(values: np.ndarray) -> tuple[float, float]:
         tenth = max(1, len(values) // 10)
@@ -202,7 +202,7 @@ WORDS = {
 
 
 def blocks(run: Path, series: Series, place: Path) -> list[str]:
-    """Return the sections on learning and on actions, if recorded, with figures below `place`."""
+    """Return the sections on learning and on actions, if recorded, and write their figures to `place`."""
     updates, acts = read(run, "learning"), read(run, "actions")
     out = []
     if updates is not None and len(updates):
@@ -238,7 +238,7 @@ def learnt(
 
 
 def done(acts: Mapping[str, tuple[Acts, str]], place: Path) -> list[str]:
-    """Return the heading and figures of actions; `acts` also contains the suffixes of the file names."""
+    """Return the heading and figures of actions; `acts` also contains the file-name suffixes."""
     caption = "Fraction of {} that take each action, by action group."
     files = {s: place / "figures" / f"actions{end}.svg" for s, (_, end) in acts.items()}
     figures = (drawn(actions(of, s), files[s], caption.format(s)) for s, (of, _) in acts.items())

@@ -147,7 +147,7 @@ class Lineage(Pedigree):
         ----------
         folder : str or Path
             Folder of a run, an archipelago or one of its islands. The lineage of an archipelago covers all
-            islands; in the lineage of one island, immigrants appear at their arrival, and emigrants leave
+            islands; in the lineage of one island, immigrants appear when they arrive, and emigrants leave
             with the cause "emigrated".
 
         Returns
@@ -278,8 +278,8 @@ class Lineage(Pedigree):
 
 
 def _events(folder: Path | str, kind: str, columns: dict[str, type]) -> dict[str, np.ndarray]:
-    """Return columns of all files: texts as str, "" for null; numbers as u64; recorded fields as f64, NaN for
-    null; a missing column is filled with 0, "" or NaN."""
+    """Return the columns of all files: texts as str, "" for null; numbers as u64; recorded fields as f64, NaN
+    for null; a missing column is filled with 0, "" or NaN."""
     held = list(tables(folder, kind))
     return {name: _column(held, name, dtype) for name, dtype in columns.items()}
 

@@ -113,7 +113,7 @@ def stocks(ledger: Ledger, hue: Mapping[str, str]) -> Figure:
 
 
 def blocks(run: Path, series: Series, place: Path) -> list[str]:
-    """Return the section on matter, with its figure written below `place`; empty if there are no substances."""
+    """Return the section on matter, and write its figure to `place`; empty if there are no substances."""
     ledger = read(run)
     if ledger is None:
         return []

@@ -18,11 +18,11 @@ from ecs_eco.analysis.survival import Interval, bootstrap_difference
 
 Rows = Sequence[Sequence[Series]]  # an arm's runs by training seed
 WORLD = "(world)"
-"""Used in place of a species for values of the whole world."""
+"""Used instead of a species for values of the whole world."""
 
 
 def measured(*runs: Series) -> dict[str, list[str]]:
-    """Return the reporters that all these runs have: reporter → species with values, or only WORLD."""
+    """Return the reporters that all these runs have: reporter → the species with values, or only WORLD."""
     names = [name for name in runs[0].reporters if all(name in run.columns for run in runs)]
     return {name: _of_whom(name, runs) for name in names}
 
@@ -119,7 +119,7 @@ def fields(run: Path | str) -> list[str]:
 def _moments(
     parts: list[pa.Table], names: list[str], which: Callable[[pa.Array], pa.Scalar] | None = None
 ) -> dict[tuple[str, str], str]:
-    """Return mean ± standard deviation by species and field, of all rows or of the tick `which` selects."""
+    """Return mean ± standard deviation by species and field, over all rows or the tick chosen by `which`."""
     if not parts:
         return {}
     columns = ["tick", "species", *names]
@@ -170,8 +170,8 @@ def _median(courses: np.ndarray) -> np.ndarray:
 
 
 def of_arms(arms: Mapping[str, Rows]) -> dict[str, Any]:
-    """Return reporter → species or WORLD → arm → "mean" (over runs, of each run's mean over time, with its
-    interval) and "n" (the number of runs with a value). Both kinds of seeds are replicates."""
+    """Return, by reporter, species or WORLD, and arm, the "mean" (each run's mean over time, averaged over
+    runs, with an interval) and "n" (the number of runs with a value). Both kinds of seeds are replicates."""
     kinds = measured(*(run for rows in arms.values() for row in rows for run in row))
     out: dict[str, Any] = {}
     for name, named in kinds.items():
@@ -185,9 +185,9 @@ def of_arms(arms: Mapping[str, Rows]) -> dict[str, Any]:
 
 
 def effects(arms: Mapping[str, Rows], grids: Collection[str], seed: int) -> dict[str, Any]:
-    """Return reporter → species or WORLD → arm → difference of the mean over runs from the first arm. The
-    interval is from a bootstrap over runs or, with several training seeds, over cells with the same seeds;
-    None if the arms do not share seeds."""
+    """Return, by reporter, species or WORLD, and arm, how the mean over runs differs from that of the first
+    arm. The interval is from a bootstrap over runs or, with several training seeds, over cells with the same
+    seeds; None if the arms do not share seeds."""
     kinds = measured(*(run for rows in arms.values() for row in rows for run in row))
     reference, *others = arms
 

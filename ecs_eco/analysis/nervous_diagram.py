@@ -43,7 +43,7 @@ class SensorNode:
     channels: tuple[str, ...]
     first: int  # row of its first channel
     at: tuple[float, float] | None = None  # position on the body: forward, left [radii]
-    sector: tuple[float, float] | None = None  # from and to [rad]: 0 is ahead, left is positive
+    sector: tuple[float, float] | None = None  # start and end [rad]: 0 is ahead, left is positive
     vision: bool = False
 
 
@@ -84,7 +84,7 @@ class HappinessNode:
 
 @dataclass(frozen=True)
 class PolicyNode:
-    """The policy network: `layers` has the units per layer, from channels to options; empty for no network."""
+    """The policy network: `layers` lists the units per layer, from channels to options (empty: no network)."""
 
     kind: str
     layers: tuple[int, ...]
@@ -169,7 +169,7 @@ def _sensors(species: Species, dims: int) -> list[SensorNode]:
 
 
 def _text(sensor: Any) -> str:
-    """Return a text that describes a sensor's stimulus and position."""
+    """Return a description of a sensor's stimulus and position."""
     where = f", {_place(sensor.at)}" if sensor.kind in ("own", "nearest", "rays") and any(sensor.at) else ""
     match sensor.kind:
         case "own":
@@ -299,7 +299,7 @@ def _happiness(species: Species, dims: int) -> HappinessNode | None:
 
 
 def _sources(signs: dict[str, Sign], readings: dict[str, tuple[int, ...]]) -> tuple[tuple[int, Sign], ...]:
-    """Return (channel row, sign) for the channels of names; the sign is None if two names disagree."""
+    """Return (channel row, sign) for the channels that names refer to; the sign is None if two names disagree."""
     by_row: dict[int, Sign] = {}
     for name, sign in signs.items():
         for row in readings[name]:

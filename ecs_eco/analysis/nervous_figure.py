@@ -98,7 +98,7 @@ def save(figure: Figure, path: Path | str, dpi: int = 150) -> Path:
 
     Notes
     -----
-    The same figure always gives the same file. An SVG follows the light or dark theme of the system or page.
+    The same figure always produces the same file. An SVG follows the light or dark theme of the system or page.
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -228,7 +228,7 @@ class _Drawing:
         self.pen.text(self.at.x_box + self.at.box / 2, y, text, size, hue, ha="center", **more)
 
     def _bus_in(self, name: str, y: float) -> None:
-        """Draw lines from all channels that are bundled before they enter a box."""
+        """Draw lines from all channels, bundled before they enter a box."""
         x, at, ys = self.at.x_channel, self.at.x_channel + BUS[name], list(self.at.channel_y.values())
         for channel in ys:
             self.pen.line([x, at], [channel, channel], width=0.7)

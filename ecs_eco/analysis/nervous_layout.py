@@ -18,7 +18,7 @@ POLICY, FUNCTION, APART = 1.1, 0.6, 0.28  # heights of boxes; gap between networ
 LEAST = 2.2  # width of a box
 # sensors with more channels show only the outermost channels and those that a network names
 MANY = 12
-MEANINGS: dict[Sign, tuple[str, str]] = {  # of a line in the reflex network and in the happiness network
+MEANINGS: dict[Sign, tuple[str, str]] = {  # in the reflex network and in the happiness network
     1: ("forces the action", "raises happiness"),
     -1: ("blocks the action", "lowers happiness"),
     None: ("forces or blocks the action", "raises or lowers happiness"),
@@ -42,7 +42,7 @@ def cut(text: str, most: int = 36) -> str:
 
 
 def wrapped(text: str, most: int, lines: int) -> list[str]:
-    """Wrap a text into lines of at most `most` characters; text beyond the last line is cut."""
+    """Wrap a text into lines of at most `most` characters; text beyond the last line is cut off."""
     folded = textwrap.wrap(text, most) or [""]
     return folded if len(folded) <= lines else [*folded[: lines - 1], folded[lines - 1][: most - 2] + " …"]
 
@@ -226,6 +226,6 @@ class Layout:
         return dict(zip(order, zip(spread(wanted, heights, low, high), heights, strict=True), strict=True))
 
     def _height_of(self, i: int) -> tuple[float, float]:
-        """Return the y of a reflex's action, then of its sensors, as a sort key for which few lines cross."""
+        """Return the y of a reflex's action, then of its sensors, as a sort key that keeps line crossings few."""
         r = self.d.reflexes[i]
         return self.action_y[r.action], float(np.mean([self.channel_y[row] for row, _ in r.sources] or [0]))

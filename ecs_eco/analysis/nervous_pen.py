@@ -100,7 +100,7 @@ class Pen:
         self.patch("PathPatch", path, fill=False, zorder=3, capstyle="butt", **look(sign, dotted, width))
 
     def end(self, x: float, y: float, sign: Sign, size: float = 0.1) -> None:
-        """Draw the synapse-like end of a connection: an arrow forces, a bar blocks, both mean it varies."""
+        """Draw the synapse-like end of a connection: an arrow forces, a bar blocks, and both together vary."""
         hue = look(sign)["color"]
         if sign == -1:
             self.line([x - size, x - 0.02], [y, y], hue, 1.6, 8)
@@ -118,7 +118,7 @@ class Pen:
         self.line([x + side, x, x, x + side], [top, top, bottom, bottom], SOFT, 1)
 
     def bar(self, x: float, y: float, value: float, zero: float) -> None:
-        """Draw a number in digits and as a bar whose origin is at `zero`, a fraction of the width."""
+        """Draw a number as digits and as a bar whose origin is at `zero`, a fraction of the width."""
         origin = x + zero * BAR
         self.block(x, y, BAR, 0.1, FAINT, 1)
         self.block(origin, y, float(np.clip(value, -1, 1)) * BAR * (1 - zero), 0.1, BLUE, 2)

@@ -10,7 +10,7 @@ from ecs_eco.analysis.style import Figure, save_svg
 from ecs_eco.analysis.svg import embedded, legible
 from ecs_eco.engine import files
 
-_WORDS = re.compile(r"[^\W\d_]{3}")  # how a text cell begins
+_WORDS = re.compile(r"[^\W\d_]{3}")  # cells that begin with three letters contain text
 
 
 def page(title: str, *blocks: str) -> str:

@@ -18,7 +18,7 @@ SAFE = (
 """Colors on a light and on a dark background, and the hue [degrees] that they represent."""
 GREY = "#7f888d"
 INK, SOFT, AXIS, BAND, GRID = "#1b1f23", "#57606a", "#7a838c", "#dfe3e8", "#e6eaee"
-"""Colors on a light background: primary text, secondary text, axes, a band behind curves, the grid."""
+"""Colors on a light background: primary text, secondary text, axes, a band behind curves, and the grid."""
 NIGHT, SUN = "#a9b4c2", "#b58900"
 CLEAR = {
     "red": ("#d7191c", "#f0605a"),

@@ -20,12 +20,12 @@ def among(parents: np.ndarray, uids: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Pedigree:
-    """All organisms of a run, one array entry each, sorted by uid or, for several islands, by birth.
+    """All organisms of a run, with one array entry each, sorted by uid or, for several islands, by birth.
 
     `uid`, `parent`, `parent2` u64 (0: none); `species` and `cause` str ("" while alive); `born`, `died` i64
     [ticks] (died is −1 while alive); `genome` str objects ("" without one). An organism lives from `born` to
-    `died`, exclusive. `end` is the last tick, `dt` [s] its length, `genomes` the manifest's data on genes.
-    `recorded` contains the fields listed in the world's `record` key, f64 by column, "birth:
+    `died`, exclusive. `end` is the last tick, `dt` the length of a tick [s], `genomes` the manifest's data on
+    genes. `recorded` contains the fields listed in the world's `record` key, f64 by column, "birth:
     Strain.virulence" and "death: Strain.virulence", NaN if missing. Raises ValueError if an organism is
     duplicated, or a parent is unknown or not older than its child.
     """
@@ -229,7 +229,7 @@ class Pedigree:
         return np.array(depth, float)
 
     def _forebears(self, mask: np.ndarray, fathers: bool = True) -> np.ndarray:
-        """Add the ancestors of the organisms in `mask`, only along first parents if `fathers` is false."""
+        """Add the ancestors of the organisms in `mask`; if `fathers` is false, only along first parents."""
         marked = mask.tolist()
         mother, father = self.mother.tolist(), self.father.tolist()
         for i in range(len(self) - 1, -1, -1):

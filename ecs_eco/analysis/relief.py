@@ -14,7 +14,7 @@ LAND, WATER, ROCK = (0.955, 0.955, 0.925), (0.66, 0.80, 0.90), (0.60, 0.59, 0.57
 OF_CLASS = ("color", None), ("ground", "open")  # keys of a land-cover class, and their defaults
 GROUNDS = ["open", "water", "rock"]  # ground of a class, by number
 SUN = 315.0, 45.0  # azimuth and height of the light on maps [degrees]: upper left, halfway up
-STEEP = 0.5  # slope that the 98th percentile of slopes is scaled to
+STEEP = 0.5  # slope to which the 98th percentile of slopes is scaled
 
 
 class Relief(NamedTuple):
@@ -55,7 +55,7 @@ class Relief(NamedTuple):
         return cls(height, ground, side, torus, held.get("kinds"), colors, held.get("wet"), grounds)
 
     def shade(self) -> np.ndarray:
-        """Return the brightness of the ground in the sun, relative to flat ground: f64[ny, nx], about −0.7 to
+        """Return the brightness of the sunlit ground, relative to flat ground: f64[ny, nx], about −0.7 to
         0.3 (Horn 1981)."""
         from matplotlib.colors import LightSource
 

@@ -1,4 +1,4 @@
-"""Reading a run's per-tick series as arrays of shape (ticks, species)."""
+"""Read a run's per-tick series as arrays of shape (ticks, species)."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -162,8 +162,8 @@ def parts(run: Path | str, kind: str) -> list[Path]:
 
 
 def tables(run: Path | str, kind: str, columns: Sequence[str] | None = None) -> Iterator[pa.Table]:
-    """Yield the tables of one kind, with these columns or all; strings replace dictionaries, which differ
-    between files. Raises errors like `parts`, and RecordingError if a file is damaged."""
+    """Yield the tables of one kind, with these columns or all; dictionary columns become strings, because
+    dictionaries differ between files. Raises errors as `parts` does, and RecordingError if a file is damaged."""
     sealed = seal.has_seals(Path(run))
     for file in parts(run, kind):
         table = read_part(file, columns, sealed)

@@ -19,7 +19,7 @@ class Cycle:
     period: float  # [samples]
     shares: np.ndarray  # fraction of each series' variance that the wave explains, f64[series]
     phases: np.ndarray  # lags behind the first series, in periods [0, 1), f64[series]
-    swings: np.ndarray  # standard deviation of log10 of each series, trend removed, f64[series]
+    swings: np.ndarray  # standard deviation of log10 of each series after removing the trend, f64[series]
 
 
 def logarithms(numbers: np.ndarray) -> np.ndarray:
@@ -39,7 +39,8 @@ def cycle(*series: np.ndarray) -> Cycle:
     """Return the cycle that simultaneous series f[n] share.
 
     Waves with periods between 3 samples and two thirds of the series are fitted by least squares, together
-    with a straight line (a Lomb-Scargle periodogram with a floating trend). Raises errors like `logarithms`.
+    with a straight line (a Lomb-Scargle periodogram with a floating trend). Raises the same errors as
+    `logarithms`.
     """
     logs = [logarithms(x) for x in series]
     f, shares, waves = _waves(logs)
@@ -52,13 +53,13 @@ def cycle(*series: np.ndarray) -> Cycle:
 
 def spectrum(numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return frequencies [1/sample], and the fraction of the variance of a series f[n] that a wave of each
-    frequency explains. `cycle` chooses the maximum."""
+    frequency explains. `cycle` picks the frequency with the largest fraction."""
     f, shares, _ = _waves([logarithms(numbers)])
     return f, shares[0]
 
 
 def period_of(*series: np.ndarray) -> float:
-    """Return the period [samples] of the `cycle` of one series, or of several simultaneous ones. Long series
+    """Return the period [samples] of the `cycle` of one series or of several simultaneous series. Long series
     are thinned first."""
     thinned = [thin(np.asarray(x, float)) for x in series]
     return float(thinned[0][1] * cycle(*(x for x, _ in thinned)).period)

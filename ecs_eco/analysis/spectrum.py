@@ -114,7 +114,7 @@ class RedNoise:
         self._log = np.log(used).mean(1)
 
     def shape(self, roots: np.ndarray, n: int) -> np.ndarray:
-        """Return spectra for unit innovations at the Fourier frequencies of n block means, by row of roots."""
+        """Return spectra for unit innovations at the Fourier frequencies of n block means, one per row of roots."""
         per_tick = roots ** (1 / self.factor)
         total = np.zeros((len(roots), n // 2 + 1))
         for alias in range(self.factor):
@@ -135,7 +135,7 @@ class RedNoise:
         return self.roots[best], spectra / (self._shape[best] * scale[np.arange(len(best)), best][:, None])
 
     def draw(self, roots: np.ndarray, waves: np.ndarray) -> np.ndarray:
-        """Turn Fourier transforms of white noise into series of n samples, cut from circular series of 4 n."""
+        """Turn Fourier transforms of white noise into n-sample series, cut from circular series of 4 n samples."""
         gain = np.sqrt(self.shape(roots[None], 4 * self.n)[0]).astype(np.float32)
         return np.fft.irfft(waves * gain, 4 * self.n)[:, : self.n]
 
@@ -188,7 +188,7 @@ def spectral_peak(
     min_cycles: float = MIN_CYCLES,
     seed: int = 0,
 ) -> Peak | None:
-    """Return the strongest spectral peak of a population series, with its p against red noise from a
+    """Return the strongest spectral peak of a population series, with its p value against red noise from a
     parametric bootstrap; None for short or constant series.
 
     The statistic is the largest ratio of the spectrum to the fitted null over all periods from 4 samples to

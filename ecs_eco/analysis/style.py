@@ -210,7 +210,7 @@ def save_svg(figure: Figure, path: Path | str) -> Path:
 
 
 def svg_of(figure: Figure) -> str:
-    """Return matplotlib's SVG, with text kept as text; the same figure always gives the same SVG."""
+    """Return matplotlib's SVG, with text kept as text; the same figure always produces the same SVG."""
     drawn, more = StringIO(), {"Date": None, "Creator": None}
     with as_delivered({"text.parse_math": False, "svg.hashsalt": "ecs-eco", "svg.fonttype": "none"}):
         _lay_out(figure, 72)

@@ -48,7 +48,7 @@ class SurvivalCurve:
         Parameters
         ----------
         until : float
-            Time at which the area ends.
+            Upper time limit of the area.
 
         Returns
         -------
@@ -195,7 +195,7 @@ def wilson(successes: float, n: float, level: float = 0.95) -> Interval:
 
 
 def difference_of_shares(k1: int, n1: int, k2: int, n2: int, level: float = 0.95) -> Interval:
-    """Return the difference of two shares with Newcombe's hybrid interval (Newcombe 1998, method 10).
+    """Return the difference between two shares with Newcombe's hybrid interval (Newcombe 1998, method 10).
 
     Parameters
     ----------

@@ -11,7 +11,7 @@ from ecs_eco.analysis.palette import INK, ON_DARK
 
 FONT = "system-ui, sans-serif"
 DENSE = 400
-"""Number of identical marks from which they are drawn as one path of round dots."""
+"""Minimum number of identical marks to be drawn as one path of round dots."""
 DIM = "over-ground"
 """The gid of figures with images behind curves; these images are darkened on dark pages."""
 _LEFT_OUT = {"font-family", "font-style", "font-variant", "font-stretch", "image-rendering"}
@@ -102,8 +102,7 @@ def _attributes(part: ET.Element) -> None:
 
 
 def _short(path: str) -> str:
-    """Round the numbers of a path to two decimals; a long path of straight lines gets relative coordinates
-    with one decimal."""
+    """Round a path's numbers to two decimals; a long path of straight lines gets relative coordinates with one."""
     words = path.split()
     if len(words) < 60 or not {word for word in words if word.isalpha()} <= {"M", "L", "z"}:
         return " ".join(_NUMBER.sub(lambda found: f"{float(found[0]):.2f}", " ".join(words)).split())
@@ -146,7 +145,7 @@ def _rename(root: ET.Element, prefix: str) -> None:
 
 
 def _bare_marks(root: ET.Element) -> None:
-    """Remove the colors of a mark, because the page's rules do not apply inside its uses."""
+    """Remove the colors of reused marks, because the page's rules do not apply inside `use` elements."""
     used = {part.get("href", "")[1:] for part in root.iter("use")}
     for part in root.iter("path"):
         if part.get("id") in used:

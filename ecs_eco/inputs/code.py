@@ -44,7 +44,7 @@ class CodeError(ConfigError):
 
 @dataclass(frozen=True)
 class Code:
-    """The code that one world lists, and whether all of it is allowed to run."""
+    """The code that a world lists, and whether all of it is allowed to run."""
 
     sources: tuple[Source, ...] = ()
     passed_on: bool = False  # allowed in the parent process
@@ -92,7 +92,7 @@ class Code:
     def function(self, name: object) -> Any:
         """Return the object that "module:name" refers to; return anything other than a string unchanged.
 
-        Raises CodeError, ImportError, AttributeError.
+        Raises CodeError, ImportError or AttributeError.
         """
         if not isinstance(name, str):
             return name
@@ -129,7 +129,7 @@ class Code:
         return None
 
     def faults(self) -> list[Problem]:
-        """Return a problem for each listed text that fails to run, if all are allowed."""
+        """Return a problem for each listed text that fails to run, if all of them are allowed."""
         if not self.allowed:
             return []
         return [
@@ -191,7 +191,7 @@ class Code:
 
     @cached_property
     def _modules(self) -> dict[str, ModuleType | Exception]:
-        """Return each module, or the error if it failed to run; if all ran, all worlds share them."""
+        """Return each module, or the error if it failed to run; if all of them ran, all worlds share them."""
         modules = _loaded.get(self.sources) or dict(_load(self.sources))
         if not any(isinstance(module, Exception) for module in modules.values()):
             _loaded[self.sources] = modules
@@ -219,12 +219,12 @@ NONE = Code()
 
 
 def handed_over(function: object) -> Any:
-    """Return a function unchanged. Raises CodeError for a name, because only a world can resolve names."""
+    """Return a function unchanged. Raises CodeError for a name, because only a world can resolve it."""
     return NONE.function(function)
 
 
 def public_module(module: str) -> str:
-    """Return a module's name as used in worlds, which for a file next to a world is not its private name."""
+    """Return a module's name as worlds use it, not the private name of a file next to a world."""
     return getattr(sys.modules.get(module), "__public__", module) if module.startswith(PRIVATE) else module
 
 
@@ -290,7 +290,7 @@ def _require_unchanged(source: Source) -> None:
 
 
 def _line(error: Exception, source: Source) -> str:
-    """Return the line at which the text failed, or "" if the error names it or the text did not start."""
+    """Return the line at which the text failed, or "" if the error names that line or the text did not start."""
     lines = [f.lineno for f in traceback.extract_tb(error.__traceback__) if f.filename == source.path]
     return f" ({source.entry}, line {lines[-1]})" if lines else ""
 
@@ -314,7 +314,7 @@ def _run(source: Source, name: str, earlier: dict[str, ModuleType | Exception]) 
     module = ModuleType(name)
     module.__file__, module.__dict__["__public__"] = source.path, source.module
     module.__dict__["__builtins__"] = {**vars(builtins), "__import__": find}
-    sys.modules[name] = module  # dataclasses and pickle look here
+    sys.modules[name] = module  # dataclasses and pickle look modules up here
     try:
         exec(compile(source.text or b"", source.path, "exec", dont_inherit=True), module.__dict__)
     except BaseException:

@@ -54,7 +54,7 @@ FENCE = 'an intervention of kind "fence"'
 SHAPE = "it sets the shapes of weights and columns: build a world with it"
 
 # why a number cannot be heritable
-COLUMN = "COLUMN"  # it can be: it has a column in a component, and a trait in config/traits.py
+COLUMN = "COLUMN"  # it can: it has a component column, and a trait in config/traits.py
 POPULATION = "it counts organisms, so no single organism has it"
 PARENTLESS = "it concerns organisms without parents, which inherit no genes"
 LETTERS = "it determines how genomes are read and copied: a gene for it would change its own meaning"
@@ -74,7 +74,7 @@ class Change:
 
 
 class Column(NamedTuple):
-    """The component that stores each organism's own value, in `field` or in a field with the number's name."""
+    """The component that stores each organism's own value, in `field` or in a field named like the number."""
 
     component: str
     field: str = ""
@@ -88,11 +88,12 @@ class Own:
 
 
 class Section(BaseModel):
-    """A section of a world file: a strict, immutable pydantic model that refuses unknown keys.
+    """A section of a world file: a strict, immutable pydantic model that rejects unknown keys.
 
     Notes
     -----
-    The class keywords `change` and `own` apply these arguments of `about` to all fields of a subclass.
+    The class keywords `change` and `own` apply the `about` arguments of the same names to all fields of a
+    subclass.
 
     Examples
     --------
@@ -145,7 +146,7 @@ def quantity(
     Parameters
     ----------
     text : str
-        Description, shown in the reference and in editors.
+        Description, shown in the reference and by editors.
     unit : str
         Such as "m/s"; "1" for a pure number.
     default : object, optional
@@ -190,7 +191,7 @@ def about(
     Parameters
     ----------
     text : str
-        Description, shown in the reference and in editors.
+        Description, shown in the reference and by editors.
     default : object, optional
         Default value; without it, the key is required.
     change : str, optional

@@ -32,7 +32,7 @@ def source_of(name: str) -> str | None:
 
 
 def _cells(thing: object) -> Iterator[str]:
-    """Yield the cells that define the object's functions, then all cells of the session, latest first."""
+    """Yield the cells that define the object's functions, then all cells of the session, most recent first."""
     functions = [thing, *vars(thing).values()] if inspect.isclass(thing) else [thing]
     for file in dict.fromkeys(f.__code__.co_filename for f in functions if inspect.isfunction(f)):
         yield "".join(linecache.getlines(file))

@@ -27,7 +27,7 @@ class Source:
 
     @property
     def is_file(self) -> bool:
-        """Whether it is a file next to the world, not an installed module."""
+        """Whether it is a file next to the world rather than an installed module."""
         return self.entry.endswith(".py")
 
     @property

@@ -1,4 +1,4 @@
-"""Running an archipelago: all islands run to the next barrier, the manifest is written, and so on."""
+"""Run an archipelago: all islands run to the next barrier, the manifest is written, and so on."""
 
 import time
 from collections.abc import Callable, Mapping
@@ -28,7 +28,7 @@ from ecs_eco.runs.begin import policies_as_json
 from ecs_eco.runs.run import Stopped
 
 Progress = Callable[[int, int], None]
-MOST_LOSSES = 100  # times that an island's worker can be lost between two barriers before the run stops
+MOST_LOSSES = 100  # how often an island's worker can be lost between two barriers before the run stops
 
 
 class Archipelago:

@@ -44,7 +44,7 @@ class Arm:
         return any(self.config.species[name].policy.learn for name in species_with_policy(self.config))
 
     def with_policies(self, folder: Path) -> Self:
-        """Return the arm with the trained policies in a folder, unless its treatment sets others."""
+        """Return the arm with the trained policies in a folder, unless its treatment sets other policies."""
         if isinstance(self.policies, str):
             return replace(self, policies=str(folder)) if self.policies == "trained" else self
         by_species = {name: self.policies.get(name, str(folder)) for name in species_with_policy(self.config)}

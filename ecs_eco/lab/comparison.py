@@ -1,5 +1,5 @@
-"""A comparison: a world, unchanged and under treatments, run with the same seeds into one folder. In Python,
-`compare` does all of this on any executor; `ecs-eco compare` adds a progress bar and a table."""
+"""A comparison: a world, unchanged and under treatments, run with the same seeds and stored in one folder. In
+Python, `compare` does all of this on any executor; `ecs-eco compare` adds a progress bar and a table."""
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
@@ -94,7 +94,7 @@ class Training(NamedTuple):
 
     @property
     def done(self) -> bool:
-        """Whether the training is done. Raises ForeignFile if its folder contains another training."""
+        """Whether the training is done. Raises ForeignFile if its folder contains another training run."""
         return is_trained(*self)
 
 
@@ -103,7 +103,7 @@ Jobs = Mapping[Key, Run | Training]
 
 @dataclass(frozen=True)
 class Comparison:
-    """Arms, beginning with the unchanged world, the seeds with which each arm runs, and their folder."""
+    """The arms (the unchanged world first), the seeds with which each arm runs, and their folder."""
 
     folder: Path
     arms: Sequence[Arm]
@@ -135,14 +135,14 @@ class Comparison:
     def begin(self) -> None:
         """Write the settings to the folder, keeping the arms already there.
 
-        Raises ForeignFile if the folder contains another comparison, or one from the other mode.
+        Raises ForeignFile if the folder contains another comparison, or one begun in the other numerical mode.
         """
         there = container.begin(self.folder, Planned, self.plan)
         if self.plan["arms"].keys() - there["arms"].keys():
             container.write(self.folder, Planned, there | {"arms": there["arms"] | self.plan["arms"]})
 
     def result(self) -> dict[str, Any]:
-        """Compare the arms; write compare.json, compare.html and figures; return the content of compare.json."""
+        """Compare the arms; write compare.json, compare.html and figures; return the contents of compare.json."""
         return differences(
             self.folders(),
             self.folder,
@@ -197,7 +197,7 @@ class Comparison:
         }
 
     def training_seeds_of_runs(self) -> dict[str, list[int]] | None:
-        """Return the training seeds of runs, for arms with trained policies; None if nothing is trained."""
+        """Return the training seed of each run, for arms with trained policies; None if nothing is trained."""
         if self.training_seeds is None:
             return None
         seeds: dict[str, list[int]] = {}
@@ -237,7 +237,7 @@ def _of_some(arm: Arm) -> str:
 
 def missing(jobs: Jobs) -> Jobs:
     """Return the unfinished jobs, ordered so that arms and seeds advance as evenly as possible. Raises
-    ForeignFile if the folder of a job contains something else."""
+    ForeignFile if a job's folder contains something else."""
     arms: dict[str, list[Key]] = {}
     for key, job in jobs.items():
         if not job.done:
@@ -276,7 +276,8 @@ def compare(
     ticks : int, optional
         Length of a run; default: `ticks` of the world file.
     training_seeds : int, optional
-        Number of trainings, each run with all world seeds; default: use the policies of the world file.
+        Number of training seeds, each combined with all world seeds; default: use the policies of the world
+        file.
     retrain : bool, default False
         Whether arms with changed values train their own policies.
     executor : str or Executor, default "local"
@@ -290,7 +291,7 @@ def compare(
     Returns
     -------
     dict
-        Content of compare.json: persistence, cycles and differences of each arm, with intervals.
+        Contents of compare.json: persistence, cycles and differences of each arm, with intervals.
 
     Raises
     ------

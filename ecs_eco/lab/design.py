@@ -1,4 +1,4 @@
-"""The design of a sweep: a fully checked plan, all of whose worlds load, with its jobs and trainings."""
+"""The design of a sweep: a fully checked plan, all of whose worlds load, with its jobs and training runs."""
 
 from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -24,11 +24,11 @@ from ecs_eco.worlds.policies import POLICIES
 Place = tuple[str | int, ...]
 
 
-NAME = r"^[0-9a-f]{16}/seed-[0-9]+$"  # name of a training: its world and its seed
+NAME = r"^[0-9a-f]{16}/seed-[0-9]+$"  # name of a training run: its world and its seed
 
 
 class Settings(Section):
-    """The settings of a plan that are read back; all others only distinguish plans."""
+    """The settings of a plan that are read back; all other settings only distinguish plans."""
 
     model_config = ConfigDict(extra="allow", strict=True)
 
@@ -62,7 +62,7 @@ class Job:
     treatment: str  # "": the unchanged world
     training_seed: Seed | None
     world_seed: Seed
-    training: str | None  # name of the training
+    training: str | None  # name of the training run
     config_hash: Sha
 
     def __str__(self) -> str:
@@ -74,7 +74,7 @@ class Job:
 
 @dataclass(frozen=True)
 class Design:
-    """A checked plan: the world before values vary, the jobs, and the trainings that they need."""
+    """A checked plan: the world before values vary, the jobs, and the training runs that they need."""
 
     file: PlanFile
     base: WorldConfig
@@ -152,7 +152,7 @@ def _there(file: PlanFile, world: str) -> str:
 
 
 def _as_plan(error: ConfigError, file: PlanFile, places: Mapping[Place, Place]) -> ConfigError:
-    """Return the error of a world with a plan's values, with each problem at its line in the plan."""
+    """Return the error for a world with a plan's values, with each problem at its line in the plan."""
     problems = []
     for problem in error.problems:
         if problem.source != file.document.source:
@@ -225,7 +225,7 @@ def treated(config: WorldConfig, treatment: str) -> Arm:
 
 
 def _at_value(problem: Problem, point: Point) -> Problem:
-    """Return a problem of a world, located at the value of the point that causes it."""
+    """Return a problem with a world, located at the point's value that causes it."""
     names = {key_of(name): name for name in point}
     if (key := _known_part(problem.key, names)) is not None:
         own = names[key]
@@ -259,7 +259,7 @@ def _vain(file: PlanFile, point: Point) -> Problem | None:
 def _jobs(
     file: PlanFile, base: WorldConfig, arms: Sequence[tuple[dict[str, Any], str, Arm]]
 ) -> tuple[list[Job], dict[str, Training]]:
-    """Return all jobs, ordered by point, treatment and seeds, and the trainings that they need."""
+    """Return all jobs, ordered by point, treatment and seeds, and the training runs that they need."""
     plan, jobs, trainings = file.plan, list[Job](), dict[str, Training]()
     per_point = 1 + len(plan.treatments)
     for at, (values, treatment, arm) in enumerate(arms):
@@ -289,5 +289,5 @@ def _jobs(
 
 
 def plan_folder(file: PlanFile) -> Path | None:
-    """Return the folder of policies named in a plan, if any."""
+    """Return the policy folder named in a plan, if any."""
     return None if file.plan.policies in POLICIES else file.folder / file.plan.policies

@@ -21,7 +21,7 @@ TICKS = 40  # length of a run that compiles a world's kernels, including the fir
 
 
 def check_engine(on: str) -> None:
-    """Raise ConfigError if there is no such engine."""
+    """Raise ConfigError if the engine is unknown."""
     if on not in ENGINES:
         raise refusal((), "no such engine", on, listed(ENGINES), nearest(on, ENGINES), "--on")
 
@@ -52,7 +52,7 @@ def executor(on: str = LOCAL, workers: int | None = None) -> Executor:
 def engine(on: str | Executor = LOCAL, workers: int | None = None) -> AbstractContextManager[Executor]:
     """Return a context manager for an executor: a new one, or the one that is passed, which keeps running.
 
-    If an exception leaves the block, a new executor ends at once.
+    If an exception leaves the block, a new executor is shut down at once.
     """
     return nullcontext(on) if isinstance(on, Executor) else executor(on, workers)
 
@@ -67,14 +67,15 @@ def workers_of(pool: Executor) -> int:
 
 def prepare(pool: Executor, folder: Path, config: WorldConfig) -> None:
     """Before many calls on a cluster, check that each machine can access the folder, and compile the kernels
-    there. Raises a ConfigError that names the machines that cannot. Other executors need no preparation.
+    there. Raises a ConfigError that names the machines that cannot access it. Other executors need no
+    preparation.
     """
     if hasattr(pool, "on_each_machine"):
         pool.on_each_machine(folder.absolute(), compile_kernels, config)
 
 
 def compile_kernels(config: WorldConfig) -> None:
-    """Run a world for some ticks to put its kernels in this machine's cache."""
+    """Run a world for a few ticks to put its kernels in this machine's cache."""
     from ecs_eco.ecosystem import World
 
     config._code.pass_on()

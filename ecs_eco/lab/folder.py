@@ -24,7 +24,7 @@ from ecs_eco.record.container import Container, inside
 from ecs_eco.record.manifest import Config, Tick
 
 SWEEP, JOBS, DONE, FAILED, PROGRESS = "sweep.json", "jobs", "done.json", "failed.json", "progress.json"
-RUN = "run"  # folder of the run, in the folder of its job
+RUN = "run"  # run folder within the job's folder
 GIVEN = "given"  # folder for the policies named in a plan
 
 
@@ -82,7 +82,7 @@ class Sweep:
         return int(self.content["ticks"])
 
     def may_continue(self) -> None:
-        """Raise ForeignFile if the sweep began in another mode, or a link leaves its folder."""
+        """Raise ForeignFile if the sweep began in the other numerical mode, or a link leads out of its folder."""
         container.may_continue(self.folder, self.content, Manifest)
 
     @cached_property
@@ -92,7 +92,7 @@ class Sweep:
 
     @cached_property
     def trainings(self) -> dict[str, Training]:
-        """All trainings, by name."""
+        """All training runs, by name."""
         return {one["name"]: Training(**one) for one in self.content["trainings"]}
 
     def job_folder(self, number: int) -> Path:
@@ -103,7 +103,7 @@ class Sweep:
         return self.folder / JOBS / f"{number:04d}"
 
     def policies_folder(self, training: str) -> Path:
-        """Return the folder to which a training writes its policies."""
+        """Return the folder to which a training run writes its policies."""
         return inside(self.folder, self.folder / "policies" / training)
 
     def training(self, name: str) -> tuple[Path, WorldConfig, int]:
@@ -176,9 +176,9 @@ def _read(folder: Path, written: int, size: int) -> Sweep:
 
 
 def begin(folder: Path, design: Design) -> Sweep:
-    """Write the sweep of a design to a folder unless it is already there, and return it.
+    """Write a design's sweep to a folder unless it is already there, and return it.
 
-    Raises ForeignFile if the folder contains the sweep of another plan.
+    Raises ForeignFile if the folder contains a sweep with a different plan.
     """
     if container.has(folder, Manifest):
         check_plan(folder, design)
@@ -206,7 +206,7 @@ def begin(folder: Path, design: Design) -> Sweep:
 
 
 def check_plan(folder: Path, design: Design) -> None:
-    """Raise ForeignFile if a sweep has another plan or mode."""
+    """Raise ForeignFile if a sweep has a different plan or numerical mode."""
     container.check(folder, Manifest, _planned(design))
 
 
@@ -215,7 +215,7 @@ def _planned(design: Design) -> dict[str, Any]:
 
 
 def _keep_policies(folder: Path, design: Design) -> Path:
-    """Copy the policies of the world and the plan; return the path that stands for the world's folder."""
+    """Copy the policies of the world and the plan; return the path that replaces the world's folder."""
     config = design.base
     files = [s.policy.file for s in config.species.values() if s.policy.file is not None]
     inside = [file for file in files if not os.path.isabs(file)]

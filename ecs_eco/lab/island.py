@@ -1,4 +1,4 @@
-"""One island from one barrier to the next, as work that can be repeated on any machine with the same result."""
+"""Run one island from one barrier to the next, a task that gives the same result if repeated on any machine."""
 
 import threading
 import time
@@ -29,8 +29,8 @@ OWN = {"uid": np.dtype(np.uint64), "born": np.dtype(np.int64), "to": np.dtype(np
 
 
 def write_migrants(path: Path, archipelago: str, world: World) -> dict[str, dict[str, int]]:
-    """Write the migrants that leave an island before its next tick to its run folder, with the hash of the
-    archipelago; return their numbers: species → island → number."""
+    """Write to an island's run folder the migrants that leave it before its next tick, with the archipelago's
+    hash; return their numbers: species → island → number."""
     islands = world.config.archipelago
     leaving = copied(world)
     arrays: dict[str, np.ndarray] = {}
@@ -97,7 +97,7 @@ def read_migrants(file: Path, wanted: dict[str, Any], wander: list[str]) -> dict
 
 
 KEEP = 3  # number of checkpoints kept per island
-PATIENCE = 60.0  # [s] to wait until a worker that is ending releases the folder of an island
+PATIENCE = 60.0  # [s] to wait for a worker that is ending to release an island's folder
 
 Progress = Callable[[int, int], None]
 
@@ -233,7 +233,7 @@ def config_of(root: Path, plan: Mapping[str, Any], trust: bool, name: str) -> Wo
 
 
 def _forget_others(path: Path, start: int) -> None:
-    """Remove an island's checkpoints after a tick, to be written again, and old ones before it."""
+    """Remove an island's checkpoints after a tick, which will be written again, and old ones before it."""
     files = sorted((path / "checkpoints").glob(f"tick-*{checkpoint.SUFFIX}"))
     before = [file for file in files if checkpoint.tick_of(file) <= start]
     for file in [file for file in files if file not in before] + before[:-KEEP]:

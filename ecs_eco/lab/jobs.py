@@ -1,4 +1,4 @@
-"""One job of a sweep. Any engine can call it repeatedly: it starts, resumes, or returns its result."""
+"""One job of a sweep. Any engine can call it repeatedly: it starts the job, resumes it, or returns its result."""
 
 import json
 import os
@@ -31,14 +31,14 @@ from ecs_eco.record.container import inside
 from ecs_eco.record.manifest import Seed, Sha, Tick
 from ecs_eco.record.seal import read_manifest, read_sealed, write_manifest
 
-PATIENCE = 150.0  # [s] to wait for another process that runs the job; longer than leases of shared disks
+PATIENCE = 150.0  # [s] to wait for another process that runs the job; longer than the leases of shared disks
 PACE = 1.0  # [s] between records of a job's progress
-BOOTSTRAPS = 99  # for the p of a period; cycles in single runs are reported at p ≤ 0.05
+BOOTSTRAPS = 99  # for the p value of a period; cycles in single runs are reported at p ≤ 0.05
 UNFINISHED = 75  # exit code of a process that was asked to stop and left a checkpoint: EX_TEMPFAIL
 
 
 def run_job(folder: str | Path, number: int, allowed: Collection[str] = ()) -> dict[str, Any]:
-    """Run one job of a sweep and return the content of its done.json.
+    """Run one job of a sweep and return the contents of its done.json.
 
     A stopped job resumes from its last checkpoint. Policies that the job needs are trained first.
 
@@ -86,7 +86,7 @@ def run_job(folder: str | Path, number: int, allowed: Collection[str] = ()) -> d
 
 
 def train(folder: str | Path, name: str, allowed: Collection[str] = ()) -> str:
-    """Train the policies of one of a sweep's trainings unless they exist, and return their folder.
+    """Train the policies of one of a sweep's training runs unless they exist, and return their folder.
 
     Only one process trains the same policies at a time; others wait for it.
     """
@@ -120,7 +120,7 @@ class Summary(Section):
 
 
 class Done(Section):
-    """The content of done.json."""
+    """The contents of done.json."""
 
     format: Literal[1]
     number: int
@@ -143,7 +143,7 @@ class Done(Section):
 
 
 def read_done(sweep: Sweep, number: int) -> dict[str, Any] | None:
-    """Return the content of a job's done.json; None if the job is not done.
+    """Return the contents of a job's done.json; None if the job is not done.
 
     Raises ForeignFile if the file belongs to another job, RecordingError if it is damaged.
     """
@@ -178,7 +178,7 @@ def _identity(sweep: Sweep, job: Job) -> dict[str, Any]:
 
 
 def _do(sweep: Sweep, job: Job, place: Path) -> dict[str, Any]:
-    """Train and run a job; return the content of its done.json."""
+    """Train and run a job; return the contents of its done.json."""
     note = _noting(place / PROGRESS, sweep.ticks)
     note(_tick_of(place / RUN), sweep.ticks)
     if job.training is not None:
@@ -239,7 +239,7 @@ def summary_of(run: Path) -> dict[str, Any]:
 
 
 def _opened(folder: str | Path, allowed: Collection[str]) -> Sweep:
-    """Return a sweep to continue, after allowing code with these hashes to run."""
+    """Return the sweep in a folder, after allowing code with these hashes to run."""
     if allowed:
         allow(allowed)
     sweep = read_sweep(folder)
@@ -248,7 +248,7 @@ def _opened(folder: str | Path, allowed: Collection[str]) -> Sweep:
 
 
 def _noting(path: Path, ticks: int) -> Callable[[int, int], None]:
-    """Return a progress function that writes the current tick, and when ticks began, to a file at intervals."""
+    """Return a progress function that periodically writes the current tick, and when ticks began, to a file."""
     last = 0.0
     begin: dict[str, Any] = {"pid": os.getpid(), "host": socket.gethostname(), "ticks": ticks}
 
@@ -257,7 +257,7 @@ def _noting(path: Path, ticks: int) -> Callable[[int, int], None]:
         now = time.monotonic()
         if now - last < PACE and last:
             return
-        if last:  # ticks are running; earlier training and compiling does not affect their rate
+        if last:  # ticks are running; earlier training and compiling do not affect their rate
             begin.setdefault("from", done)
             begin.setdefault("began", time.time())
         last = now

@@ -79,7 +79,7 @@ class Plan(Section):
 
 @dataclass(frozen=True)
 class PlanFile:
-    """A plan that was read; its values have dotted keys, however the file nests them."""
+    """A plan after reading; its values have dotted keys, however the file nests them."""
 
     plan: Plan
     document: Document
@@ -160,7 +160,7 @@ def _leaves(table: Mapping[str, Any], key: Key) -> Iterator[tuple[Key, Any]]:
 
 
 def _refused(document: Document, written: Mapping[Key, Key], problems: Iterable[Problem]) -> ConfigError:
-    """Return the error for problems of a plan, each located at its key in the file."""
+    """Return the error for problems with a plan, each located at its key in the file."""
     moved = []
     for problem in problems:
         known = next((n for n in range(len(problem.key), 0, -1) if problem.key[:n] in written), 0)
@@ -199,7 +199,7 @@ def _of_values(plan: Plan) -> Iterator[Problem]:
                 yield Problem(("grid", name, i), "occurs twice", value, "each value once")
     for i, entry in enumerate(plan.list or ()):
         if missing := (plan.list or [{}])[0].keys() ^ entry.keys():
-            fault = f"has different keys than the first: {', '.join(sorted(missing))}"
+            fault = f"has different keys from the first: {', '.join(sorted(missing))}"
             yield Problem(("list", i), fault, entry, "the same keys in all [[list]] tables")
     yield from _twice(plan)
 
@@ -240,7 +240,7 @@ Point = dict[str, Entry]
 
 
 def points_of(plan: Plan, base: WorldConfig) -> Iterator[Point]:
-    """Yield every point of a plan: lists × hypercube × grid, whose last key varies fastest."""
+    """Yield every point of a plan: lists × hypercube × grid, with the last key of the grid varying fastest."""
     factors: list[Sequence[Point]] = []
     if plan.list:
         factors.append(

@@ -35,7 +35,7 @@ def pretrain(
     points: int = 30,
     trust: bool = False,
 ) -> dict[str, Any]:
-    """Train the policies of all species in a world that have one.
+    """Train the policies of all species that have one.
 
     Parameters
     ----------
@@ -59,8 +59,8 @@ def pretrain(
     Returns
     -------
     dict
-        "policies": weights by species; "curves": by species and point, intake and deaths per animal and
-        second and mean happiness, over all training worlds; "learning": each update; "actions": how often
+        "policies": weights by species; "curves": by species and point, intake and deaths per animal per
+        second, and mean happiness, over all training worlds; "learning": each update; "actions": how often
         each action was taken.
 
     Examples
@@ -135,7 +135,7 @@ def ramp(world: World, config: WorldConfig, share: float) -> None:
 
 
 def save(result: dict[str, Any], out: Path) -> None:
-    """Write policies as sealed safetensors, and everything else with their hashes in training.json."""
+    """Write policies as sealed safetensors, and everything else, with their hashes, to training.json."""
     out.mkdir(parents=True, exist_ok=True)
     for name, weights in result["policies"].items():
         save_weights(out / f"{name}.safetensors", weights, result["names"][name])
@@ -163,8 +163,8 @@ def against_random(
     config: WorldConfig, policies: Path | str, seed: int, ticks: int = TICKS, seeds: int = SEEDS
 ) -> dict[str, Any]:
     """Run trained and random policies, both without learning, in the training world with `seeds` seeds.
-    Return species → measure → {"trained": [mean, low, high], "random": …, "difference": …} with 95% intervals
-    (Student's t over seeds, which both arms share)."""
+    Return, by species and measure, {"trained": [mean, low, high], "random": …, "difference": …} with 95%
+    intervals (Student's t over seeds, which both arms share)."""
     found = {
         arm: [_measured(config, chosen, seed + 1 + k, ticks) for k in range(seeds)]
         for arm, chosen in (("trained", str(policies)), ("random", "random"))
@@ -182,7 +182,7 @@ def against_random(
 def train_and_evaluate(
     config: WorldConfig, seed: int, ticks: int, out: Path, progress: Callable[[int, int], None] | None = None
 ) -> dict[str, Any]:
-    """Train policies into a folder; return the result of `pretrain` with the additional key "against_random"."""
+    """Train policies and write them to a folder; return the result of `pretrain` with the key "against_random"."""
     config._code.pass_on()
     result = pretrain(config, seed, ticks, out, progress)
     result["against_random"] = against_random(config, out, seed, min(ticks, TICKS))

@@ -34,7 +34,7 @@ class WorkerLost(RuntimeError):
 
 
 class Imported(list[str]):
-    """Module folders for Ray's workers: of the folders that Ray adds, only those used by this process. Ray
+    """Module folders for Ray's workers: only those of Ray's additions that this process uses. Ray
     always adds the current folder, whose modules would shadow all others."""
 
     def extend(self, folders: Iterable[str]) -> None:
@@ -60,7 +60,7 @@ class Call(Future[Any]):
         return cancelled
 
     def _take(self, done: Future[Any]) -> None:
-        """Take the result of the task."""
+        """Adopt the result of the task."""
         self._executor.calls.discard(self)
         if not self.set_running_or_notify_cancel():
             return
@@ -72,8 +72,8 @@ class Call(Future[Any]):
 
 
 class RayExecutor(Executor):
-    """Runs calls as tasks of a Ray cluster: the one at RAY_ADDRESS, one already running on this machine, or
-    one started here for the duration with `workers` CPUs.
+    """Runs calls as tasks of a Ray cluster: the one at RAY_ADDRESS, one already running on this machine, or a
+    temporary one started here with `workers` CPUs.
 
     Raises ConfigError if Ray is missing or no cluster answers.
     """
@@ -207,7 +207,7 @@ def _connect(ray: Any, workers: int | None, address: str | None) -> None:
 
 
 def _knock(address: str | None) -> None:
-    """Raise OSError if no server listens at HOST:PORT, because Ray would try for minutes."""
+    """Raise OSError if no server listens at HOST:PORT, because Ray would keep trying for minutes."""
     host, _, port = (address or "").rpartition(":")
     if host and port.isdigit():
         socket.create_connection((host.strip("[]"), int(port)), timeout=ANSWER).close()
@@ -230,7 +230,7 @@ def _is_cancelled() -> bool:
 
 
 def _prepare(folder: str, fn: Callable[..., Any], args: Sequence[Any]) -> str:
-    """Call a function on a machine; if the machine does not have the folder, return its name instead."""
+    """Call a function on a machine; if the machine does not have the folder, return the machine's name instead."""
     if not os.path.isdir(folder):
         return socket.gethostname()
     fn(*args)

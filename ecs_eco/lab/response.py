@@ -61,7 +61,7 @@ def values_of(rows: Iterable[Row], key: str) -> list[Any]:
 
 
 def answers(rows: Sequence[Row], key: str, outcome: Outcome) -> list[Answer]:
-    """Return an outcome at each value of a key: its mean over everything else, averaged over seeds."""
+    """Return an outcome at each value of a key: its mean over all other varied values, averaged over seeds."""
     return [
         Answer(value, interval(part, outcome), _numbers(part, outcome))
         for value in values_of(rows, key)
@@ -172,7 +172,7 @@ def _response(
     of: int,
     label: str,
 ) -> None:
-    """Draw the responses of one treatment, offset from those of the others."""
+    """Draw the responses of one treatment, offset from those of the other treatments."""
     each = len(values) <= FEW
     found = [
         a
@@ -257,7 +257,7 @@ def _written(value: Any) -> str:
 
 
 def pairs_of(rows: Sequence[Row], keys: Sequence[str], most: int = 6) -> list[tuple[str, str]]:
-    """Return the pairs of keys whose values are both numbers or few."""
+    """Return the pairs of keys that each have numeric values or only a few values."""
     useful = [key for key in keys if _are_numbers(values := values_of(rows, key)) or len(values) <= FEW]
     return list(combinations(useful, 2))[:most]
 

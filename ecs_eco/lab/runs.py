@@ -23,7 +23,7 @@ def run_arm(
     every: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> dict[str, Any]:
-    """Run an arm with a seed into a folder, with a checkpoint every `every` ticks; return its manifest.
+    """Run an arm with a seed in a folder, with a checkpoint every `every` ticks; return its manifest.
 
     A stopped run resumes from its checkpoint, or restarts if it has none; nothing is removed. Raises
     FolderInUse, ForeignFile if the folder contains files from another run, and a RecordingError or
@@ -54,8 +54,8 @@ def run_arm(
 
 
 def has_run(folder: Path, ticks: int, arm: Arm, seed: int) -> bool:
-    """Return whether a folder contains a run of this length. Raises ForeignFile if the run is of another arm,
-    seed or mode, RecordingError if its manifest is damaged.
+    """Return whether a folder contains a run of this length. Raises ForeignFile if the run belongs to another
+    arm, seed or mode, RecordingError if its manifest is damaged.
     """
     try:
         manifest = read_manifest(folder)

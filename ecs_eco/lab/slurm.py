@@ -46,7 +46,7 @@ class Options:
     """The options of a submission."""
 
     limit: int = 100  # jobs at a time
-    notice: int = 120  # [s] from the signal to write a checkpoint to the job's time limit
+    notice: int = 120  # [s] between the signal to write a checkpoint and the job's time limit
     more: tuple[str, ...] = ()  # further options for sbatch: "--time=2:00:00", "--mem=4G"
 
 
@@ -55,7 +55,7 @@ def submit(folder: str | Path, numbers: Sequence[int], options: Options = Option
     ids of the arrays.
 
     Each job is one task with one CPU. Before its time limit, it writes a checkpoint and is requeued, which
-    also happens if SLURM preempts it or its node fails. Raises ConfigError if SLURM is missing or refuses the
+    also happens if SLURM preempts it or its node fails. Raises ConfigError if SLURM is missing or rejects the
     jobs.
     """
     sweep = read_sweep(folder)
@@ -102,7 +102,7 @@ def queued(folder: str | Path) -> set[int]:
 
 
 def script(sweep: Sweep, offset: int, indices: Sequence[int], options: Options, after: str = "") -> str:
-    """Return the batch script of an array, in which the number of a job is index + offset; the array starts
+    """Return the batch script of an array, in which a job's number is index + offset; the array starts
     after the array `after` has ended. Raises ConfigError if an option contains a line break."""
     logs = str(sweep.folder / FOLDER).replace("%", "%%") + "/%A_%a.log"  # SLURM expands %
     wanted = {

@@ -1,4 +1,4 @@
-"""A whole sweep on an executor: trainings run before the jobs that need them, and lost jobs are repeated."""
+"""A whole sweep on an executor: training runs precede the jobs that need them, and lost jobs are repeated."""
 
 from bisect import insort
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -16,7 +16,7 @@ from ecs_eco.lab.plan import read_plan
 from ecs_eco.lab.trained import is_trained
 from ecs_eco.lab.work import Work, interleaved
 
-Task = int | str  # number of a job, or name of a training
+Task = int | str  # number of a job, or name of a training run
 
 
 @dataclass
@@ -42,12 +42,12 @@ def run_sweep(
     progress: Callable[[Outcome], None] | None = None,
     trust: bool = False,
 ) -> Outcome:
-    """Run all jobs of a plan into a folder, or resume them there.
+    """Run all jobs of a plan in a folder, or resume them there.
 
     Parameters
     ----------
     plan : str, Path or Mapping
-        A plan file or its content; see docs/how-to/clusters.md.
+        A plan file or its contents; see docs/how-to/clusters.md.
     folder : str or Path
     executor : str or Executor, default "local"
         "local" (`workers` processes), "ray", or any `concurrent.futures.Executor` whose processes can access
@@ -145,7 +145,7 @@ def evenly(sweep: Sweep, numbers: Iterable[int]) -> list[int]:
 
 
 def _by_training(sweep: Sweep, numbers: Sequence[int]) -> dict[str, list[int]]:
-    """Return the numbers of jobs by the training that they wait for; "" if they need none, or it is done."""
+    """Return job numbers by the training run that the jobs wait for; "" if they need none, or it is done."""
     missing, waiting = dict[str, bool](), dict[str, list[int]]({"": []})
     for number in numbers:
         name = sweep.jobs[number].training or ""

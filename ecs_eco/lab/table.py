@@ -71,7 +71,7 @@ def rows_of(sweep: Sweep) -> list[dict[str, Any]]:
 def row_of(point: int, done: dict[str, Any]) -> dict[str, Any]:
     """Return the row of a finished job: its identity, values and results.
 
-    Times are in ticks; "deer.mean" and "deer.final" are the numbers over the run and at its end;
+    Times are in ticks; "deer.mean" is the mean number over the run, and "deer.final" the number at its end;
     "deer.period" has a value if the species cycles; "deer.died.starved" counts deaths.
     """
     summary = done["summary"]
@@ -162,7 +162,7 @@ def write_page(sweep: Sweep, rows: Sequence[Row], failed: dict[int, str]) -> Pat
 
 
 def lines_of(sweep: Sweep, rows: Sequence[Row]) -> tuple[str, ...]:
-    """Return a sentence for each treatment: in how many runs all species persist."""
+    """Return a sentence for each treatment on the number of runs in which all species persist."""
     out = []
     for treatment, part in group(rows, lambda row: row["treatment"]).items():
         kept = sum(row["persisted"] for row in part)

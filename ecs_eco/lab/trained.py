@@ -18,13 +18,13 @@ WRITTEN = (FILE, "*.safetensors")
 def train_or_find(
     folder: Path, config: WorldConfig, seed: int, ticks: int | None = None, *, verify: bool = True
 ) -> Path:
-    """Return the folder, which contains <species>.safetensors and training.json, after training if necessary.
+    """Return the folder with <species>.safetensors and training.json, after training if necessary.
 
     The folder appears only when it is complete. Several processes can train the same policies at once: the
-    first result is kept, and the others are identical. Without `verify`, any training in the folder is
+    first result is kept, and the others are identical. Without `verify`, any training run in the folder is
     accepted, because the folder's name identifies it. Raises ForeignFile if the folder contains another
-    training, RecordingError if it is damaged or contains other files; only leftovers of a killed training are
-    removed.
+    training run, RecordingError if it is damaged or contains other files; only leftovers of a killed training
+    run are removed.
     """
     from ecs_eco.lab.pretraining import pretrain
 
@@ -50,8 +50,8 @@ def train_or_find(
 def is_trained(
     folder: Path, config: WorldConfig, seed: int, ticks: int | None = None, *, verify: bool = True
 ) -> bool:
-    """Return whether a folder contains this training. Raises ForeignFile if it contains another training,
-    RecordingError if it is damaged."""
+    """Return whether a folder contains this training run. Raises ForeignFile if it contains another training
+    run, RecordingError if it is damaged."""
     path = folder / FILE
     if not verify or not path.is_file():
         return path.is_file()
@@ -74,7 +74,7 @@ def is_trained(
 
 
 def _keep(part: Path, folder: Path) -> None:
-    """Move a new training to its folder, unless another process was faster."""
+    """Move a new training run to its folder, unless another process was faster."""
     try:
         part.rename(folder)
     except OSError:
@@ -83,7 +83,7 @@ def _keep(part: Path, folder: Path) -> None:
 
 
 def forget_trained(folder: Path) -> None:
-    """Remove all trainings in a folder, and the folder if nothing else is left."""
+    """Remove all training runs in a folder, and the folder if nothing else is left."""
     for place in folder.glob("training-*"):
         remove(place, WRITTEN)
     remove(folder, ())

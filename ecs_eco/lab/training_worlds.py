@@ -23,14 +23,14 @@ class TrainingWorlds:
         self.config, self.plan, self.seed, self.threads = config, config.training, seed, threads
         self.tick, self.stage = 0, 0
         self.pool: dict[str, list[dict[str, np.ndarray]]] = {}
-        self.series: list[dict[str, np.ndarray]] = []  # statistics of former worlds
-        self.recorded: list[tuple[int, Any, Any]] = []  # former worlds: first tick, updates, actions
+        self.series: list[dict[str, np.ndarray]] = []  # statistics of earlier worlds
+        self.recorded: list[tuple[int, Any, Any]] = []  # earlier worlds: first tick, updates, actions
         self.learners: dict[str, Any] = {}  # species → Learner or SharedLearner
         self.worlds: list[World] = []
         self._begin()
 
     def run(self, ticks: int) -> None:
-        """Run each world; it lives for `renew` ticks, and one more to learn from the last rollout."""
+        """Run each world; a world lives for `renew` ticks, plus one more to learn from the last rollout."""
         while ticks > 0:
             part = ticks
             if self.plan.renew:

@@ -18,7 +18,7 @@ ANOSMIC = 1e30  # half-saturation that makes a nose read 0
 
 
 class NotApplicable(ValueError):
-    """A treatment does not apply to this world; `what` is the reason, and `allowed` what is expected."""
+    """Raised if a treatment does not apply to this world; `what` is the reason, `allowed` the expected value."""
 
     def __init__(self, fault: str, allowed: str) -> None:
         self.what, self.allowed = fault, allowed
@@ -113,7 +113,7 @@ def _depends_on_light(config: WorldConfig, name: str) -> bool:
 
 Policies: TypeAlias = str | dict[str, str]  # a word or folder, for all species or by species
 OPTION = "--treatment"  # the option that sets treatments, for error messages
-ABSENT = "no-"  # prefix of a species' name: without that species
+ABSENT = "no-"  # followed by a species' name: the world without that species
 
 
 def needs_policy(config: WorldConfig) -> None:

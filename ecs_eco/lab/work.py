@@ -35,7 +35,7 @@ class Work(Generic[Key]):
         self.retries = RETRIES if retries is None else retries
         self.waiting: deque[Call] = deque()
         self.running: dict[Future[Any], Call] = {}
-        self.lost: Counter[Key] = Counter()  # times that a call's worker was killed
+        self.lost: Counter[Key] = Counter()  # how often a call's worker was killed
         self.repeated = 0  # number of repeated calls
 
     def __len__(self) -> int:
@@ -51,7 +51,7 @@ class Work(Generic[Key]):
         self._submit()
         done, _ = wait(self.running, timeout, FIRST_COMPLETED)
         if isinstance(self.pool, Pool) and any(map(_lost_its_worker, done)):
-            done, _ = wait(self.running)  # a pool that loses one worker loses all
+            done, _ = wait(self.running)  # a pool that loses one worker loses all its workers
             self.pool.terminate()
         arrived = [(future, self.running.pop(future)) for future in done]
         return [(call.key, future) for future, call in arrived if not self._again(call, future)]
@@ -76,7 +76,7 @@ class Work(Generic[Key]):
                 return
 
     def _again(self, call: Call, future: Future[Any]) -> bool:
-        """Repeat a call whose worker was killed, unless too often; return whether it is repeated."""
+        """Repeat a call whose worker was killed, unless this happened too often; return whether it is repeated."""
         if not isinstance(self.pool, Pool) or not _lost_its_worker(future):
             return False
         self.lost[call.key] += 1
@@ -143,9 +143,9 @@ def run_jobs(
 
 def interleaved(groups: Sequence[Sequence[Item]]) -> list[Item]:
     """Return the items of groups, ordered so that at every point, groups and positions within groups have
-    advanced as evenly as possible; for groups of equal size, neither differs by more than one."""
+    advanced as evenly as possible; for groups of equal size, counts differ by at most one."""
     n, most = len(groups), max(map(len, groups), default=0)
-    again = math.lcm(n, most)  # from here on, positions would coincide with the same groups
+    again = math.lcm(n, most)  # from here on, the same groups would meet the same positions
     at = ((k % n, (k + k // again) % most) for k in range(n * most))
     return [groups[i][j] for i, j in at if j < len(groups[i])]
 

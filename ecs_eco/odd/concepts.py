@@ -202,7 +202,7 @@ def _observation(model: Model) -> Iterator[Block]:
         reporters = [(name, f"`{shown(reporter)}`") for name, reporter in config.reporters.items()]
         yield from grid(("reporter", "measured in every tick"), reporters)
         if config.record:
-            yield f"Also recorded for individuals: {_listed(f'`{field}`' for field in config.record)}."
+            yield f"For individuals, a run also records {_listed(f'`{field}`' for field in config.record)}."
 
 
 CONCEPTS = {

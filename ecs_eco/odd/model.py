@@ -42,13 +42,13 @@ class Model:
 
     @property
     def tables(self) -> dict[str, Table]:
-        """The world's tables by kind, organisms first."""
+        """The tables of the world by kind, organisms first."""
         tables = self.world.tables
         return {name: tables[name] for name in sorted(tables, key=lambda n: (n not in self.organisms, n))}
 
     @cached_property
     def organisms(self) -> list[str]:
-        """The kinds of organisms: the species or, without a world file, all tables."""
+        """The kinds of organisms: the species, or all tables of a world without a world file."""
         return sorted(self.world.tables if self.config is None else self.config.species)
 
     def places(self, kind: str | None = None) -> list[Section]:
@@ -137,7 +137,7 @@ class Model:
 
     @staticmethod
     def changed_by(system: System) -> tuple[str, ...]:
-        """Return the fields that a system changes or, without a declared submodel, all components that it
+        """Return the fields that a system changes or, if it declares no submodel, all components that it
         needs."""
         if system.submodel is None:
             return tuple(component.__name__ for component in system.needs)
@@ -164,6 +164,6 @@ def is_built_in(system: System) -> bool:
 
 
 def title_of(system: System) -> str:
-    """Return the words in the name of a system's class."""
+    """Return the name of a system's class as words."""
     name = type(system).__name__
     return "".join(f" {c.lower()}" if c.isupper() and i else c for i, c in enumerate(name))

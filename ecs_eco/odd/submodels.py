@@ -21,8 +21,8 @@ from ecs_eco.odd.values import (
     values_of,
 )
 
-WIDEST = 6  # most columns of kinds in a table of parameters
-FEW = 5  # most words in a docstring that is only a heading
+WIDEST = 6  # maximum number of kind columns in a parameter table
+FEW = 5  # maximum number of words in a docstring that serves only as a heading
 
 
 def submodels(model: Model) -> Iterator[Block]:
@@ -61,7 +61,7 @@ def _rules(model: Model, part: Part) -> Iterator[str]:
 
 
 def parameters(model: Model, wanted: Sequence[tuple[str, str]]) -> Iterator[Block]:
-    """Yield tables of the values at pairs (kind, key), where kind "" is the world: first single values with
+    """Yield tables of the values at pairs (kind, key), where kind "" is the world: first single values, with
     kinds side by side, then lists."""
     holders = {} if model.config is None else {"": model.config}
     held: dict[str, dict[str, Value]] = {}
@@ -82,7 +82,7 @@ def parameters(model: Model, wanted: Sequence[tuple[str, str]]) -> Iterator[Bloc
 
 
 def _functions(model: Model, values: list[Value]) -> Iterator[str]:
-    """Yield the functions that values name, each with the first sentence of its docstring."""
+    """Yield the functions that values refer to, each with the first sentence of its docstring."""
     for one in [value.value for value in values]:
         if model.config is not None and (isinstance(one, Use) or re.fullmatch(NAMED, str(one))):
             function = model.config.known(one)
@@ -133,7 +133,7 @@ def _listed(kind: type[Section], rows: list[tuple[str, str, Section]]) -> Iterat
 
 
 def _own_values(system: System) -> Iterator[Block]:
-    """Yield a custom system's numbers: attributes of the system or its class, with their comments."""
+    """Yield a custom system's numbers, which are attributes of the system or its class, with their comments."""
     known, rows = comments_of(type(system)), []
     for name, value in {**vars(type(system)), **vars(system)}.items():
         if not name.startswith("_") and _is_number(value) and name != "priority":

@@ -56,7 +56,7 @@ def _is_unused(section: Section, setting: str, value: object) -> bool:
 
 
 def keys_given(section: Section) -> set[str]:
-    """Return the keys of the values that a file gives within a section."""
+    """Return the keys of the values that a file sets within a section."""
     keys = {value.key for value in values_of(section)}
     return {key for key in keys if key.partition(".")[0] in section.model_fields_set}
 

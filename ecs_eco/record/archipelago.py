@@ -68,7 +68,7 @@ class Manifest(Container):
 
 
 def is_archipelago(folder: Path | str) -> bool:
-    """Return whether a folder contains the run of an archipelago."""
+    """Return whether a folder contains an archipelago's run."""
     return container.has(Path(folder), Manifest)
 
 

@@ -29,7 +29,7 @@ DECIDES = (
     "versions",
     "forked",
 )
-FORMAT = 2  # of manifests; those in format 1 have no id
+FORMAT = 2  # format of manifests; manifests in format 1 have no id
 
 
 class Mark(NamedTuple):
@@ -48,7 +48,7 @@ class Mark(NamedTuple):
 
 
 def identity(manifest: Mapping[str, Any]) -> str:
-    """Return the id of a manifest's run: 64 hexadecimal digits."""
+    """Return the id of the run that a manifest describes: 64 hexadecimal digits."""
     return hashlib.sha256(
         json.dumps([manifest.get(key) for key in DECIDES], separators=(",", ":"), sort_keys=True).encode()
     ).hexdigest()
@@ -78,7 +78,7 @@ def mark_of(path: Path) -> tuple[Mark | None, str]:
 def parts(run: Path, kind: str, manifest: Mapping[str, Any]) -> list[Path]:
     """Return a run's parts of one kind, in order, after checking that they belong to the run.
 
-    An unfinished run may have more parts than the manifest lists. Raises ForeignFile if a part is from
+    An unfinished run may have more parts than the manifest lists. Raises ForeignFile if a part belongs to
     another run or position, RecordingError if parts are missing.
     """
     paths = listed(run / kind)

@@ -27,7 +27,7 @@ COUNTERS = ("learner.steps", "learner.updates")
 
 
 class ArrayChecks:
-    """Checks one file against the world that loads it; each check raises CheckpointError."""
+    """Checks a file against the world that loads it; each check raises CheckpointError."""
 
     def __init__(self, world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: str) -> None:
         self.world, self.meta, self.arrays, self.where = world, meta, arrays, where
@@ -149,7 +149,7 @@ class ArrayChecks:
             self.fail(f"the part {part!r} contains {wrong[0]}; expected: {least} to {most}")
 
     def counter(self, part: str, array: np.ndarray) -> None:
-        """Check that a counter is one integer."""
+        """Check that a counter is a single integer."""
         if array.dtype.kind not in "iu" or array.size != 1:
             self.fail(f"the part {part!r} is {array.dtype}{list(array.shape)}; expected: one integer")
         self.range(part, array, 0, 2**53)

@@ -41,7 +41,7 @@ RENAMED = {"Bear": "GiveBirth", "Leave": "LeaveRemains", "Reckon": "ResetFlows"}
 
 
 def _from_1(meta: dict[str, Any], arrays: Arrays) -> tuple[dict[str, Any], Arrays]:
-    """Upgrade from format 1, in which some systems had other names and `Age` computed head starts in age."""
+    """Upgrade from format 1, in which some systems had different names and `Age` computed head starts in age."""
     meta["systems"] = [RENAMED.get(name, name) for name in meta["systems"]]
     for owner in [owner for owner in meta["stateful"] if owner.startswith("system/")]:
         place, _, name = owner.rpartition("/")
@@ -162,7 +162,7 @@ def copy(
 
 
 def fork(world: SpatialWorld, seed: int, **how: Any) -> Any:
-    """Return a copy with another seed; arguments and errors are the same as for `ecs_eco.World.fork`."""
+    """Return a copy with a different seed; arguments and errors are the same as for `ecs_eco.World.fork`."""
     seed = seed_number(seed)
     made = copy(world, **how)
     reseed(made, seed)

@@ -31,7 +31,7 @@ BEGUN = {"checkpoints": "tick-*.safetensors", "policies": "*.safetensors", "code
 # temporary files of older versions of safetensors
 OF_SAFETENSORS = re.compile(r"\.tmp[A-Za-z0-9]{6}")
 WITHOUT = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)  # file system without locks
-AGAIN = 1000  # attempts at a lock that other processes keep removing
+AGAIN = 1000  # attempts to lock a file that other processes keep removing
 
 
 class Claim:
@@ -101,12 +101,12 @@ def claim_next(path: str | Path) -> Claim:
 
 
 def claimed(out: str | Path | Claim) -> AbstractContextManager[Claim]:
-    """Return a context manager that claims a new folder, or passes an existing claim through."""
+    """Return a context manager that claims a new folder, or passes through an existing claim."""
     return nullcontext(out) if isinstance(out, Claim) else claim_new(out)
 
 
 def ours(out: str | Path | Claim) -> AbstractContextManager[Claim]:
-    """Return a context manager that claims a folder with any content, or passes an existing claim through."""
+    """Return a context manager that claims a folder with any contents, or passes through an existing claim."""
     return nullcontext(out) if isinstance(out, Claim) else _claim(Path(out))
 
 

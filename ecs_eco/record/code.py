@@ -1,4 +1,4 @@
-"""Storage of a run's code: its sources in the run's folder, their hashes in manifest and checkpoints."""
+"""Storage of a run's code: its sources in the run's folder, their hashes in the manifest and checkpoints."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ Noted = list[dict[str, str]]
 
 
 def sources(config: WorldConfig | None, names: Iterable[str] = ()) -> tuple[Source, ...]:
-    """Return the sources of the code that a world lists, and of the modules of objects passed in Python and
-    of other `names` ("module:name"). Each object defined in an interactive session has its own source."""
+    """Return the sources of the code that a world lists, of the modules of objects passed in Python, and of
+    other `names` ("module:name"). Each object defined in an interactive session has its own source."""
     listed, names = () if config is None else config._code.sources, list(names)
     entries = [] if config is None else code_of(config)
     entries += [name.partition(":")[0] for name in names]

@@ -87,7 +87,7 @@ def read(folder: str | Path, model: Model) -> dict[str, Any]:
 
 
 def check(folder: Path, model: Model, plan: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the manifest of a container after checking that it can be continued with a plan.
+    """Return the manifest of a container after checking that this plan can continue it.
 
     Raises ForeignFile if it belongs to another plan or was begun in the other numerical mode.
     """

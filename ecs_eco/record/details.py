@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from ecs_eco.nervous.nerves import Nerves
     from ecs_eco.space.world import SpatialWorld
 
-KIND = "details-"  # plus the species' name: a folder in the run's folder
+KIND = "details-"  # followed by the species' name: a folder in the run's folder
 ROWS = 100_000  # maximum number of rows per species in memory
 PLACE = ("x", "y", "z", "heading")
 FIXED = 14  # columns that all species have

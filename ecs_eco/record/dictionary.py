@@ -194,7 +194,7 @@ def _happiness(table: Table) -> str:
 
 
 def _means(table: Table) -> dict[str, str]:
-    """Return a definition, as a mean, for each field that a species smells with several sensors."""
+    """Return the definition, a mean, of each field that a species smells with several sensors."""
     noses: dict[str, list[str]] = {}
     for sensor in getattr(table.species.section, "sensors", ()):
         if isinstance(sensor, Smell):

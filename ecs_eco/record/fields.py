@@ -1,4 +1,4 @@
-"""Component fields that a world records for individual organisms, from its key `record`."""
+"""Component fields that a world records for individual organisms, listed in its key `record`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
-MOST_COLUMNS = 256  # of all recorded fields together
+MOST_COLUMNS = 256  # maximum for all recorded fields together
 
 
 class Fields:
@@ -21,7 +21,7 @@ class Fields:
     one column, such as "Strain.virulence"; an array field has a column for each element: "Strain.genome.0",
     "Strain.genome.1" and so on.
 
-    Raises ConfigError if no species has a field, or if there are too many columns.
+    Raises ConfigError if a field belongs to no species, or if there are too many columns.
     """
 
     def __init__(self, world: SpatialWorld, species: list[str]) -> None:
@@ -54,7 +54,7 @@ class Fields:
         return tuple(out)
 
     def missing(self, species: np.ndarray) -> dict[str, np.ndarray]:
-        """Return, by column, which rows of species i8[k] lack the field: bool[k]."""
+        """Return, by column, which rows lack the field, bool[k], given the species of each row, i8[k]."""
         out = {}
         for name, (field, place, _) in self._columns.items():
             held = [values_of(table, field) for table in self._tables]

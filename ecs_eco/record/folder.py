@@ -86,7 +86,7 @@ class Folder:
             parts(self.path, kind, {**manifest, **written, "finished": False})
 
     def forget_later(self) -> None:
-        """Remove half-written files, and parts from the next number on, which are recorded again."""
+        """Remove half-written files, and parts from the next number on, which will be recorded again."""
         for kind in self._kinds():
             # in reverse order, so that no gap remains if the process is killed
             for part in reversed(listed(self.path / kind)[self.parts.get(kind, 0) :]):

@@ -209,5 +209,5 @@ def as_table(blocks: Sequence[Block], words: Mapping[str, Sequence[str]]) -> pa.
 
 
 def under(state: Mapping[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:
-    """Return the arrays of a state whose names begin with a prefix, without the prefix."""
+    """Return the arrays of a state whose names begin with a prefix, with the prefix removed."""
     return {key.removeprefix(prefix): array for key, array in state.items() if key.startswith(prefix)}

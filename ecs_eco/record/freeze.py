@@ -1,4 +1,4 @@
-"""Conversion of a world to and from the content of a checkpoint: JSON and arrays (file: checkpoint.py)."""
+"""Conversion of a world to and from the contents of a checkpoint: JSON and arrays (file: checkpoint.py)."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ OWN = ("uid", "born", "cause", "killer")  # table columns that belong to no comp
 def freeze(world: SpatialWorld, recording: bool = True) -> tuple[dict[str, Any], Arrays]:
     """Return everything that determines a world's future: meta for JSON, and arrays by name, including the
     state of its recording if `recording`. Both are empty in processes that do not save. Raises RuntimeError
-    within a tick."""
+    if called within a tick."""
     require_whole(world, "save")
     recorder = world.recorder if recording else None
     if recorder is not None:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 LEDGER = ("stock_before", *FLOWS, "stock_after")
-"""The columns of the matter ledger [mol]; flows are positive into the holder of the substance."""
+"""The columns of the matter ledger [mol]; flows into the holder of the substance are positive."""
 
 
 def imbalance(ledger: Mapping[str, Any]) -> Any:

@@ -23,7 +23,7 @@ def to_arrow(
     words: Mapping[str, Sequence[str]],
     missing: Mapping[str, np.ndarray] = MappingProxyType({}),
 ) -> pa.Table:
-    """Return columns as a table; one named in `words` contains indices into that list and becomes a
+    """Return columns as a table; a column named in `words` contains indices into that list and becomes a
     dictionary column.
 
     Text (ASCII bytes or str) becomes a string column, in which empty texts are null. Numbers are null where
@@ -60,7 +60,7 @@ def _texts(texts: Sequence[str | bytes], null: bool = False) -> pa.Array:
 
 
 def _numbers(array: np.ndarray, missing: np.ndarray | None = None) -> pa.Array:
-    """Return numbers as an Arrow array, null where `missing`."""
+    """Return numbers as an Arrow array, with nulls where `missing` is true."""
     if array.ndim != 1 or array.dtype.kind not in "biuf" or not array.dtype.isnative:
         return pa.array(np.ascontiguousarray(array))
     bits = np.packbits(array, bitorder="little") if array.dtype.kind == "b" else np.ascontiguousarray(array)
@@ -185,7 +185,7 @@ def _named(path: Path) -> Iterator[None]:
 
 
 def read_parts(folder: Path, columns: Sequence[str] | None = None) -> Any:
-    """Return all parts in one folder of a run as one table.
+    """Return all parts in one folder of a run as a single table.
 
     Parameters
     ----------

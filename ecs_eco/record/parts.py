@@ -36,7 +36,7 @@ def renew_means(recorder: Recorder, n: int) -> None:
 
 
 def forget(recorder: Recorder) -> None:
-    """Clear everything that a recorder has not yet written, because another process has it."""
+    """Clear everything that a recorder has not yet written, because another process keeps it."""
     for array in (*sums(recorder), *stocks(recorder)):
         array[...] = 0
     recorder._events = {kind: [] for kind in EVENTS}

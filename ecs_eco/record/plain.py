@@ -54,7 +54,7 @@ def has_state(part: Any) -> bool:
 
 
 def of_code(where: str, error: CodeError) -> CodeError:
-    """Return the code error with the name of the checkpoint that lists the code."""
+    """Return the code error with the name of the checkpoint that lists the code added to it."""
     title = f"{where}: {error.title or 'lists forbidden code'}"
     return CodeError(error.problems, error.title if where in error.title else title)
 

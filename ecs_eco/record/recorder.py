@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 REFUSED = (COUNTS_ROW.names or ()).index("refused")
-MOST_SPECIES = 128  # their numbers are stored as i8
+MOST_SPECIES = 128  # species numbers are stored as i8
 
 
 class Recorder(System):
@@ -203,7 +203,7 @@ class Recorder(System):
         return tick, which, table.uid[rows], *at, energy
 
     def process(self, *_: Any) -> None:
-        """Write this tick's row of each species."""
+        """Write this tick's row for each species."""
         at, world = self._at, self.world
         self._tick[at] = world.tick
         pages, living, high, rows = self._sums[at], self._numbers[at], self._high, 0

@@ -51,11 +51,11 @@ class Reports:
 
 
 class Intake:
-    """Energy that each species gained from each food, in each tick of a block: f64[ticks, species, foods].
+    """The energy that each species gained from each food, in each tick of a block: f64[ticks, species, foods].
 
     It is part of the energy taken in; the rest came from light, parents or reactions. `total` is its sum over
     all ticks; `flows`, f64[species, columns], is the sum of the ledger, written by `add_up`. A recording that
-    continues from a checkpoint starts both at 0.
+    continues from a checkpoint starts with both at 0.
     """
 
     def __init__(self, world: SpatialWorld, names: list[str], block: int, columns: int) -> None:
@@ -86,7 +86,7 @@ class Intake:
 def said_by(
     world: SpatialWorld, name: str, what: Any, species: Mapping[str, int], scope: Scope | None = None
 ) -> float | dict[str, float]:
-    """Return the current value of a reporter: a number for the world, or one for some species; NaN for None.
+    """Return the current value of a reporter: a number for the world, or numbers by species; None becomes NaN.
 
     Raises ValueError for anything else; an error within a function names the reporter.
     """
@@ -161,7 +161,7 @@ def _check_fields(world: SpatialWorld, name: str, what: Any, species: list[str])
 
 
 def absent(column: str, n: int) -> np.ndarray:
-    """Return n values that fill a column of the series in ticks without values."""
+    """Return n values that fill a column of the series for ticks without values."""
     if column.startswith(EATEN):
         return np.zeros(n)
     return np.full(n, np.nan) if is_reporter(column) else np.zeros(n, np.int32)

@@ -15,7 +15,7 @@ from ecs_eco.record.ledger import FLOWS, LEDGER
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
 
-PLACE, ENERGY = 4, 7  # index of the first such column of `noted_of`
+PLACE, ENERGY = 4, 7  # index of the first column of each kind in `noted_of`
 SUMMED = 128  # numbers that numpy adds in one block
 ENDOWED, FLOW, LOST, AFTER = (
     LEDGER.index(name) for name in ("endowed", next(iter(FLOWS)), "lost", "stock_after")
@@ -133,7 +133,7 @@ def born(
     page: np.ndarray,
     into: Lines,
 ) -> None:
-    """Add up the energy of newborns and record each. `columns` contains the addresses from `noted_of`."""
+    """Add up the energy of newborns and record each newborn. `columns` contains the addresses from `noted_of`."""
     if columns[ENERGY] != 0 and rows.size <= SUMMED:
         page[s, ENDOWED] += total(column_at(columns[ENERGY], np.float32, high), rows)
     for k in range(rows.size if into.small.shape[1] else 0):
@@ -155,7 +155,7 @@ def lose(
     died: np.ndarray,
     into: Lines,
 ) -> None:
-    """Add up the losses of dying organisms, count their causes, and record each. `columns` contains the
+    """Add up the losses of dying organisms, count their causes, and record each death. `columns` contains the
     addresses from `noted_of`."""
     if columns[ENERGY] != 0 and rows.size <= SUMMED:
         for flow in range(first_flow, 3):
@@ -212,11 +212,11 @@ def held_by(table: Table) -> tuple[np.ndarray | None, ...]:
 
 @njit
 def add_up(first, last, columns, high, living, stock, page, means, moods, gained, intake, flows):
-    """Add up stocks, flows and happiness of living organisms for each species from first to last − 1 that has
-    energy. The results go into this tick's rows: page f64[species, …] of the ledger, which already contains
-    the endowments, losses and flows of dead organisms; means f32[species, …] of energy and happiness; and
-    moods f64[species], the sums of happiness. `columns` u64[species, …] contains the addresses from
-    `held_by`, for the first `high` rows; living[species, 0] is the number of living organisms. `stock`
+    """Add up the stocks, flows and happiness of living organisms for each species from first to last − 1 that
+    has energy. The results go into this tick's rows: page f64[species, …] of the ledger, which already
+    contains the endowments, losses and flows of dead organisms; means f32[species, …] of energy and
+    happiness; and moods f64[species], the sums of happiness. `columns` u64[species, …] contains the addresses
+    from `held_by`, for the first `high` rows; living[species, 0] is the number of living organisms. `stock`
     f64[species] is updated from the energy before the tick to the energy after it. `intake` and `flows` are
     the sums over all ticks of the energy `gained` from foods and of the ledger."""
     for s in range(first, last):

@@ -1,4 +1,4 @@
-"""Seals: each file of a recording contains a SHA-256 of its content, which reveals damage.
+"""Seals: each file of a recording contains a SHA-256 of its contents, which reveals damage.
 
 In a Parquet part, the seal is an entry in the footer, computed with the entry zeroed; in a manifest it is the
 key `seal`, computed without the key. Files without a seal can be read unless their manifest requires one.
@@ -93,7 +93,7 @@ def read_manifest(folder: Path, name: str = "manifest.json") -> dict[str, Any]:
 
 
 def read_sealed(folder: Path, name: str, model: type[BaseModel]) -> dict[str, Any]:
-    """Return a sealed file's content, validated by a model; errors are the same as for `read_manifest`."""
+    """Return a sealed file's contents, validated by a model; errors are the same as for `read_manifest`."""
     content = read_manifest(folder, name)
     if content.pop(WORD, None) is None:
         raise RecordingError(f"{folder / name}: is damaged: its seal is missing")

@@ -1,8 +1,8 @@
 """External reinforcement learning: species as PettingZoo and Gymnasium environments.
 
-All of them use the external control in `ecs_eco.nervous`; for learning within a world, see
-`ecs_eco.learning`. Requires the extra `rl`: `pip install -e ".[rl]"`. Importing this package registers the
-environments, as in `gymnasium.make("ecs_eco/Deer-v0")`.
+All use the external control in `ecs_eco.nervous`; for learning within a world, see `ecs_eco.learning`.
+Requires the extra `rl`: `pip install -e ".[rl]"`. Importing this package registers the environments, as in
+`gymnasium.make("ecs_eco/Deer-v0")`.
 """
 
 from typing import TYPE_CHECKING

@@ -25,9 +25,9 @@ PAPER = (247, 246, 242)
 class Arena:
     """Worlds in which a program controls a species.
 
-    `world` and `build` are the arguments of `World.from_config`; or `world` is a live World, and each episode
-    begins with a copy of it: the first unchanged, all others with a different seed. Learning within the world
-    is off unless `learn` turns it on.
+    `world` and `build` are the arguments of `World.from_config`. If `world` is a live World, each episode
+    begins with a copy of it: the first is unchanged, all others have a different seed. Learning within the
+    world is off unless `learn` turns it on.
     """
 
     def __init__(
@@ -66,7 +66,7 @@ class Arena:
         self.action_space = spaces.action_space(door.options, door.low, door.high)
 
     def begin(self, seed: int | None = None) -> Sensed:
-        """Begin an episode in a new world, with `seed` or the next one in the current sequence."""
+        """Begin an episode in a new world, with `seed` or the next seed in the current sequence."""
         if seed is not None:
             self.seed, self.episode = seed_number(seed), -1
         first, self.episode = self.episode < 0, self.episode + 1
@@ -150,7 +150,7 @@ class Shown:
         return None if self.render_mode is None else draw(self.arena.opened().world)
 
     def save(self, path: str | Path) -> Path:
-        """Write a checkpoint at the end of the current tick, which is during the next step."""
+        """Write a checkpoint at the end of the current tick, which falls within the next step."""
         return Path(self.arena.opened().save(path))
 
 

@@ -7,8 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.config.loading import WorldSource
-from ecs_eco.ecosystem import World
 from ecs_eco.engine.arguments import whole_number
 from ecs_eco.engine.errors import ConfigError, Problem, listed
 from ecs_eco.nervous.external import Sensed
@@ -53,8 +51,8 @@ class Parallel(Shown, ParallelEnv):
         self.channels, self.options = arena.channels, arena.options
         self._actions: dict[Agent, Any] = {}
         self._named: dict[int, str] = {}  # uid → name, with a pool
-        self._uids = np.zeros(0, np.uint64)  # uids of the agents, in their order
-        self._order = np.zeros(0, np.int64)  # their positions among all sensing organisms
+        self._uids = np.zeros(0, np.uint64)  # uids of the agents, in the same order
+        self._order = np.zeros(0, np.int64)  # their indices among all sensing organisms
         n = len(arena.config.species)
         self.state_space = Box(0, np.inf, (n, GRID, GRID), np.float32)
         if pool is not None:
@@ -174,7 +172,7 @@ class Parallel(Shown, ParallelEnv):
         return out
 
     def state(self) -> np.ndarray:
-        """Return the number of organisms of each species in each grid cell.
+        """Return the number of organisms of each species in each cell of a grid.
 
         Returns
         -------
@@ -193,8 +191,9 @@ class Parallel(Shown, ParallelEnv):
         self.agents = []
 
     def _see(self, sensed: Sensed, before: dict[int, Agent]) -> tuple[np.ndarray, bool]:
-        """Make all sensing organisms agents, in order of uid. Return their observations f32[n, channels], and
-        whether the episode ends because its time is over or no names are left (then without newborns)."""
+        """Make all sensing organisms agents, in the order of uids; return their observations f32[n,
+        channels], and whether the episode ends here because its time is over or the pool is out of names; in
+        that case, newborns are omitted."""
         order = np.argsort(sensed.uid)
         uids = sensed.uid[order].tolist()
         if self.pool is not None:
@@ -257,7 +256,7 @@ class Parallel(Shown, ParallelEnv):
 
 
 def parallel_env(
-    world: World | WorldSource,
+    world: Any,
     species: str,
     pool: int | None = None,
     *,

@@ -17,7 +17,8 @@ except ModuleNotFoundError as error:
 
 
 class SlotsVecEnv(VecEnv):
-    """A Stable-Baselines3 VecEnv over slots. Slots cannot be empty, so use fewer than there are organisms.
+    """A Stable-Baselines3 VecEnv over slots. Slots cannot be empty, so use fewer slots than there are
+    organisms.
 
     Stable-Baselines3 does not support a Dict of actions: if there are both options and numbers, actions are a
     Box (see `ecs_eco.rl.spaces.flattened`).
@@ -29,7 +30,7 @@ class SlotsVecEnv(VecEnv):
         super().__init__(envs.num_envs, envs.single_observation_space, envs.arena.actions_as(flat=True))
 
     def reset(self) -> np.ndarray:
-        """Begin in a new world; return observations f32[n, channels]."""
+        """Start a new world; return observations f32[n, channels]."""
         seed = self._seeds[0]
         self._reset_seeds()
         observations: np.ndarray = self.envs.reset(seed=seed)[0]

@@ -74,7 +74,7 @@ def _as_groups(space: spaces.Dict, flat: np.ndarray) -> np.ndarray:
 
 
 def matrix(space: spaces.Space[Any], actions: Any, n: int) -> np.ndarray:
-    """Return n actions as an array [n, groups]. They are in such a space, stacked as in Gymnasium, or in the
+    """Return n actions as an array [n, groups]. They belong to this space, stacked as in Gymnasium, or to the
     flattened space."""
     if isinstance(space, spaces.Dict) and not isinstance(actions, Mapping):
         return _as_groups(space, np.asarray(actions, np.float64).reshape(n, len(space.spaces)))

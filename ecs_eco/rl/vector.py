@@ -32,9 +32,9 @@ class Slots(Shown, VectorEnv):
     -----
     Death terminates a slot's episode; `final_obs` in the infos contains the last reading. In the same step,
     the free slot receives a living member without a slot, drawn at random. If there is none, the slot stays
-    empty: it reads zeros, and `mask` in the infos is False. Members without a slot decide by the species' own
-    policy, or at random if it has none. After `max_cycles` ticks, all slots are truncated; then, or when the
-    species is extinct, a new world starts in the same step.
+    empty: it reads zeros, and `mask` in the infos is False. Members without a slot follow the species' own
+    policy, or act at random if it has none. After `max_cycles` ticks, all slots are truncated; then, or when
+    the species is extinct, a new world starts in the same step.
     """
 
     def __init__(self, arena: Arena, n: int, render_mode: str | None = None, flat: bool = False) -> None:
@@ -49,7 +49,7 @@ class Slots(Shown, VectorEnv):
         self.observation_space = batch_space(self.single_observation_space, n)
         self.action_space = batch_space(self.single_action_space, n)
         self.uid = np.zeros(n, np.uint64)  # uid of each slot's organism; 0 if the slot is empty
-        self._at = np.zeros(n, np.int64)  # their positions among all sensing organisms
+        self._at = np.zeros(n, np.int64)  # their indices among all sensing organisms
 
     @property
     def mask(self) -> np.ndarray:
@@ -57,7 +57,7 @@ class Slots(Shown, VectorEnv):
         return self.uid > 0
 
     def reset(self, *, seed: Any = None, options: dict[str, Any] | None = None) -> Any:
-        """Start in a new world.
+        """Start a new world.
 
         Parameters
         ----------
@@ -119,7 +119,7 @@ class Slots(Shown, VectorEnv):
         return self._filled(self.arena.begin_alive(seed))
 
     def _find(self, uids: np.ndarray) -> np.ndarray:
-        """Find the slots' organisms among uids u64[k]; return which slots' organisms are there, bool[n]."""
+        """Find the slots' organisms among uids u64[k]; return whether each slot's organism is there, bool[n]."""
         if not len(uids):
             return np.zeros(self.num_envs, np.bool_)
         self._at = _places(uids, self.uid)
@@ -156,7 +156,7 @@ class Slots(Shown, VectorEnv):
 
 
 def _places(uids: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """Return the positions i64[k] of wanted u64[k] among uids u64[n]; arbitrary if missing."""
+    """Return the indices i64[k] of the wanted uids u64[k] among uids u64[n]; arbitrary for missing ones."""
     order = np.argsort(uids)
     at: np.ndarray = order[np.minimum(np.searchsorted(uids[order], wanted), max(0, len(uids) - 1))]
     return at
@@ -182,7 +182,7 @@ def slots(
         Anything that `World.from_config` accepts, or a live world; each episode starts with a copy of it.
     species : str
     n, num_envs : int
-        Number of slots; give only one of the two. `gymnasium.make_vec` passes `num_envs`.
+        Number of slots; pass only one of the two. `gymnasium.make_vec` passes `num_envs`.
     max_cycles, max_episode_steps : int, optional
         Ticks per episode; default: the world file's `ticks`.
     render_mode : {"rgb_array"}, optional

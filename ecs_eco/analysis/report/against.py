@@ -25,7 +25,7 @@ def of_run(run: Path, series: Series) -> Outside | None:
 
 
 def blocks(series: Series, outside: Outside | None, place: Path) -> list[str]:
-    """Return the section with tables and a figure (written below `place`); empty without an outside series."""
+    """Return the section with tables and a figure (written to `place`); empty without an outside series."""
     if outside is None:
         return []
     both, rows = compare(series, outside), []

@@ -145,7 +145,7 @@ def energy(series: Series) -> str:
         for i, s in enumerate(series.species)
     ]
     where = f"{share:.1e} of the stock ({escape(worst)}, tick {tick:,})"
-    head = ["species", "endowed", "taken in", "burned", "given", "lost with the dead", "largest gap"]
+    head = ["species", "endowed", "taken in", "burned", "given", "lost through death", "largest gap"]
     return f"<p>The ledger {kept}: the largest gap in any tick is {gap:.2g}, {where}.</p>{table(head, rows)}"
 
 
@@ -178,7 +178,7 @@ def last_snapshot(run: Path | str, species: tuple[str, ...]) -> tuple[int, dict[
 
 
 def ledger_gap(series: Series) -> dict[str, tuple[float, float, int]]:
-    """Return each species' largest gap in its energy ledger: absolute, as a share of the stock, and its tick.
+    """Return each species' largest gap in its energy ledger: the energy, its share of the stock, and the tick.
 
     The stock at the start of a tick must equal the stock at the end of the previous tick.
     """
@@ -227,7 +227,7 @@ def write_report(
 
     Notes
     -----
-    Events are streamed, so millions of births need little memory.
+    Events are streamed, so even millions of births need little memory.
 
     Examples
     --------
@@ -237,7 +237,7 @@ def write_report(
     >>> write_report("my-run").name
     'report.html'
     """
-    with as_delivered({}), uncollected():  # figures have many reference cycles, but are few
+    with as_delivered({}), uncollected():  # figures contain many reference cycles, but there are few figures
         return _written(Path(run_dir), out, against, match)
 
 
@@ -349,7 +349,7 @@ Drawn = tuple[str, Figure, str]  # file name, figure, caption
 
 
 def draw(run: Path, series: Series, cycles: CycleStatistics, place: Path) -> dict[str, str]:
-    """Return the figures for which this run has data as HTML, by name; they are also written below `place`."""
+    """Return, as HTML by name, the figures for which this run has data; they are also written to `place`."""
     if not len(series.ticks) or not len(series.species):
         return {}
     found = [*_curves(series), *_cycles(series, cycles), *_places(run, series)]

@@ -16,7 +16,7 @@ GROWTH: tuple[Advice, ...] = (
 APPETITE: tuple[Advice, ...] = (
     ("{line}.chance", "lower", "{s} eat {food} more slowly"),
     ("{line}.satiation", "lower", "sated {s} do not eat {food}"),
-    ("{line}.reach", "lower", "{s} must be closer to eat"),
+    ("{line}.reach", "lower", "{s} must be closer to their food to eat"),
 )
 CATCH: tuple[Advice, ...] = (
     ("{line}.chance", "higher", "{s} eat {food} sooner"),

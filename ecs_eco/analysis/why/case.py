@@ -77,7 +77,7 @@ class Case:
 
     def _gain(self, eater: str, line: Mapping[str, Any]) -> float:
         """Return the gain from one item of food. If the world file sets it as a share of the eaten organism's
-        energy, use the average of eaten organisms, if recorded, or of living organisms."""
+        energy, use the average energy of eaten organisms, if recorded, or of living organisms."""
         share, food = line.get("efficiency") or 0.0, line["eats"]
         if not share or food not in self.species:
             return max(0.0, line["gain"])
@@ -192,7 +192,7 @@ def look_up(config: object, key: str) -> Any:
 
 
 def _deaths(folder: Path, animals: list[str]) -> dict[str, dict[str, np.ndarray]]:
-    """Return tick, age and cause of each animal's death, streamed because plants die by the million."""
+    """Return the tick, age and cause of each animal's death, streamed because plants die by the million."""
     by_species: dict[str, list[pa.Table]] = {s: [] for s in animals}
     for file in parts(folder, "deaths"):
         for table in each_batch(file, ["tick", "species", "cause", "age"], seal.has_seals(folder)):

@@ -239,7 +239,7 @@ def causes(case: Case, fall: Fall) -> dict[str, float]:
     lean = unborn_hungry / total
     out["poisoned"] = dead["poisoned"] / total + (starved + lean) * poison
     young = newborn(case, fall)
-    # the unborn would not have survived either
+    # offspring that were never born would not have survived either
     newborns = starved * young["of_hunger"] + lean * young["of_births"]
     out["newborns starve"] = newborns * (1 - poison)
     starved = (starved + lean - newborns) * (1 - poison)

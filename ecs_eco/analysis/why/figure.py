@@ -16,7 +16,7 @@ HATCHES = ("", "////", "\\\\\\\\", "xx", "++", "||", "--", "//\\\\")
 OUT = (
     ("burnt", "burned", PALETTE[3]),
     ("given", "given to newborns", PALETTE[5]),
-    ("lost", "lost with the dead", GREY),
+    ("lost", "lost through death", GREY),
 )
 MOST = 5  # maximum number of species with a row
 
@@ -38,7 +38,7 @@ def draw(case: Case, findings: Mapping[str, Any]) -> Figure:
         _energy(right, case, s)
         if i == 0:
             left.set_title(f"causes of death: {s}")
-            right.set_title(f"energy per capita and tick: {s}")
+            right.set_title(f"energy per capita per tick: {s}")
         if i == len(shown) - 1:
             left.set_xlabel("tick")
             right.set_xlabel("tick")
@@ -48,7 +48,7 @@ def draw(case: Case, findings: Mapping[str, Any]) -> Figure:
 
 
 def _span(case: Case) -> tuple[float, float]:
-    """Return the first and last tick to show; if all animals die out early, most later ticks are cut."""
+    """Return the first and last tick to show; if all animals die out early, most later ticks are left out."""
     ticks = case.series.ticks
     animals = [i for i, s in enumerate(case.species) if case.is_animal(s) and case.series.present[i]]
     gone = case.series.extinct[animals]

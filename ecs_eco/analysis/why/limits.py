@@ -1,4 +1,4 @@
-"""The limiting factor of a species in each phase. Per capita and tick, the maximum birth rate minus actual
+"""The limiting factor of a species in each phase. Per capita per tick, the maximum birth rate minus actual
 growth equals the births that failed due to lack of energy or space plus deaths by cause. The largest of these
 losses is the limit. In a later fall, the limit is the loss that has increased most: grass that is short of
 space falls because of grazing."""
@@ -14,7 +14,7 @@ MOST = 8  # maximum number of phases reported per species
 
 
 def losses(case: Case, species: str, first: int, last: int) -> dict[str, float]:
-    """Return the loss of growth due to each limit in rows first … last − 1, per capita and tick."""
+    """Return the loss of growth due to each limit in rows first … last − 1, per capita per tick."""
     span = slice(first, last)
     heads = max(case.series.of(species)[span].sum(), 1.0)
     dead = {kind: float(case.died(species, kind)[span].sum() / heads) for kind in KINDS}
@@ -32,7 +32,7 @@ def losses(case: Case, species: str, first: int, last: int) -> dict[str, float]:
 
 
 def unborn(case: Case, species: str, first: int, last: int) -> tuple[float, float]:
-    """Return failed births per capita and tick due to lack of energy, and due to lack of space or mates."""
+    """Return the failed births per capita per tick due to lack of energy, and due to lack of space or mates."""
     rate = greatest_rate(case, species)
     span = slice(first, last)
     n = case.series.of(species)[span]
@@ -46,7 +46,7 @@ def unborn(case: Case, species: str, first: int, last: int) -> tuple[float, floa
 
 
 def greatest_rate(case: Case, species: str) -> float:
-    """Return the unlimited birth rate per capita and tick: from the world file, or the highest in the run."""
+    """Return the unlimited birth rate per capita per tick: from the world file, or the highest in the run."""
     way = case.of(species).get("reproduction") or {}
     if "rate" in way:
         return float(way["rate"] * case.series.dt * way.get("litter", 1))
@@ -60,7 +60,7 @@ def poisoned_share(case: Case, species: str, first: int, last: int) -> float:
     """Return the share of hunger due to poison: the energy lost to poison divided by the energy deficit, at
     most 1.
 
-    The deficit is taken as at least three tenths of the energy burned, because some individuals starve while
+    The deficit is taken to be at least 30% of the energy burned, because some individuals starve while
     others are sated.
     """
     span = slice(first, last)
@@ -137,7 +137,7 @@ def _zigzag(level: np.ndarray, swing: float) -> list[int]:
 
 
 def _left(below: np.ndarray, swing: float) -> int:
-    """Return the last index at which a series is still near the height where it may have lingered."""
+    """Return the last index at which a series is still near its turning point, where it may have lingered."""
     return int(np.flatnonzero(below >= -0.1 * swing)[-1])
 
 

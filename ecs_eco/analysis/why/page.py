@@ -161,10 +161,10 @@ def energy(species: str, flows: Mapping[str, float]) -> str:
     total = sum(max(flows[k], 0.0) for k in ("burnt", "given", "lost"))
     if total <= 0 or flows["taken_in"] == flows["burnt"] == 0:
         return ""
-    words = {"burnt": "burned", "given": "given to newborns", "lost": "lost with the dead"}
+    words = {"burnt": "burned", "given": "given to newborns", "lost": "lost through death"}
     parts = ", ".join(f"{max(flows[k], 0) / total:.0%} {word}" for k, word in words.items())
     return (
-        f"{species}: {number(flows['taken_in'])} taken in per capita and tick, "
+        f"{species}: {number(flows['taken_in'])} taken in per capita per tick, "
         f"{number(flows['burnt'])} burned. Outflows: {parts}."
     )
 
@@ -212,11 +212,11 @@ def turn(a: Mapping[str, Any]) -> str:
     return f"{a['key']} = {value}: {a['turn']} ({a['effect']})."
 
 
-MOST = 2000  # maximum number of organisms per snapshot to measure distances from
+MOST = 2000  # maximum number of organisms per snapshot from which distances are measured
 
 
 def conduct(case: Case, species: str, first: int, last: int) -> dict[str, Any]:
-    """Return a species' behavior in rows first … last − 1, per capita and tick; None if not recorded."""
+    """Return a species' behavior in rows first … last − 1, per capita per tick; None if not recorded."""
     span = slice(first, last)
     heads = float(case.series.of(species)[span].sum())
     if not heads:
@@ -346,7 +346,7 @@ def write_why(run: Path | str, out: Path | str | None = None) -> dict[str, Any]:
     Returns
     -------
     dict
-        Content of why.json: the verdict, what limited each species, and values of the world file that affect
+        Contents of why.json: the verdict, what limited each species, and values of the world file that affect
         it.
 
     Raises
@@ -389,7 +389,7 @@ def write_why(run: Path | str, out: Path | str | None = None) -> dict[str, Any]:
 
 CAPTION = (
     "Numbers on a log scale (a cross marks an extinction), causes of death as shares of all deaths at the "
-    "time, and energy per capita and tick: intake above zero; energy burned, given and lost below zero."
+    "time, and energy per capita per tick: intake above zero; energy burned, given and lost below zero."
 )
 
 

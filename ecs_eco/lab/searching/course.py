@@ -1,4 +1,4 @@
-"""The course of a search: ask, evaluate, tell; then finals and confirmation. All its state is in its folder."""
+"""The course of a search: ask, evaluate, tell; then finals and confirmation. Its entire state is in its folder."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
@@ -180,7 +180,7 @@ class Search:
     # --- results
 
     def ranked(self) -> list[dict[str, Any]]:
-        """Return the candidates, best first: finalists by mean score over all seeds, others by merit."""
+        """Return the candidates, best first: finalists by mean score over all seeds, other candidates by merit."""
         finals = {e["candidate"]: e for e in self.journal.of("final")}
 
         def key(entry: dict[str, Any]) -> tuple[float, float]:
@@ -190,7 +190,7 @@ class Search:
         return sorted(self.journal.of("candidate"), key=lambda e: (key(e), -e["candidate"]), reverse=True)
 
     def evaluated(self) -> list[dict[str, Any]]:
-        """Return the candidates whose values gave a valid world, in order."""
+        """Return the candidates whose values produced a valid world, in order."""
         return sorted(
             (e for e in self.journal.of("candidate") if "refused" not in e), key=lambda e: int(e["candidate"])
         )

@@ -1,5 +1,5 @@
-"""The evaluation of a candidate in its own process, stage by stage until it is hopeless. Outcomes depend only
-on its values and seeds; the stage that it reaches also depends on earlier candidates."""
+"""Evaluate a candidate in its own process, stage by stage until it is hopeless. Outcomes depend only on its
+values and seeds; the stage that it reaches also depends on earlier candidates."""
 
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -26,7 +26,7 @@ def objective(
     find: Callable[[Any], Any] = handed_over,
     fit: Fit | None = None,
 ) -> float:
-    """Return the weighted mean of a search's goals for a run in which all species lived; `find` resolves
+    """Return the weighted mean of a search's goals for a run in which all species survived; `find` resolves
     "module:name", and `fit` is the comparison for the goal "data"."""
     scores = [weight * score(of, series, persist, search.wanted, find, fit) for of, weight in search.goals]
     return float(sum(scores))
@@ -105,7 +105,7 @@ STEP = 25  # ticks between checks for extinctions
 class Job:
     """A candidate and the settings of its evaluation."""
 
-    name: str  # name of the folder of its policies
+    name: str  # name of its policy folder
     config: WorldConfig
     values: dict[str, Any]
     cells: Sequence[tuple[int, int]]
@@ -118,7 +118,7 @@ class Job:
 
 def evaluate(job: Job) -> dict[str, Any]:
     """Return the outcomes by stage, the last stage, its score, and the seconds used. "refused" is present if
-    the values give no valid world, "failed" if the user's code raised an error.
+    the values do not produce a valid world, "failed" if the user's code raised an error.
     """
     begin, worked = time.perf_counter(), time.process_time()
     try:
@@ -143,8 +143,8 @@ class Life:
 
     def until(self, ticks: int) -> dict[str, Any]:
         """Run to a tick or the first extinction; return how long all species lived, which species died out,
-        and the score. In a run of full length, a species without births in the second half counts as extinct
-        since its last birth."""
+        and the score. In a full-length run, a species without births in the second half counts as extinct
+        from its last birth on."""
         begin = time.perf_counter()
         try:
             if self.world is None:
@@ -197,8 +197,8 @@ class Life:
             self.died = self.world.tick, "too many"
 
     def _last_birth(self, ticks: int) -> tuple[int, str] | None:
-        """Return the last birth [tick] and name of the first species to stop breeding; None if all that can
-        breed do so in the second half. A species that merely outlives the run does not persist."""
+        """Return the tick of the last birth and the name of the first species to stop breeding; None if all
+        species that can breed do so in the second half. A species that merely outlives the run does not persist."""
         series = load_series(self.world.series())
         last = {}
         for name in self.persist:
@@ -224,7 +224,7 @@ def _evaluate(config: WorldConfig, job: Job) -> dict[str, Any]:
 
 
 def _stage(lives: Sequence[Life], ticks: int, hopeless: float) -> list[dict[str, Any]]:
-    """Return the outcomes of the runs, stopping once enough of them are extinct."""
+    """Return the outcomes of the runs, stopping once enough of them have ended in extinction."""
     runs: list[dict[str, Any]] = []
     for life in lives:
         runs.append(life.until(ticks))

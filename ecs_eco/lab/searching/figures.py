@@ -1,4 +1,4 @@
-"""Figures of a search: its progress, the important numbers, and the locations of good worlds."""
+"""Figures of a search: its progress, the important numbers, and where good worlds are."""
 
 from collections.abc import Sequence
 from itertools import combinations

@@ -1,4 +1,4 @@
-"""Comparison of a run with the measurements in its world's [data], by a few statistics of both."""
+"""Compare a run with the measurements in its world's [data] by a few statistics of each."""
 
 import hashlib
 from collections.abc import Mapping

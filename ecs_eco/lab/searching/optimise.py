@@ -1,4 +1,4 @@
-"""Proposals of candidates by Optuna's samplers, with an ask-and-tell interface."""
+"""Candidates proposed by Optuna's samplers through an ask-and-tell interface."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ FIRST = 10  # number of random candidates before the first model
 
 
 def merit(entry: dict[str, Any]) -> float:
-    """Return the merit of a candidate: the stage that it reached, plus its score there mapped to 0 to 1."""
+    """Return the merit of a candidate: the stage that it reached, plus its score there mapped to [0, 1]."""
     score = float(entry["score"])
     return float(entry["stage"]) + 0.5 * (1 + score / (1 + abs(score)))
 
@@ -44,7 +44,7 @@ def space_of(parameters: Sequence[Parameter]) -> dict[str, BaseDistribution]:
 
 
 class Optimiser:
-    """Proposes numbers within the ranges, which depend only on the seed and the history."""
+    """Proposes numbers within the ranges; proposals depend only on the seed and the history."""
 
     def __init__(self, parameters: Sequence[Parameter], kind: str, seed: int) -> None:
         import optuna
@@ -84,7 +84,7 @@ class Optimiser:
         return True
 
     def finished(self, candidate: int) -> bool:
-        """Return whether the search is finished before a candidate."""
+        """Return whether the search ends before this candidate."""
         return False
 
     def cells(self, candidate: int, cells: Sequence[tuple[int, int]]) -> Sequence[tuple[int, int]]:
@@ -160,5 +160,5 @@ def _divergences(
 
 
 def ranks(merits: Sequence[float]) -> np.ndarray:
-    """Return the share of worse candidates for each, in (0, 1), regardless of the objective's scale."""
+    """Return, for each candidate, the share of worse ones, in (0, 1), regardless of the objective's scale."""
     return (rankdata(merits) - 0.5) / len(merits)

@@ -131,7 +131,7 @@ def _parameter(config: WorldConfig, name: str) -> Parameter:
 
 
 def _refused(config: WorldConfig, parameter: Parameter, end: float) -> Problem | None:
-    """Return the problem of the world with one end of a range, if any."""
+    """Return the problem, if any, with the world at one end of a range."""
     try:
         load(config, {parameter.name: parameter.tidy(end)})
     except ConfigError as error:
@@ -157,13 +157,13 @@ def _placed(problem: Problem, config: WorldConfig) -> Problem:
 
 
 def crossed(trainings: int, worlds: int, offset: int) -> tuple[Cell, ...]:
-    """Return all pairs of training and world seed (from offset + 1); the first few differ in both."""
+    """Return all pairs of training seed and world seed (from offset + 1); the first few differ in both."""
     pairs = ((k % trainings, (k // trainings + k % trainings) % worlds) for k in range(trainings * worlds))
     return tuple((offset + 1 + t, offset + 1 + w) for t, w in pairs)
 
 
 def stages(ticks: int, runs: int, n: int, first: float) -> tuple[Stage, ...]:
-    """Return stages growing by equal factors, from one run of `first` × ticks to all runs at full length."""
+    """Return stages that grow by equal factors, from one run of `first` × ticks to all runs at full length."""
     if n == 1:
         return ((ticks, runs),)
     steps = [i / (n - 1) for i in range(n)]

@@ -23,7 +23,7 @@ ENDS = [0.05, 0.5, 0.95]
 
 def write_posterior(sampler: Sampler, out: Path) -> dict[str, Any]:
     """Write posterior.csv, with a row for each accepted candidate, nearest first: candidate, generation,
-    weight (the sum is 1), distance, numbers by dotted key, statistics; return the posterior's entry in
+    weight (summing to 1), distance, numbers by dotted key, statistics; return the posterior's entry in
     search.json."""
     kept = sampler.posterior()
     entries = {e["candidate"]: e for e in sampler.journal.of("candidate")}

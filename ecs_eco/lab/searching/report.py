@@ -32,11 +32,11 @@ from ecs_eco.record.container import inside
 from ecs_eco.record.folder import git_commit
 
 WorldFile: TypeAlias = str | Path | Mapping[str, Any] | WorldConfig  # anything that `load` accepts
-Runs = list[dict[str, Any]]  # entries of the journal, or the runs in them
+Runs = list[dict[str, Any]]  # journal entries, or the runs in them
 
 
 def write_page(search: Search, result: dict[str, Any]) -> None:
-    """Write search.html and figures/ from the content of search.json."""
+    """Write search.html and figures/ from the contents of search.json."""
     folder = inside(search.out, search.out / "figures")
     course = figures.history(search.journal.of("candidate"), len(search.plan.stages) - 1)
     caption = "The stage that each candidate reached, plus its score there, mapped to 0 to 1."
@@ -108,7 +108,7 @@ def _confirmed(result: dict[str, Any], folder: Path) -> list[str]:
 
 
 def _lost(lives: Runs) -> str:
-    """Return which species died out first, and in how many runs."""
+    """Return the species that died out first, and in how many runs each did."""
     extinct = [r["extinct"] for r in lives if r["extinct"] is not None]
     return ", ".join(f"{name} {extinct.count(name)}" for name in dict.fromkeys(extinct)) or "–"
 
@@ -165,7 +165,7 @@ def _important(search: Search, result: dict[str, Any], folder: Path) -> list[str
 
 
 def write_results(search: Search, world: WorldFile, overrides: Overrides, report: bool) -> dict[str, Any]:
-    """Write best-1.toml …, search.json and, if `report` is true, the page; return the content of search.json."""
+    """Write best-1.toml …, search.json and, if `report` is true, the page; return the contents of search.json."""
     result, ranked = summary(search), search.ranked()
     for rank, entry in enumerate(ranked[:BEST], 1):
         number = entry["candidate"]
@@ -230,11 +230,11 @@ def _best_so_far(entries: Runs) -> list[list[float]]:
 
 
 def confirmation(search: Search, candidate: int) -> dict[str, Any]:
-    """Return the runs on fresh seeds, and how many of them all species survived, with Wilson's 95% interval."""
+    """Return the runs on fresh seeds, and in how many all species survived, with Wilson's 95% interval."""
     entries = [e for e in search.journal.of("confirmation") if e["candidate"] == candidate]
     runs = [
         run
-        for e in sorted(entries, key=lambda e: tuple(e["cell"]))  # not in the order of completion
+        for e in sorted(entries, key=lambda e: tuple(e["cell"]))  # in the order of seeds, not of completion
         for stage in e["stages"]
         for run in stage["runs"]
     ]
@@ -258,7 +258,7 @@ def _words(entry: dict[str, Any], result: dict[str, Any]) -> str:
     """Describe the performance of a candidate."""
     runs = entry["stages"][-1]["runs"] if entry["stages"] else []
     if result["optimiser"] in SAMPLERS:
-        return f"likeness to the measurements {max(0.0, entry['score'] - 1):.3f}, of 1"
+        return f"similarity to the measurements {max(0.0, entry['score'] - 1):.3f}, of 1"
     words = (
         f"all species survived in {sum(r['extinct'] is None for r in runs)} of {len(runs)} runs of the search"
     )
@@ -331,7 +331,7 @@ def _text(
 
 
 def _keep_named(config: WorldConfig, out: Path) -> None:
-    """Copy the rasters, layers and measurements next to the world file to the folder of the new one."""
+    """Copy the rasters, layers and measurements that are next to the world file to the new file's folder."""
     land = config.terrain
     names = [] if land is None else [land.raster, land.cover, *(layer.file for layer in land.layers)]
     names += [] if config.data is None else [config.data.file]

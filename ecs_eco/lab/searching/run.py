@@ -48,7 +48,7 @@ def search(
     trials : int, optional
         Number of candidates after which the search ends.
     cpu : float, optional
-        CPU seconds of candidates after which the search ends.
+        CPU seconds, used by candidates, after which the search ends.
     workers : int, optional
         Number of processes; default: 2.
     optimiser : str, default "gp"
@@ -65,7 +65,7 @@ def search(
     Returns
     -------
     dict
-        Content of search.json: the best values, their importance, and the confirmation on fresh seeds.
+        Contents of search.json: the best values, their importance, and the confirmation on fresh seeds.
 
     Raises
     ------

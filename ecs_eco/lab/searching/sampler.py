@@ -1,8 +1,8 @@
 """Approximate Bayesian computation: draw candidates from the ranges and accept those whose runs are most
 similar to the measurements. abc accepts the nearest candidates (Pritchard et al. 1999). abc-smc draws later
-generations around the nearest so far, and weights them by the ratio of prior to proposal density (Beaumont et
-al. 2009, with the adaptive distances of Lenormand, Jabot & Deffuant 2013). Proposals depend only on the seed
-and the journal."""
+generations around the nearest candidates so far, and weights them by the ratio of prior to proposal density
+(Beaumont et al. 2009, with the adaptive distances of Lenormand, Jabot & Deffuant 2013). Proposals depend only
+on the seed and the journal."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -16,7 +16,7 @@ SAMPLERS = ("abc", "abc-smc")
 FIRST_SEED = 200_000  # world seed of candidate 0
 WIDE = 2.0  # covariance of steps / covariance of the nearest candidates
 TRIED = 4000  # number of draws for estimating how many fall outside the ranges
-FEWEST = 3  # minimum number of accepted candidates to draw around
+FEWEST = 3  # minimum number of accepted candidates around which to draw
 
 
 class Population(NamedTuple):
@@ -90,7 +90,7 @@ class Sampler:
         return first <= 1 or first - 1 <= len([e for e in self._entries() if e["candidate"] < first])
 
     def finished(self, number: int) -> bool:
-        """Return whether the generation before a candidate's improved the posterior too little to continue."""
+        """Return whether the generation before this candidate's improved the posterior too little to continue."""
         generation = self.generation(number)
         if generation < 2 or number != self._numbers(generation)[0] or not self.ready(number):
             return False
