@@ -1,4 +1,4 @@
-"""Organisms move as they have decided."""
+"""Organisms move as they decided."""
 
 from __future__ import annotations
 
@@ -135,7 +135,7 @@ class Move(System):
 
 def ways(table: Table, space: Space, before: np.ndarray, gone: np.ndarray) -> np.ndarray:
     """Return the displacements f32[rows, 3] [m] of organisms that have moved forward by f32[rows] [m] from
-    places f32[rows, 3] [m], possibly several times around a torus."""
+    positions f32[rows, 3] [m], possibly several times around a torus."""
     p, n = table[Position], len(before)
     way = np.stack([p.x, p.y, p.z], 1)[:n] - before
     if space.torus:
@@ -276,7 +276,7 @@ def over_land(row, v, sine, cosine, drag, dt, space, ground, slope_cost, bodies)
 
 @njit
 def climbing(decision, command, row, layout, climbs, pitches, v):
-    """Return the upward speed, and the forward part of the gait's speed v."""
+    """Return the upward and forward components of the gait's speed v."""
     way = first_on(decision, row, layout[2, 0], layout[2, 1], layout[2, 2])
     up, angle = (climbs[way], pitches[way]) if way >= 0 else (np.float32(0.0), np.float32(0.0))
     if layout[2, 1] < 0:
@@ -314,7 +314,7 @@ def cost_between(v, speeds, costs):
 @njit
 def free_way(x, y, sine, cosine, v, dt, ground, space):
     """Return the speed at which a step of dt [s] ends just before water, rock or a fence; checks every half
-    cell of the path, up to the sum of both sides of the space.
+    cell of the path, up to the sum of the space's length and width.
 
     An animal on the line of a new fence can walk off it.
     """

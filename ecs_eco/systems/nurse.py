@@ -104,10 +104,10 @@ class Nurse(System):
 
 
 class Caring(NamedTuple):
-    """Feeding of young, for kernels: numbers, or arrays [rows] with a value per parent."""
+    """Feeding of young, for kernels: numbers, or arrays [rows] with one value per parent."""
 
     reach: Number  # [m]
-    most: Number  # energy per young animal and tick
+    most: Number  # energy per young animal per tick
     reserve: Number  # energy that a parent keeps
     efficiency: Number  # share that arrives
     full: Number  # maximum energy of young
