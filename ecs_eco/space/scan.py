@@ -1,4 +1,4 @@
-"""Check the columns of all tables with one call per type, because a world may pay for it in every tick.
+"""Check the columns of all tables with one call per type, because the check may run in every tick.
 
 The kernel takes the addresses of the columns, which are valid until a column is replaced; see
 `engine.addresses`.

@@ -6,8 +6,8 @@ from ecs_eco.compiled.elementary import scalars
 
 
 class Year:
-    """A year of `length` [s]; a share of 0 is the spring equinox, 0.25 midsummer, 0.5 the autumn equinox;
-    see `ecs_eco.config.models.water.Year` for the values."""
+    """A year of `length` [s]; a share of 0 is the spring equinox, 0.25 is midsummer and 0.5 is the autumn
+    equinox; see `ecs_eco.config.models.water.Year` for the values."""
 
     def __init__(
         self, length: float, start: float = 0.0, temperature: float = 0.0, warmest: float = 0.25

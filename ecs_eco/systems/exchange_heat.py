@@ -31,9 +31,7 @@ KEYS = (  # in the order of the fields of `Heat`
     "heat.regulate.cooling",
     "heat.regulate.cost",
 )
-LEAST_CAPACITY = (
-    1e-60  # [J/K] heat capacity of a massless body, which adopts the ambient temperature at once
-)
+LEAST_CAPACITY = 1e-60  # [J/K] heat capacity of a massless body, which adopts the ambient temperature at once
 
 
 class Heat(NamedTuple):
