@@ -1,4 +1,4 @@
-"""The columns, fields and ledgers needed for substances to move and add up."""
+"""The columns, fields and ledgers needed to move substances and account for them."""
 
 from __future__ import annotations
 

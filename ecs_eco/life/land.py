@@ -42,7 +42,7 @@ def lay(terrain: Terrain, land: Land, section: Section) -> None:
 
 
 def _collect(terrain: Terrain, drainage: Drainage, vertical: float, scale: float) -> None:
-    """Create sea, lakes and streams; their surface is flat, at the level of the water."""
+    """Create sea, lakes and streams; the surface of each is flat, at water level."""
     from scipy import ndimage
 
     height, ground = terrain.height, terrain.ground

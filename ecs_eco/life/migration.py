@@ -1,7 +1,7 @@
 """Migration between islands: the choice of migrants, their data, and their arrival.
 
-The choice is made between two ticks and depends only on (seed, tick, uid). The new island receives a copy of
-the emigrants' columns; only their positions are new. Migration counts as neither death nor birth.
+Migrants are chosen between two ticks, depending only on (seed, tick, uid). The new island receives copies of
+the emigrants' columns; only positions are new. Migration counts as neither death nor birth.
 """
 
 from __future__ import annotations
@@ -52,7 +52,8 @@ def emigrants(world: SpatialWorld) -> dict[str, tuple[np.ndarray, np.ndarray]]:
 def copied(world: SpatialWorld) -> dict[str, Migrants]:
     """Return copies of the emigrants before the next tick, by species; the world does not change.
 
-    Raises a RuntimeError for an emigrant whose esper entity has a plain component, which is not a column.
+    Raises a RuntimeError for an emigrant whose esper entity has a plain component, that is, one not stored in
+    columns.
     """
     leaving = emigrants(world)
     for name, (rows, _) in leaving.items():
@@ -113,7 +114,7 @@ def _columns(table: Table, rows: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def _values(table: Table, columns: Mapping[str, np.ndarray]) -> dict[tuple[type, str], np.ndarray]:
-    """Return columns by component and field."""
+    """Return the columns by component and field."""
     known = {
         f"{stored_name(component)}.{field}": (component, field, array)
         for component, held in table.columns.items()
@@ -126,7 +127,7 @@ def _values(table: Table, columns: Mapping[str, np.ndarray]) -> dict[tuple[type,
         )
         if mine != theirs:
             raise CheckpointError(
-                f"{table.name}: migrants have {name} as {theirs or 'no column'}, but this island as "
+                f"{table.name}: migrants have {name} as {theirs or 'no column'}, but this island has it as "
                 f"{mine or 'no column'}; a migrating species needs the same columns on all islands"
             )
     return {known[name][:2]: values for name, values in columns.items()}

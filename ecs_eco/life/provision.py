@@ -50,7 +50,7 @@ def root(
 
 
 def cells_under(field: Any, values: Mapping[tuple[type, str], np.ndarray]) -> np.ndarray:
-    """Return the index of a field's cell at each place: i64[k]."""
+    """Return the index of a field's cell at each position: i64[k]."""
     nx, ny, nz = field.shape
     i, j, k = (
         cells_of(values[Position, axis], field.inverse[q], n)
@@ -61,7 +61,7 @@ def cells_under(field: Any, values: Mapping[tuple[type, str], np.ndarray]) -> np
 
 @njit
 def claim(cell, wanted, soil, rooted):
-    """Give each of k newborns, in order, its whole demand from its cells of the soil, or nothing."""
+    """Give each of k newborns, in order, either its whole demand from its soil cells or nothing."""
     for i in range(rooted.size):
         for k in range(len(soil)):
             if soil[k][cell[i, k]] < wanted[i, k]:

@@ -1,4 +1,4 @@
-"""Ranges of a species' continuous actions, and the execution of drawn numbers."""
+"""Ranges of a species' continuous actions, and the conversion of drawn numbers to executed ones."""
 
 from __future__ import annotations
 
