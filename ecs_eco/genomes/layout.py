@@ -25,7 +25,7 @@ class Piece(NamedTuple):
 
 
 class Layout:
-    """The mapping between loci and values; every row of letters decodes to valid values.
+    """The mapping between loci and values. Every row of letters decodes to valid values.
 
     Parameters
     ----------
@@ -94,7 +94,9 @@ class Layout:
             _code(gene, first, size, (traits or {}).get(gene.trait or ""), shapes)
             for gene, (first, _) in zip(genes, at, strict=True)
         )
-        self.length = self.begin = loci or max(stop for _, stop in at)  # of one string, and of a founder's
+        self.length = self.begin = loci or max(
+            stop for _, stop in at
+        )  # of one string, and of a founder's string
         self.founder = list(range(len(self.genes)))  # the genes of a founder's string, in order
         self.row = self.length * ploidy  # letters per organism
         self.highest = len(self.alphabet) - 1  # numbers in a row
@@ -202,7 +204,7 @@ class Layout:
         values : Mapping of str to float or array, shape (n,)
             By gene. Neutral markers are optional.
         clip : bool, default False
-            Whether values beyond a gene's range become the nearest valid value.
+            Whether values beyond a gene's range are replaced with the nearest valid value.
 
         Returns
         -------
@@ -231,7 +233,7 @@ class Layout:
         return out
 
     def copies(self, loci: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Return the copies of genes in rows u8[n, row]: nothing, because genes have fixed positions."""
+        """Return the copies of genes in rows u8[n, row]: an empty tuple, because genes have fixed positions."""
         return ()
 
     def _places(self, order: Sequence[int]) -> list[tuple[int, Code]]:
@@ -239,13 +241,14 @@ class Layout:
         return [(self.genes[g].first, self.genes[g]) for g in order]
 
     def _write(self, out: np.ndarray, place: int, code: Code, numbers: np.ndarray | None) -> None:
-        """Write the numbers of a gene's codons to each string, from `place` on."""
+        """Write the numbers of a gene's codons to each string, starting at `place`."""
         if numbers is not None:
             for first in range(0, self.row, self.length):
                 code.codons.write(numbers, out, first + place - code.first)
 
     def _arrays(self, values: Mapping[str, Any]) -> tuple[dict[str, np.ndarray], int]:
-        """Return the values of genes by name, and the number of organisms. Raises the same as `encode`."""
+        """Return the values of genes by name, and the number of organisms. Raises the same errors as
+        `encode`."""
         for name in values:
             self[name]
         arrays = {
@@ -262,7 +265,7 @@ class Layout:
         return arrays, n
 
     def own(self, n: int = 1) -> np.ndarray:
-        """Return identical genomes that code for the species' own values; all other letters are drawn.
+        """Return identical genomes that code for the species' own values; all other letters are random.
 
         Parameters
         ----------
@@ -370,7 +373,7 @@ class Layout:
         Raises
         ------
         ValueError
-            If a text has the wrong length or other letters.
+            If a text has the wrong length or letters outside the alphabet.
         """
         return self.check(
             np.stack([self.alphabet.encode(text) for text in texts])

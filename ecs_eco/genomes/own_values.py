@@ -1,4 +1,4 @@
-"""Individual values that replace the species' values if genes code for them."""
+"""Individual values, which replace the species' values if genes code for them."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -14,8 +14,8 @@ def own_values(table: Table, shared: Mapping[str, Any]) -> tuple[Any, ...]:
     """Return the values of keys of the world file: unchanged if no gene codes for any of them, otherwise all
     as arrays [table.high], with individual values for keys for which a gene codes.
 
-    So kernels are compiled at most twice: for shared and for individual values. Arrays have the type of the
-    given values, or f64 for Python numbers. Keys are dotted and relative to the species' section.
+    Kernels are therefore compiled at most twice: for shared and for individual values. Arrays have the type
+    of the given values, or f64 for Python numbers. Keys are dotted and relative to the species' section.
     """
     coded = table.species.traits
     if not coded or coded.keys().isdisjoint(shared):

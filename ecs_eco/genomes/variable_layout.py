@@ -50,7 +50,9 @@ class VariableLayout(Layout):
         self.skipped = np.array([len(word) for word in words], np.int64)
         self.spans = self.skipped + [code.codons.length for code in self.genes]
         self.founder = [g for g, code in enumerate(self.genes) for _ in range(code.gene.copies)]
-        self.begin = section.loci or int(self.spans[self.founder].sum())  # letters in a founder's string
+        self.begin = section.loci or int(
+            self.spans[self.founder].sum()
+        )  # number of letters in a founder's string
         for code in self.genes:
             code.first = code.codons.first = 0
             code.stop = code.codons.length
@@ -162,7 +164,7 @@ class VariableLayout(Layout):
         )
 
     def _places(self, order: Sequence[int]) -> list[tuple[int, Code]]:
-        """Return the start of the letters after each copy's promoter; raise ValueError if there are too
+        """Return the start of the letters after each copy's promoter; raise a ValueError if there are too
         many."""
         if (needed := int(self.spans[order].sum())) > self.longest:
             raise ValueError(f"genome: these genes need {needed} letters; expected {self.longest}")
@@ -188,8 +190,8 @@ class VariableLayout(Layout):
         )
 
     def joined(self, loci: np.ndarray) -> np.ndarray:
-        """Return the letters of rows u8[n, row] as in texts: u8[n, row + ploidy − 1], where `blank` marks
-        unused positions and blank + 1 is the separator."""
+        """Return the letters of rows u8[n, row] in the form used in texts: u8[n, row + ploidy − 1], where
+        `blank` marks unused positions and blank + 1 is the separator."""
         out = np.empty((len(loci), self.row + self.ploidy - 1), np.uint8)
         strings = np.ascontiguousarray(loci).reshape(-1, self.longest)
         variable_kernels.join_strings(strings, self.blank, self.ploidy, out)

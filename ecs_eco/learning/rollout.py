@@ -1,4 +1,4 @@
-"""The rollout: the transitions of a changing population, in one flat, chronological log."""
+"""The rollout: the transitions of a changing population in a single chronological log."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from ecs_eco.learning.arithmetic import fused_njit
 STEP = np.dtype(
     [
         ("row", "i4"),  # in the table; a newborn can reuse the row of an animal that died in the same rollout
-        ("log_probability", "f4"),  # of the choice, at the decision
-        ("value", "f4"),  # estimate at the decision
-        ("reward", "f4"),  # reward, known a tick later
+        ("log_probability", "f4"),  # of the choice, at the time of the decision
+        ("value", "f4"),  # estimate at the time of the decision
+        ("reward", "f4"),  # reward, known one tick later
         ("advantage", "f4"),  # filled in by `fill_advantages`
     ]
 )
@@ -21,7 +21,8 @@ _FIELDS = tuple(STEP.fields or ())
 
 
 class Rollout:
-    """A log of transitions of a population whose members are born and die; outcomes are added once known.
+    """A log of transitions of a population whose members are born and die; outcomes are added once they are
+    known.
 
     Parameters
     ----------
@@ -158,7 +159,7 @@ class Rollout:
         self.end(rows, rewards + np.float32(self.discount) * values)
 
     def leave(self, rows: np.ndarray) -> None:
-        """Close the records of organisms that emigrate, as if their last action had the expected outcome."""
+        """Close the records of organisms that emigrate, as if their last action had had the expected outcome."""
         self._cover(rows)
         last = self.last[rows]
         rest = (
@@ -186,7 +187,7 @@ class Rollout:
 
     @classmethod
     def joined(cls, parts: Sequence[Rollout]) -> Rollout:
-        """Return several logs whose advantages are known as one log; its row numbers are meaningless."""
+        """Merge several logs whose advantages are known into one log, whose row numbers are meaningless."""
         first = parts[0]
         out = cls(
             first._observations.shape[1],
@@ -207,7 +208,7 @@ class Rollout:
 
     def stretches(self, longest: int) -> tuple[np.ndarray, np.ndarray]:
         """Return indices i64[n] of transitions, life by life in chronological order, and the start of each
-        stretch of a life among them.
+        stretch among them.
 
         The starts, i64[stretches + 1], end with n; a stretch has `longest` transitions, but the last one of a
         life can have fewer.
@@ -219,7 +220,7 @@ class Rollout:
         return order, np.append(np.flatnonzero(age % longest == 0), self.n)
 
     def clear(self) -> None:
-        """Remove all transitions, but keep the memory allocated."""
+        """Remove all transitions but keep the memory allocated."""
         self.n, self.ticks = 0, 0
         self.last[:] = -1
 
@@ -236,7 +237,7 @@ class Rollout:
         }
 
     def load(self, state: dict[str, np.ndarray]) -> None:
-        """Continue from a `state()` of a rollout with the same numbers of observations and groups."""
+        """Resume from a `state()` of a rollout with the same numbers of observations and groups."""
         flat = ("observations", "choices", *self._optional())
         for name in flat:
             have, need = np.shape(state[name])[1:], getattr(self, name).shape[1:]
@@ -302,7 +303,7 @@ class Rollout:
         return [name for name in ("numbers", "memory") if getattr(self, name).shape[1]]
 
     def _grow(self, need: int) -> None:
-        """Reserve space for `need` records and half as many more; stored records are copied once."""
+        """Reserve space for `need` records and half as many again; stored records are copied once."""
         size = need + need // 2
         grown = []
         for column in self._columns():
@@ -347,7 +348,7 @@ def fill_advantages(steps, ended, later, gain, discount, gae_lambda):
     after each, its row's life continues unless `ended` bool[n].
 
     `later` and `gain` f32[rows] contain the value and the advantage of each row's next transition; initially,
-    the bootstrap value and 0.
+    these are the bootstrap value and 0.
     """
     for i in range(len(steps) - 1, -1, -1):
         step = steps[i]
