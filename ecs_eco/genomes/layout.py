@@ -94,9 +94,7 @@ class Layout:
             _code(gene, first, size, (traits or {}).get(gene.trait or ""), shapes)
             for gene, (first, _) in zip(genes, at, strict=True)
         )
-        self.length = self.begin = loci or max(
-            stop for _, stop in at
-        )  # of one string, and of a founder's string
+        self.length = self.begin = loci or max(stop for _, stop in at)  # of one string, and of a founder's
         self.founder = list(range(len(self.genes)))  # the genes of a founder's string, in order
         self.row = self.length * ploidy  # letters per organism
         self.highest = len(self.alphabet) - 1  # numbers in a row

@@ -50,9 +50,7 @@ class VariableLayout(Layout):
         self.skipped = np.array([len(word) for word in words], np.int64)
         self.spans = self.skipped + [code.codons.length for code in self.genes]
         self.founder = [g for g, code in enumerate(self.genes) for _ in range(code.gene.copies)]
-        self.begin = section.loci or int(
-            self.spans[self.founder].sum()
-        )  # number of letters in a founder's string
+        self.begin = section.loci or int(self.spans[self.founder].sum())  # letters in a founder's string
         for code in self.genes:
             code.first = code.codons.first = 0
             code.stop = code.codons.length
