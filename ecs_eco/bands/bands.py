@@ -78,7 +78,7 @@ class Bands(OneBand):
 
     def over(self, index: Index, *outputs: np.ndarray) -> AbstractContextManager[None]:
         """Within the block, restrict `World.split` over the entries of an index, or over its rows of cells,
-        to this process's band. Afterwards, fill in the `outputs` [index.n, …] of the other processes."""
+        to this process's band. Afterward, fill in the `outputs` [index.n, …] of the other processes."""
         # with equal numbers of entries and rows, the two cases are indistinguishable
         if self.size == 1 or index.n < self.least or index.n == index.space.n_cells // index.space.shape[0]:
             return nullcontext()

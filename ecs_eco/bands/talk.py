@@ -21,7 +21,7 @@ class Talk:
     """Process 0 sends requests, and the other processes serve them: before each tick, they receive a request
     or a message to continue.
 
-    Processes that run the same script may all send the same request at once; all get the same answer.
+    Processes that run the same script may all send the same request at once, and all get the same answer.
     """
 
     def __init__(self, bands: Any) -> None:

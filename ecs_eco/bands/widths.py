@@ -24,7 +24,7 @@ class Widths(NamedTuple):
     """Distances that ghosts and rows of fields extend beyond the edges."""
 
     sensing: float  # [m] ghosts before sensing: longest sensing range, or flow into this band's fields
-    acting: float  # [m] ghosts after moving: all whose fate may affect this band's organisms in this tick
+    acting: float  # [m] ghosts after moving: all organisms that may affect this band's organisms in this tick
     halos: list[int]  # number of rows beyond the edges, for each field
     properties: bool  # whether any sensor reads more than positions and bodies
 
@@ -38,7 +38,7 @@ class Widths(NamedTuple):
 
 
 def widths_of(world: SpatialWorld) -> Widths:
-    """Return how far beyond its edges a band of a world needs data."""
+    """Return how far beyond its edges a band needs data."""
     living = [t for t in world.tables.values() if Body in t]
     largest = max((largest_of(t) for t in living), default=0.0)
     noses = max((nose_of(t) for t in living), default=0.0)
@@ -234,5 +234,5 @@ def require_height(world: SpatialWorld, size: int, least: int, widths: Widths) -
 
 
 def least_height(world: SpatialWorld, widths: Widths) -> int:
-    """Return the minimum height of a band in rows of cells, as ghosts come only from adjacent bands."""
+    """Return the minimum height of a band in rows of cells, given that ghosts come only from adjacent bands."""
     return max(widths.rows(world))

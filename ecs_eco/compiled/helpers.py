@@ -23,11 +23,11 @@ if not plain():
     from ecs_eco.compiled.parts import serve
     from ecs_eco.compiled.spinning import changes, looks_of
 
-AWAKE = 1e-3  # [s] to poll before a thread sleeps
+AWAKE = 1e-3  # [s] time for which a thread polls before it sleeps
 ASKED, DONE = (
     10e-6,
     2e-6,
-)  # [s] to pause before taking the GIL, for a helper and for the thread that waits for it
+)  # [s] pause before taking the GIL, for a helper and for the thread that waits for it
 PATIENCE = 5.0  # [s] time to wait for a thread to end
 
 

@@ -6,7 +6,7 @@ import math
 from collections import deque
 
 SAMPLES = 5  # number of ticks over which the median is taken
-WARM = 0.3  # [s] to ignore after a switch, because threads that have slept are slow at first
+WARM = 0.3  # [s] time to ignore after a switch, because threads that have slept are slow at first
 AGAIN, RARELY = 8, 128  # first and longest waiting time before the next trial, relative to a trial's duration
 SLOWER = 1.2  # slowdown since the choice was made above which the other mode is tried sooner
 SOON = 4  # waiting time before such a trial, relative to a trial's duration
@@ -21,7 +21,7 @@ class Pace:
 
     def __init__(self) -> None:
         self.way = self.better = True  # divided
-        self.passed = 0.0  # [s] since the last switch
+        self.passed = 0.0  # [s] time since the last switch
         self.wait, self.due, self.soon = AGAIN, 0.0, math.inf  # the last two in [s], like `passed`
         self.usual = math.inf  # duration per organism when the choice was made [s]
         self.took: dict[bool, deque[float]] = {way: deque(maxlen=SAMPLES) for way in (True, False)}

@@ -123,7 +123,7 @@ def take_parts(record):
 
 @njit
 def alone(record, looks):
-    """Return whether all helpers are inactive, or become so within `looks` checks."""
+    """Return whether all helpers are inactive, or become inactive within `looks` checks."""
     for _ in range(looks):
         if number(record, INSIDE) == 0:
             return True

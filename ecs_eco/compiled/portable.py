@@ -1,4 +1,4 @@
-"""The portable mode: the same bytes on every x86-64 machine, at some cost in speed.
+"""The portable mode: identical bytes on every x86-64 machine, at some cost in speed.
 
 It is off unless the environment variable ECS_ECO_PORTABLE is 1, or `enable` is called before numpy and numba
 are loaded. It fixes the choices that compilers and libraries make according to the processor (see

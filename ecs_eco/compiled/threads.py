@@ -65,8 +65,8 @@ def _pool(workers: int) -> ThreadPoolExecutor:
     threads, all_there = torch.get_num_threads(), threading.Barrier(workers)
 
     def settle(_: int) -> None:
-        # torch assigns a thread the number last set in any thread only once, at the thread's first query or
-        # large product; without this query, our number would be replaced then
+        # torch applies the number last set in any thread to a new thread only once, at that thread's first
+        # query or large product; without this query, it would replace our number then
         torch.get_num_threads()
         torch.set_num_threads(1)
         all_there.wait()  # so that each thread in the pool gets one of these calls

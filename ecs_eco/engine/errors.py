@@ -10,8 +10,8 @@ from itertools import islice
 from pathlib import Path
 
 MISSING = type("Missing", (), {"__repr__": lambda self: "missing", "__bool__": lambda self: False})()
-SHOWN = 15  # problems shown at once
-MOST = 200  # problems looked for; after you fix these, the next ones appear
+SHOWN = 15  # number of problems shown at once
+MOST = 200  # maximum number of problems collected; after you fix these, the next ones appear
 LONGEST = 200  # maximum length of a name that is compared with others
 # minimum similarity of a suggested name (difflib) for short and for longer words
 ALIKE, CLOSE = 0.66, 0.8

@@ -59,10 +59,10 @@ def writing(path: str | Path) -> Iterator[Path]:
 def write_tensors(
     path: str | Path, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, str] | None = None
 ) -> Path:
-    """Atomically write numpy arrays as a safetensors file; equal arrays give equal bytes.
+    """Atomically write numpy arrays as a safetensors file; identical arrays give identical bytes.
 
-    The safetensors library would use a temporary file of unknown name, left behind if the process is killed,
-    and would store texts in random order. Raises an OSError that names the file.
+    The safetensors library would use a temporary file with an unknown name, which remains if the process is
+    killed, and would store texts in random order. Raises an OSError that names the file.
     """
     import numpy as np
 

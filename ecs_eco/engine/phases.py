@@ -36,7 +36,7 @@ class Scheduled(Processor):
 
 
 class Schedule(list[Processor]):
-    """The processors of a tick in the order in which they act."""
+    """A tick's processors in the order in which they act."""
 
     def put(self, processor: Processor, priority: int) -> None:
         """Insert a processor after all others of the same priority."""

@@ -1,11 +1,9 @@
 """Counter-based random numbers: a draw is a hash of (seed, tick, identity, purpose), so no draw depends on
 another.
 
-An identity is a u64 that distinguishes draws within a tick: the uid of an organism, a site, or a number made
-from them.
-
-The hash is the finalizer of splitmix64 (Steele, Lea & Flood 2014), applied once per part of the key, which
-takes 2 ns per draw.
+An identity is a u64 that distinguishes draws within a tick: the uid of an organism, a site, or a number
+derived from them. The hash is the finalizer of splitmix64 (Steele, Lea & Flood 2014), applied once per part
+of the key, which takes 2 ns per draw.
 """
 
 import functools
@@ -44,7 +42,7 @@ def draw(key, identity, purpose):
     key : uint64
         Key of a tick, `world.key`.
     identity : uint64
-        Distinguishes draws within a tick: an organism's uid, a site, or a number made from them.
+        Distinguishes draws within a tick: an organism's uid, a site, or a number derived from them.
     purpose : int
         Distinguishes uses of the number; in your own systems, use `ecs_eco.engine.random.USER`.
 

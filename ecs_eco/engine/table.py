@@ -132,7 +132,7 @@ class Table(dict[type, Any]):
         self.version = 0  # changes when a position or the set of living entities changes
         self.steady = (-1, -1)  # two versions between which only births and deaths have taken effect
         self.newborn: list[tuple[int, np.ndarray, np.ndarray]] = []  # births since then: version, rows, uids
-        self.followed = False  # whether an index of neighbors needs births and deaths
+        self.followed = False  # whether a neighbor index needs to know about births and deaths
         self.gone: list[tuple[int, np.ndarray, np.ndarray]] = []  # the same, for entities that left
         self.alive = np.zeros(capacity, np.bool_)
         self.uid = np.zeros(capacity, np.uint64)
@@ -458,7 +458,7 @@ class Table(dict[type, Any]):
         read."""
         rows = self.occupy(uid.size, 0, 0, values, whole)
         self.uid[rows], self.born[rows] = uid, born
-        self.steady = (-1, -1)  # newborns always have the largest uids, immigrants may not
+        self.steady = (-1, -1)  # newborns always have the largest uids; immigrants may not
         return rows
 
     def doomed(self) -> np.ndarray:

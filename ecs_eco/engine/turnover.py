@@ -58,7 +58,7 @@ class Unheard:
 
     def __init__(self) -> None:
         self._own = np.empty((0, len(ROWS)), np.uint64)  # addresses
-        self._found: tuple[Any, ...] = ()  # state from which they were derived
+        self._found: tuple[Any, ...] = ()  # the state from which they were derived
         self._high = self._died = np.empty(0, np.int64)
 
     def bury(self, tables: Collection[Table]) -> bool:
@@ -89,7 +89,7 @@ class Turnover:
         self._unheard = Unheard()
 
     def heard(self) -> bool:
-        """Return whether any hook needs each death."""
+        """Return whether any hook needs to be told about each death."""
         return bool(self.world.on_death)
 
     def bury_dying(self) -> None:

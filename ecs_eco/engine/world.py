@@ -70,7 +70,7 @@ class World:
         self.together: Callable[..., None] = partial(self.workers.together, self.tables.values())
         self.schedule = Schedule()
         self.turnover = Turnover(self)  # how births and deaths take effect
-        self._places = 0  # positions that systems occupy in phases
+        self._places = 0  # the positions that systems occupy in phases
         self.schedule.put(Deaths(self), priority_of("die", LAST))
         self.schedule.put(Births(self), priority_of("reproduce", LAST))
         weakref.finalize(self, self.workers.end)

@@ -47,7 +47,7 @@ class Context:
 
     @contextmanager
     def inside(self) -> Iterator[None]:
-        """Make this world esper's current context; restore the previous one afterwards."""
+        """Make this world esper's current context; restore the previous one afterward."""
         with turns.turn:
             outer = esper.current_world
             self.show()

@@ -195,7 +195,7 @@ class Registry:
         return (table, row) if there else None
 
     def numbers_with(self, kind: type) -> Iterator[int]:
-        """Yield the numbers of all entities that have a column component, and prepare fast access to each."""
+        """Yield the numbers of all entities that have a column component, and prepare each for fast access."""
         try:
             with uncollected():  # otherwise thousands of new handles would be scanned repeatedly
                 for table in self._tables():

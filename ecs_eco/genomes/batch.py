@@ -1,4 +1,4 @@
-"""Births: children's genomes from their parents' genomes, in batches or one by one."""
+"""Births: children's genomes are created from their parents' genomes, in batches or one by one."""
 
 import random
 from collections.abc import Callable
@@ -84,8 +84,8 @@ class Operators:
         """Return the genomes of children.
 
         With one string, two parents are crossed in random order, and the child is the first of the two
-        results; a single parent's genome is copied. With two strings, each parent contributes one string,
-        crossed from its two. Then the child mutates.
+        results; a single parent's genome is copied. With two strings, each parent contributes one string, a
+        crossover of its two strings. Then the child mutates.
 
         Parameters
         ----------
@@ -163,7 +163,7 @@ class Operators:
     def _take(
         self, string: np.ndarray, loci: np.ndarray | slice, letters: np.ndarray, before: int | None
     ) -> None:
-        """Write new letters to loci of a string that had `before` letters there (None: before a
+        """Write new letters to loci of a string that had the letters `before` there (None: before a
         crossover)."""
         string[loci] = letters
 

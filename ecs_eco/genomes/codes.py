@@ -152,9 +152,9 @@ class Weights(Code):
 
     With form "direct", range and resolution apply to weights. With "cosine", a matrix (a, b) is a sum of
     low-frequency basis functions times their coefficients (Koutník, Gomez & Schmidhuber 2010). The basis
-    functions come from the orthonormal two-dimensional discrete cosine transform of type II, in the order of
-    the sum of both frequencies; for a bias vector, the transform is one-dimensional. Range and resolution
-    then apply to the coefficients, and encoding drops the higher frequencies.
+    functions come from the orthonormal two-dimensional discrete cosine transform of type II, ordered by the
+    sum of the two frequencies; for a bias vector, the transform is one-dimensional. Range and resolution then
+    apply to the coefficients, and encoding drops the higher frequencies.
     """
 
     def __init__(self, gene: Gene, trait: Trait | None, codons: Codons, shapes: Shapes) -> None:

@@ -74,7 +74,7 @@ class Layout:
         loci: int | None = None,
         traits: Mapping[str, Trait] | None = None,
         shapes: Mapping[str, Shapes] | None = None,
-        dominance: Expression | None = None,  # former name of expression
+        dominance: Expression | None = None,  # the former name of expression
     ) -> None:
         expression = dominance or expression
         self.alphabet = alphabet if isinstance(alphabet, Alphabet) else Alphabet(alphabet)
@@ -101,7 +101,7 @@ class Layout:
         self._by_name = {code.name: code for code in self.genes}
 
     def __getitem__(self, name: str) -> Code:
-        """Return the gene of this name. Raises UnknownName."""
+        """Return the gene with this name. Raises UnknownName."""
         if name not in self._by_name:
             raise UnknownName(unknown_name("genome", "gene", name, self._by_name))
         return self._by_name[name]
@@ -119,7 +119,7 @@ class Layout:
         Returns
         -------
         list of dict
-            gene, loci, trait, what it codes for, and resolution; `print(layout)` prints them.
+            gene, loci, trait, meaning and resolution; `print(layout)` prints them.
         """
         out = []
         for code in self.genes:

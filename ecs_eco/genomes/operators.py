@@ -139,7 +139,8 @@ def operator_of(
 
 
 def known_operators(word: str, layout: Layout) -> dict[str, tuple[str, ...]]:
-    """Return the operators that world files can name for genomes of a layout, and the arguments of each."""
+    """Return the operators that world files can name for genomes with a given layout, and the arguments of
+    each."""
     return SAFE[word] | (VARIABLE[word] if layout.longest is not None else {})
 
 

@@ -280,8 +280,8 @@ def mutate_letters(strings, keys, salt, way, chance, low, up, blank):
 
 @njit
 def mutate_by_gene(strings, keys, salt, way, chance, own, low, up, blank, words, k, size, spans, skipped):
-    """Mutate like `mutate_letters`, but letters of a copy after its promoter, which has `skipped` i64[genes]
-    letters, with the gene's own probability `own` f64[genes]."""
+    """Mutate like `mutate_letters`, except that a copy's letters after its promoter, which has `skipped`
+    i64[genes] letters, mutate with the gene's own probability `own` f64[genes]."""
     longest = strings.shape[1]
     at, gene = np.empty(longest, np.int64), np.empty(longest, np.int64)
     rates = np.empty(longest, np.float64)

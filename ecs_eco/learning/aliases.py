@@ -1,4 +1,4 @@
-"""Alternative names of PPO's hyperparameters, used by Stable-Baselines3, CleanRL and papers."""
+"""Alternative names for PPO's hyperparameters, used by Stable-Baselines3, CleanRL and papers."""
 
 from __future__ import annotations
 

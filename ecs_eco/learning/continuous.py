@@ -1,4 +1,5 @@
-"""Continuous actions: numbers drawn from normal distributions whose means and deviations the network outputs.
+"""Continuous actions: numbers drawn from normal distributions whose means and standard deviations the network
+outputs.
 
 In a network's `groups`, each continuous action is `CONTINUOUS`, follows all categorical groups and has two
 outputs: the mean, and the natural logarithm of the standard deviation, clipped to LEAST … MOST. Numbers are

@@ -206,8 +206,8 @@ class Individuals(PlainNetwork):
         """Train the animals in `rows` i64[n] on their rollouts, then empty these; `bootstrap` f32[n] are the
         values of the animals' current states.
 
-        `plasticity` contains their learning rates, discounts and entropy coefficients, each f32[n] or one
-        number for all; None: use `ppo`. `own` contains other hyperparameters by name, [n] each, for the
+        `plasticity` contains their learning rates, discounts and entropy coefficients, each f32[n] or a
+        number shared by all; None: use `ppo`. `own` contains other hyperparameters by name, [n] each, for the
         built-in network. `memory` f32[n, memory] is their memory at the beginning of their rollouts,
         `numbers` f32[n, horizon, n_numbers] their draws for continuous actions. An animal with a learning
         rate of 0 discards its rollout and does not change. Returns means over the animals that learned, named

@@ -243,7 +243,7 @@ class IndividualModules(Individuals):
             self._each = each
             try:
                 with one_torch_thread(), self.brain.reproducible(), warnings.catch_warnings():
-                    # vmap warns of operations that it would run one by one
+                    # vmap warns about operations that it would run one by one
                     warnings.simplefilter("error", UserWarning)
                     each(grad_and_value(self._loss, has_aux=True))(self.brain.tensor(weights), blank)
                     with torch.no_grad():  # can use different operations

@@ -21,7 +21,7 @@ from ecs_eco.learning.torch_ppo import CHUNK, TorchLearner
 
 
 class Learner(TorchLearner):
-    """PPO for the built-in network, for a population whose members are born and die mid-rollout.
+    """PPO for the built-in network, in a population whose members are born and die mid-rollout.
 
     Parameters
     ----------

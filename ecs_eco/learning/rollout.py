@@ -64,9 +64,7 @@ class Rollout:
         self._numbers = np.empty((0, n_numbers), np.float32)
         self._memory = np.empty((0, memory), np.float32)
         self._steps = np.empty(0, STEP)
-        self._ended = np.empty(
-            0, bool
-        )  # nothing follows: the next record of the row belongs to another animal
+        self._ended = np.empty(0, bool)  # nothing follows: the row's next record belongs to another animal
         self.last = np.empty(0, np.int64)  # row → its open record, -1: none
 
     observations = property(lambda self: self._observations[: self.n], doc="f32[n, n_observations]")
@@ -199,7 +197,7 @@ class Rollout:
         columns = ([column[: p.n] for column in p._columns()] for p in parts)
         out._hold(np.concatenate(column) for column in zip(*columns, strict=True))
         row = 0
-        # animals of different parts must not share a row
+        # animals in different parts must not share a row
         for part, n in zip(parts, np.cumsum([p.n for p in parts]), strict=True):
             out._steps["row"][n - part.n : n] += row
             row += int(part.steps["row"].max(initial=-1)) + 1
@@ -282,8 +280,8 @@ class Rollout:
         return state
 
     def reorder(self, order: np.ndarray) -> None:
-        """Update the rows of moved organisms: the organism from row `order[i]`, i64[capacity], is now in row
-        i."""
+        """Update the rows of organisms that have moved: the organism from row `order[i]`, i64[capacity], is
+        now in row i."""
         place = np.empty_like(order)
         place[order] = np.arange(len(order))
         self.steps["row"] = place[self.steps["row"]]

@@ -32,7 +32,7 @@ class SharedLearner:
 
 
 class Share:
-    """One world's share, which its nervous systems use in place of their own learner."""
+    """One world's part of the learner, which its nervous systems use in place of their own learner."""
 
     def __init__(self, together: SharedLearner) -> None:
         brain, ppo = together.learner.brain, together.learner.ppo

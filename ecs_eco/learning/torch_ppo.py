@@ -28,7 +28,7 @@ CHUNK = 2048
 
 
 class TorchLearner:
-    """PPO for a torch module, for a population whose members are born and die mid-rollout.
+    """PPO for a torch module, in a population whose members are born and die mid-rollout.
 
     Parameters
     ----------

@@ -1,4 +1,5 @@
-"""PPO on plain Gymnasium vector environments: environments are rows of the rollout, episodes are lives."""
+"""PPO on plain Gymnasium vector environments: environments are the rows of the rollout, and episodes are
+lives."""
 
 from __future__ import annotations
 
@@ -183,9 +184,9 @@ def train(
 
     Notes
     -----
-    PPO follows Schulman et al. (2017), advantages Schulman et al. (2016). A time limit is not treated as
-    termination: the value of the final observation estimates the return that would have followed. Steps that
-    only reset an environment also count.
+    PPO follows Schulman et al. (2017), and the advantages follow Schulman et al. (2016). A time limit is not
+    treated as termination: the value of the final observation estimates the return that would have followed.
+    Steps that only reset an environment also count.
 
     Examples
     --------

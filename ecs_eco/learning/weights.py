@@ -32,7 +32,7 @@ def save(path: str | Path, weights: Weights, names: Names | None = None) -> Path
 
 def load(path: str | Path) -> dict[str, np.ndarray]:
     """Return the weights in a file. Raises ValueError if the seal does not match or the file has no weights,
-    OSError if it cannot be read."""
+    and OSError if the file cannot be read."""
     return read(Path(path).read_bytes())[0]
 
 

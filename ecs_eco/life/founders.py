@@ -127,7 +127,7 @@ def scatter(table: Table, world: SpatialWorld, identity: np.ndarray, within: Any
 def one_a_site(table: Table, world: SpatialWorld, spacing: float, values: Values, within: Any = None) -> None:
     """Move plants to free sites, drawn without replacement; plants without a site are dropped."""
     nx, ny = (max(1, round(s / spacing)) for s in world.space.size[:2])
-    # unlike the draws of Spread in the first tick and those of other species
+    # distinct from the draws of Spread in the first tick and from those of other species
     key, salt = world.key, (table.place + 1) << 20
     order = np.argsort(
         random.draw_many(key, np.arange(nx * ny, dtype=np.uint64), random.SPREAD + salt), kind="stable"

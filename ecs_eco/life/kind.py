@@ -64,7 +64,7 @@ class Kind:
     nursery: Table | None = None
     """The table that newborns enter; None: this table."""
 
-    # caches of systems, which persist from tick to tick
+    # the systems' caches, which persist from tick to tick
     life_history: tuple[Any, tuple[Any, ...]] | None = None
     sites: np.ndarray | None = None
 

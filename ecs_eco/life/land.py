@@ -21,8 +21,8 @@ GROUNDS = {"open": OPEN, "water": WATER, "rock": ROCK}
 
 
 def lay(terrain: Terrain, land: Land, section: Section) -> None:
-    """Give a terrain the relief, water, classes, roads and fences of `land`, as set in a section of a world
-    file."""
+    """Give a terrain the relief, water, classes, roads and fences of `land`, as configured in a section of a
+    world file."""
     classes = list(section.classes.values())
     terrain.height += land.elevation
     terrain.land = LandMaps(land, classes)

@@ -123,7 +123,7 @@ class Books:
         self.flows[self.holders[holder], substance, NUMBER[flow]] += amount
 
     def watch(self, world: SpatialWorld) -> None:
-        """Record births and deaths of a world from now on."""
+        """Record the world's births and deaths from now on."""
         self.world = weakref.proxy(world)
         world.on_birth.append(self.born)
         world.on_death.append(self.died)

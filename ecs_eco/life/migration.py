@@ -33,8 +33,8 @@ class Migrants(NamedTuple):
 
 
 def emigrants(world: SpatialWorld) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Return the emigrants of this island before the next tick: species → rows i64[k] in uid order, and
-    numbers of the destination islands i64[k]."""
+    """Return the organisms that emigrate from this island before the next tick: species → rows i64[k] in uid
+    order, and numbers of the destination islands i64[k]."""
     plan = world.config.archipelago
     targets = np.array(plan.neighbours()[plan.number], np.int64)
     out = {}
@@ -50,7 +50,8 @@ def emigrants(world: SpatialWorld) -> dict[str, tuple[np.ndarray, np.ndarray]]:
 
 
 def copied(world: SpatialWorld) -> dict[str, Migrants]:
-    """Return copies of the emigrants before the next tick, by species; the world does not change.
+    """Return copies of the organisms that emigrate before the next tick, by species; the world does not
+    change.
 
     Raises a RuntimeError for an emigrant whose esper entity has a plain component, that is, one not stored in
     columns.
@@ -70,7 +71,7 @@ def copied(world: SpatialWorld) -> dict[str, Migrants]:
 
 
 def leave(world: SpatialWorld) -> None:
-    """Remove the emigrants before the next tick."""
+    """Remove the organisms that emigrate before the next tick."""
     for name, (rows, to) in emigrants(world).items():
         table = world.tables[name]
         nerves = table.species.nerves
@@ -80,8 +81,8 @@ def leave(world: SpatialWorld) -> None:
 
 
 def admit(world: SpatialWorld, groups: Iterable[tuple[int, Mapping[str, Migrants]]]) -> None:
-    """Add migrants at random places, given as (number of the island of origin, species → migrants), ordered
-    by this number and then by uid. Migrants to other islands are left out.
+    """Add migrants at random positions, given as (number of the island of origin, species → migrants),
+    ordered by this number and then by uid. Migrants to other islands are left out.
 
     Raises a CheckpointError for migrants whose columns differ from this island's columns.
     """

@@ -51,6 +51,6 @@ def between(ways: np.ndarray, body: BodyConfig, space: Space) -> Values:
 
 
 def _as_long(body: BodyConfig, length: float) -> BodyConfig:
-    """Return the same body with another length [m]; its mass also changes if it has a density."""
+    """Return the same body with a different length [m]; its mass also changes if it has a density."""
     longer = {"length": length} if body.size is None else {"size": [length, *body.size[1:]]}
     return BodyConfig.model_validate(body.model_dump() | longer)

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def reconfigure(world: SpatialWorld, config: WorldSource, learners: Iterable[str] = ()) -> None:
-    """Give a living world another configuration, effective from the next tick.
+    """Give a living world a new configuration, effective from the next tick.
 
     Living organisms keep their current state (energy, mass, sex, fertility, properties, substances); newborns
     get the new values. A species that stops learning discards experience that it has not yet learned from; a

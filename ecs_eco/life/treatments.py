@@ -43,8 +43,7 @@ def shuffled_genome(species: Iterable[Kind]) -> None:
 
 
 def no_mutation(species: Iterable[Kind]) -> None:
-    """Switch off mutation of genomes and noise of inherited weights: lost alleles do not come
-    back."""
+    """Switch off mutation of genomes and noise in inherited weights: lost alleles do not come back."""
     for heredity in _heredities(species):
         heredity.mutation = False
 

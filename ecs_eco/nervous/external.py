@@ -107,10 +107,9 @@ class Pending(Outside):
 
 
 class External:
-    """Control of a species by your program: call `observe`, then `act`, once per tick.
-
-    `World.external` opens it. If several species are controlled, the tick continues when the last of them
-    acts. Between `observe` and `act` the tick is incomplete, so save or copy the world only after `act`.
+    """Control of a species by your program, opened with `World.external`: call `observe`, then `act`, once
+    per tick. If several species are controlled, the tick continues when the last of them acts. Between
+    `observe` and `act` the tick is incomplete, so save or copy the world only after `act`.
 
     Attributes
     ----------
@@ -280,7 +279,7 @@ class External:
 
 
 class Awaited:
-    """The ticks of a world in which some species wait for choices from outside."""
+    """The ticks of a world in which some species wait for outside choices."""
 
     def __init__(self, world: SpatialWorld) -> None:
         self.world = weakref.proxy(world)
@@ -288,7 +287,7 @@ class Awaited:
         self.saves: list[Any] = []  # paths of checkpoints to write at the end of the current tick
 
     def require(self) -> None:
-        """Raise a ConfigError if a tick would find no choices; a hook before each tick."""
+        """A hook before each tick that raises a ConfigError if the tick would find no choices."""
         for name, nerves in self._waiting(self.world):
             if not (self.halves.beginning and isinstance(nerves.outside, Pending)):
                 nerves.outside.require(name)

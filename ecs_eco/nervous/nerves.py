@@ -29,11 +29,11 @@ class Nerves:
 
     `groups` maps a group to its actions; `actions` lists them in the order of y, z and the decision. `rows`
     i64[n] and `x` f32[n, channels] are the organisms that sensed, in canonical order, and their observations;
-    `sensed` is the same by uid, for observers of the world, and empty while sensing is under way. Each
-    network is optional: without a reflex network y is 0, without a policy z is 0, and without a happiness
-    network the reward is 0. The policy is one `brain` for all, trained by `learner`, or one brain per
-    individual (`individuals`), stored in the columns of Policy and Experience. `ranges` are the limits of the
-    continuous groups, each of which has a single action with the group's name.
+    `sensed` contains the same by uid, for observers of the world, and is empty while sensing is under way.
+    Each network is optional: without a reflex network y is 0, without a policy z is 0, and without a
+    happiness network the reward is 0. The policy is one `brain` for all, trained by `learner`, or one brain
+    per individual (`individuals`), stored in the columns of Policy and Experience. `ranges` are the limits of
+    the continuous groups, each of which has a single action with the group's name.
     """
 
     def __init__(
@@ -147,9 +147,8 @@ class Nerves:
         return does & table.alive
 
     def amount(self, table: Table, group: str) -> np.ndarray:
-        """Return the executed numbers of a continuous action, in its unit: f32[capacity].
-
-        Raises UnknownName for another group.
+        """Return the executed numbers of a continuous action, in its unit: f32[capacity]. Raises UnknownName
+        for any other group.
         """
         if group not in self.ranges.groups:
             raise UnknownName(
@@ -161,7 +160,7 @@ class Nerves:
         return amounts
 
     def reading(self, name: str, x: np.ndarray) -> np.ndarray:
-        """Return the value of a name in a formula, a channel or the mean of several: f32[n]."""
+        """Return the value of a name in a formula, which stands for a channel or the mean of several: f32[n]."""
         return mean_of(x, self.readings[name])
 
     # --- inference and learning, shared or individual --------------------------------------------------------

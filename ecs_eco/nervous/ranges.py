@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Ranges:
-    """The limits of each continuous action, in the order of the columns of Motor.
+    """The limits of each continuous action, in the order of Motor's columns.
 
     Built from group: ((lowest, highest), column of its action in the decision, number if no choice is made;
     None: the number nearest to 0).

@@ -57,7 +57,7 @@ class Readings(Columns):
         return column
 
     def _own(self, name: str) -> np.ndarray:
-        """Return a field of the sensors, individual or the same for the whole species: f32[capacity, sensors]."""
+        """Return a field of the sensors, whether individual or shared by the species: f32[capacity, sensors]."""
         table = self._table
         if Senses in table.columns:
             return np.asarray(table.field(Senses, name))

@@ -2,8 +2,8 @@
 wrapped or moved into range where possible, and otherwise rejected with an error that names them.
 
 They apply to everything that is not written by a system within a tick: spawned organisms, values written to
-columns, handles, fields and ground between ticks, checkpoints, interventions. Positions beyond the edge of a
-torus are wrapped, and so are headings; a position on a wall is moved just inside it. Nothing is checked
+columns, handles, fields and ground between ticks, checkpoints and interventions. Positions beyond the edge of
+a torus are wrapped, and so are headings; a position on a wall is moved just inside it. Nothing is checked
 within a tick: kernels stay within their arrays whatever the values are, and debug mode reports the system
 that wrote a bad value.
 """

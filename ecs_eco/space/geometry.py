@@ -154,8 +154,8 @@ def cell_of(place, n):
 
 @lone_njit
 def cells_at(first, size, places, shape, inverse, cell):
-    """Write the cell index of each of `size` positions, starting at `first`, to cell i32[BLOCK], x fastest,
-    as in `cell_of`; `shape` is (nz, ny, nx). Branch-free, so that it vectorizes."""
+    """Write the cell index of each of `size` positions, starting at `first`, to cell i32[BLOCK], with x
+    varying fastest, as in `cell_of`; `shape` is (nz, ny, nx). Branch-free, so that it vectorizes."""
     (x, y, z), (nz, ny, nx) = places, shape
     ix, iy, iz = inverse[0], inverse[1], inverse[2]
     zero, one, nx, ny, nz = np.float32(0.0), np.int32(1), np.int32(nx), np.int32(ny), np.int32(nz)

@@ -138,8 +138,8 @@ def changes(table: Table, version: int) -> list[np.ndarray]:
 def sort_cells(
     alive: np.ndarray, places: Places, uid: np.ndarray, space: Extent, cell: np.ndarray, into: Entries
 ) -> tuple[bool, np.uint64]:
-    """Sort the living rows by cell (counting sort, x fastest), then by uid within a cell (insertion sort).
-    Return whether z is 0 everywhere, and the largest uid, 0 if the table is empty.
+    """Sort the living rows by cell (counting sort, with x varying fastest), then by uid within a cell
+    (insertion sort). Return whether z is 0 everywhere, and the largest uid, 0 if the table is empty.
 
     Dead rows are sorted too, after the last cell, because a branch per row would take longer.
     """
@@ -190,7 +190,7 @@ def put_in(
     after: Entries,
 ) -> bool:
     """Copy the entries of an index into other arrays, without dead entities and with newborns; return whether
-    any newborn's z is not 0. Both share the same `start`.
+    any newborn's z is not 0. `before` and `after` share the same `start`.
 
     `gone` and `born` are rows, given with their uids. The uids of newborns are ascending and larger than all
     others, so each newborn comes last in its cell. Entities that were born and have died since are left out;

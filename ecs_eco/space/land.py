@@ -13,7 +13,7 @@ Value = Callable[[Any], float]
 
 
 class LandMaps:
-    """Maps f32[ny, nx] of the land classes' factors of growth, pace and cost (None: all are 1), and of their
+    """Maps f32[ny, nx] of the land classes' factors for growth, pace and cost (None: all are 1), and of their
     share of `shelter` (None: all are 0). `wet` bool[ny, nx] marks streams; `sha256` identifies the land."""
 
     def __init__(self, land: Any, classes: Sequence[Any]) -> None:

@@ -42,7 +42,7 @@ def nearest(
     kernel: Callable[..., None] | None = None,
     more: tuple[Any, ...] = (),
 ) -> None:
-    """Write the entry of each seeker's nearest target closer than `radius` [m] (−1: none), and its squared
+    """Write the entry of each seeker's nearest target within `radius` [m] (−1: none), and its squared
     distance.
 
     `target` i32[n seekers] is exact up to 2^24 targets; `distance2` f32[n seekers] [m^2] is radius^2 if there

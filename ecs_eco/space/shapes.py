@@ -23,8 +23,8 @@ TURNED = 2e-7  # relative error of a corner, because cosine and sine are float32
 
 
 def volume(length: Size, width: Size, height: Size, rounding: Size) -> Any:
-    """Return the volume [m^3] of a box with these sides [m], enlarged on all sides by a rounding [m]
-    (Steiner 1840); numbers or arrays."""
+    """Return the volume [m^3] of a box with these sides [m], enlarged on all sides by a rounding [m] (Steiner
+    1840); takes numbers or arrays."""
     flat = length * width + width * height + height * length
     return (
         length * width * height
@@ -132,7 +132,7 @@ def contact(form, i, other, e, dx, dy, dz, volume, tie):
     shortest push on i that separates them. If they overlap, the distance is minus the length of that push.
 
     (dx, dy, dz) [m] is the center of i relative to the center of e. In two dimensions, heights are ignored.
-    `tie`, 1 or −1, decides the direction of i if both have the same center.
+    `tie`, 1 or −1, decides the direction in which i is pushed if both have the same center.
     """
     rounding = np.float64(form[i, ROUND]) + np.float64(other[e, ROUND])
     apart, nx, ny = _part(form, i, other, e, dx, dy, tie)
@@ -154,8 +154,8 @@ def contact(form, i, other, e, dx, dy, dz, volume, tie):
 
 @njit
 def ray(form, e, ox, oy, oz, ux, uy, uz):
-    """Return how far along a ray a body begins, in lengths of (ux, uy, uz): 0 inside the body, infinite if
-    the ray misses it. The ray begins at (ox, oy, oz) [m] relative to the body's center.
+    """Return how far along a ray a body begins, in units of the length of (ux, uy, uz): 0 inside the body,
+    infinite if the ray misses it. The ray begins at (ox, oy, oz) [m] relative to the body's center.
 
     Boxes use the slab method (Ericson 2005, section 5.3.3); capsules are a cylinder and two spheres.
     """

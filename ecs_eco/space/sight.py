@@ -171,7 +171,7 @@ def nearest_visible(first, last, seekers, targets, space, bodies, sight, ground,
     """Replace each seeker's nearest target with the nearest target in the field of view that is not hidden by
     a body, rock or hill (−1: none).
 
-    Seekers without a target in reach are not changed. Kernel over seekers first … last − 1.
+    Seekers without a target in reach are not changed. This is a kernel over seekers first … last − 1.
     """
     ox, oy, oz, ou, cos, sin = seekers
     _, tx, ty, tz, tu, _ = targets
@@ -241,8 +241,8 @@ def cast(
     ground: Ground,
     space: Extent,
 ) -> None:
-    """Write for each seeker and ray the kind of the first body hit within the rays' radius (−1 none,
-    −2 rock or wall) and its distance. Rays start at the seekers' positions; `reach` is in cells."""
+    """Write, for each seeker and ray, the kind of the first body hit within the rays' radius (−1 none, −2
+    rock or wall) and its distance. Rays start at the seekers' positions; `reach` is in cells."""
     ox, oy, oz, ou, cos, sin = seekers
     bx, by, bz, br, bu, bkind, _, _ = bodies
     ray_cos, ray_sin, radius, eye, hit, distance = rays

@@ -107,7 +107,7 @@ def nearest_in_sight(
     nearest: Places,
     found: Found,
 ) -> None:
-    """Write for each seeker the nearest point of the nearest target in the field of view that no sphere,
+    """Write, for each seeker, the nearest point of the nearest target in the field of view that no sphere,
     capsule, box, rock or hill hides; the entry found is the seeker's own, or −1 if there is no target.
     `spheres` and `solids` are opaque."""
     ox, oy, oz, ou, cos, sin = seekers

@@ -15,8 +15,8 @@ FEW = 4  # cells; if a body covers more, the corners of its bounds may not touch
 
 class Solids(NamedTuple):
     """Bodies of any shape from several tables: entry e of table `kind[e]` has the form `form[e]`, as in
-    `ecs_eco.space.shapes`, and the row `rows[e]`; entry[start[c]:start[c + 1]] touch cell c. The entries of
-    each table are in the order of its index."""
+    `ecs_eco.space.shapes`, and the row `rows[e]`; the entries entry[start[c]:start[c + 1]] touch cell c. The
+    entries of each table are in the order of its index."""
 
     form: np.ndarray  # f32[n, 9]
     rows: np.ndarray  # i64[n]
@@ -107,7 +107,8 @@ def around(x, y, z, ex, ey, ez, solids, space, seen, out):
     """Write the entries in the cells touched by a box with these half sides [m] around a position, each once
     and in a fixed order; return their number.
 
-    `seen` i64[n + 1] is initially 0 and distinguishes calls; `out` i64[n] can hold all entries.
+    `seen` i64[n + 1] is initially 0 and records the call that last found each entry; `out` i64[n] can hold
+    all entries.
     """
     nx, ny, nz, inverse, lengths, torus, _ = space
     start, entry = solids.start, solids.entry

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 def nearest_surface(
     world: "SpatialWorld", table: "Table", other: "Table", reach: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return for each member of a table, in the order of its index, the entry of the nearest member of
+    """Return, for each member of a table in the order of its index, the entry of the nearest member of
     another table in that table's index, i32[n] (−1: none within `reach` [m]), and the squared distance f32[n]
     [m^2], 0 for bodies that touch."""
     mine, theirs, space = solids(world, [table.name]), solids(world, [other.name]), world.space

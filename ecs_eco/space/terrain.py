@@ -329,7 +329,7 @@ def cells_along(corners: np.ndarray) -> np.ndarray:
 def _hills(
     space: Space, nx: int, ny: int, seed: float = 0, amplitude: float = 5.0, scale: float = 30.0
 ) -> np.ndarray:
-    """Return smooth hills: a sum of 32 plane waves of random direction and phase that are periodic on the
+    """Return smooth hills: a sum of 32 plane waves with random directions and phases that are periodic on the
     torus."""
     u = random.draw_many(random.tick_key(int(seed), 0), np.arange(96, dtype=np.uint64), random.PLACE).reshape(
         3, 32

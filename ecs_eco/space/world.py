@@ -58,7 +58,7 @@ class SpatialWorld(World):
         self.substances: list[str] = []
         self.bodiless: set[str] = set()  # causes of death other than being eaten that leave no body
         self.reproduction = True  # switched off during pre-training
-        self.config: Any = None  # the WorldConfig that the world was built from
+        self.config: Any = None  # the WorldConfig from which the world was built
         self.recorder: Any = None
         self.own_systems: list[Any] = []  # systems that the configuration lists, in its order
         self.reporters: dict[str, Any] = {}  # values measured in every tick, by name
@@ -350,7 +350,7 @@ class SpatialWorld(World):
         Parameters
         ----------
         quantity : {"light", "temperature", "pressure"}
-            Light is 1 in full daylight; temperature in [K], pressure in [Pa].
+            Light is 1 in full daylight; temperature is in [K] and pressure in [Pa].
         x, y, z : array of float32, shape (n,)
             Coordinates [m].
 

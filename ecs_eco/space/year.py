@@ -19,5 +19,5 @@ class Year:
         return (time / self.length + self.start) % 1.0
 
     def warming(self, time: float) -> float:
-        """Return how much warmer [K] than the annual mean it is at a time [s], as a sine wave."""
+        """Return the deviation [K] from the annual mean temperature at a time [s], a sine wave."""
         return self.temperature * scalars.cos(2 * math.pi * (self.share(time) - self.warmest))

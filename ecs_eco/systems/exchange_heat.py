@@ -51,10 +51,10 @@ class ExchangeHeat(System):
     """A body cools or warms toward the temperature of its surroundings, and its metabolism warms it; an
     animal that regulates its temperature pays to stay at its set point.
 
-    Newton's law of cooling, C dT/dt = k (T_surroundings − T) + P, is solved exactly, so the course of
-    temperature does not depend on the length of a tick. C is mass × specific heat, k is surface /
-    (1/conductance + insulation), and P is the heat from metabolism and regulation. An animal without energy
-    does not regulate its temperature.
+    Newton's law of cooling, C dT/dt = k (T_surroundings − T) + P, is solved exactly, so the temperature curve
+    does not depend on the length of a tick. C is mass × specific heat, k is surface / (1/conductance +
+    insulation), and P is the heat from metabolism and regulation. An animal without energy does not regulate
+    its temperature.
     """
 
     needs = (Position, Body, Physical, HeatExchange)

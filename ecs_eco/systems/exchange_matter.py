@@ -274,7 +274,7 @@ def pass_skin(
     value: np.ndarray,
     litres: float,
 ) -> float:
-    """Pass a substance between bodies and their parts of a cell, which are proportional to body volume;
+    """Exchange a substance between bodies and their parts of a cell, which are proportional to body volume;
     `total` f64[cells] is the volume of all bodies in a cell. Return the amount [mol] that has entered bodies."""
     volume, moved = bodies.volume, 0.0
     for i in range(rows.size):
@@ -301,8 +301,8 @@ def give(
     value: np.ndarray,
     litres: float,
 ) -> float:
-    """Move a share of the substance that bodies hold above a concentration into the cells of a field, or out
-    of the world if there is no field; return the total [mol]."""
+    """Move a share of the substance that bodies hold in excess of a concentration into the cells of a field,
+    or out of the world if there is no field; return the total [mol]."""
     volume, moved = bodies.volume, 0.0
     for i in range(rows.size):
         row = rows[i]

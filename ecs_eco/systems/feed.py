@@ -360,7 +360,7 @@ def propose(
     key: np.uint64,
     purpose: int,
 ) -> None:
-    """Reject food that eaters first … last − 1 cannot eat, by setting its entry to −1."""
+    """Reject food that eaters first … last − 1 cannot eat by setting its entry to −1."""
     rows, uid, food_rows, (target, distance2) = mine.rows, mine.uid, targets.rows, found
     radius, reach, chance, until, decision, column, eater_cause, energy, digesting = eaters
     food_radius, toughness, food_cause = foods

@@ -1,4 +1,4 @@
-"""Interventions: cull, add organisms, put up fences, lay roads, dose, set values, switch reproduction and
+"""Interventions: cull, add organisms, put up fences, lay roads, dose, set values, and switch reproduction or
 learning on or off."""
 
 from __future__ import annotations

@@ -46,7 +46,7 @@ class Wishes(NamedTuple):
 
 
 class Sires(NamedTuple):
-    """Possible sires, for kernels; form f32[k, 9] is empty if all are spheres."""
+    """Possible sires, for kernels; `form` f32[k, 9] is empty if all are spheres."""
 
     can: np.ndarray  # u8[rows], roles
     radius: np.ndarray  # f32[rows] [m]
@@ -223,8 +223,8 @@ class Mate(System):
 def agreed(
     table: Table, world: SpatialWorld, i: Index, partner: np.ndarray, distance2: np.ndarray
 ) -> np.ndarray:
-    """Return the pairs that mate if each process knows only its own organisms' choices: rows i64[n, 2] of the
-    pairs in this process, ghosts included."""
+    """Return the pairs that mate when each process knows only its own organisms' choices: rows i64[n, 2] of
+    the pairs in this process, ghosts included."""
     here = world.bands.entries(i)
     mine = here.start + np.flatnonzero(partner[here] >= 0)
     uid, chosen, far = world.bands.everyone(i.uid[mine], i.uid[partner[mine]], distance2[mine])

@@ -145,7 +145,7 @@ def ways(table: Table, space: Space, before: np.ndarray, gone: np.ndarray) -> np
 
 
 def _on_roads(table: Table, terrain: Terrain) -> tuple[np.ndarray, np.ndarray]:
-    """Return the factors of speed and cost at each position, f32[high] each; the cost factor cancels the
+    """Return the factors for speed and cost at each position, f32[high] each; the cost factor cancels the
     squared pace by which `move` multiplies costs."""
     p, high, (ny, nx) = table[Position], table.high, terrain.shape
     i, j = cells_of(p.x[:high], terrain.inverse[0], nx), cells_of(p.y[:high], terrain.inverse[1], ny)
@@ -186,7 +186,7 @@ def move(
     """Move the living rows first … last − 1. `gone` f32[rows] receives the distance [m] that each has moved
     forward, unless it is empty.
 
-    Rows are processed in blocks, so that sines and cosines are computed many at a time.
+    Rows are processed in blocks, so that many sines and cosines are computed at a time.
     """
     if first >= last:
         return
@@ -234,8 +234,8 @@ def move(
 
 @lone_njit
 def go_ahead(start, size, ahead, sine, cosine, drag, dt, space, ground, slope_cost, bodies):
-    """Move a block of rows from `start` on along their headings at speeds `ahead`, which are reduced if the
-    path is blocked. `sine` and `cosine` are scratch arrays."""
+    """Move a block of rows, starting at `start`, along their headings at speeds `ahead`, which are reduced
+    where the path is blocked. `sine` and `cosine` are scratch arrays."""
     x, y, heading, lengths, torus = bodies.x, bodies.y, bodies.heading, space.lengths, space.torus
     for i in range(size):
         sine[i], cosine[i] = sine_and_cosine(heading[start + i])

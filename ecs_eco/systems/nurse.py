@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 NO_DECISION = np.zeros((1, 1), np.uint8)
-SPHERES = np.zeros((0, 9), np.float32)  # forms if all bodies are spheres
+SPHERES = np.zeros((0, 9), np.float32)  # empty `form`: all bodies are spheres
 PARENTS = {"mother": ("mother",), "father": ("father",), "both": ("mother", "father")}
 
 

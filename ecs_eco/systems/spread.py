@@ -384,9 +384,9 @@ def sprout(
 
 @njit
 def lucky(begin, size, flat, key, purpose, most, luck, near):
-    """Among `size` sites from `begin` on, at most SITES, list the free sites that draw a number below `most`:
-    the offset from `begin`, and the number. Return how many there are. Branch-free, because the branches
-    would be unpredictable."""
+    """Among `size` sites (at most SITES) starting at `begin`, list the free sites that draw a number below
+    `most`, as the offset from `begin` and the number. Return how many there are. Branch-free, because the
+    branches would be unpredictable."""
     free = few = 0
     for k in range(size):
         near[np.uint64(free)] = k

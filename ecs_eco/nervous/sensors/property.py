@@ -35,8 +35,8 @@ def feel_property(
     weight × (value − zero)/scale or, as a mean, this sum divided by Σ weight; 0 if there are no bodies.
 
     A body is included if its center is nearer than `radius` [m]. Its weight at distance d is 1 with decay
-    "none", 1 − d/radius with "linear", 1/d² [1/m²] with "inverse_square", where d is at least its own radius.
-    With `kin`, only relatives are included.
+    "none", 1 − d/radius with "linear", and 1/d² [1/m²] with "inverse_square", where d is at least its own
+    radius. With `kin`, only relatives are included.
     """
 
     def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
