@@ -89,7 +89,7 @@ class Turnover:
         self._unheard = Unheard()
 
     def heard(self) -> bool:
-        """Return whether any hook needs to be told about each death."""
+        """Return whether any hook observes individual deaths."""
         return bool(self.world.on_death)
 
     def bury_dying(self) -> None:

@@ -37,7 +37,7 @@ def load(path: str | Path) -> dict[str, np.ndarray]:
 
 
 def read(content: bytes) -> tuple[dict[str, np.ndarray], Names | None]:
-    """Return the weights and the names in the bytes of a file. Raises ValueError."""
+    """Return the weights and the names from a file's bytes. Raises ValueError."""
     from safetensors import SafetensorError
     from safetensors.numpy import load as parsed
 

@@ -112,5 +112,5 @@ class Kind:
         return {} if self.section is None else dict(of_each(self.section, "feels"))
 
     def parts(self) -> dict[str, Any]:
-        """Return the parts that may have a state of their own, by name."""
+        """Return, by name, the parts that can have state of their own."""
         return {name: part for name in ("heredity", "nerves") if (part := getattr(self, name)) is not None}

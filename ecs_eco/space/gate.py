@@ -3,7 +3,7 @@ wrapped or moved into range where possible, and otherwise rejected with an error
 
 They apply to everything that is not written by a system within a tick: spawned organisms, values written to
 columns, handles, fields and ground between ticks, checkpoints and interventions. Positions beyond the edge of
-a torus are wrapped, and so are headings; a position on a wall is moved just inside it. Nothing is checked
+a torus are wrapped, and so are headings; a position on a wall is moved just inside it. No values are checked
 within a tick: kernels stay within their arrays whatever the values are, and debug mode reports the system
 that wrote a bad value.
 """

@@ -45,9 +45,10 @@ def nearest(
     """Write the entry of each seeker's nearest target within `radius` [m] (−1: none), and its squared
     distance.
 
-    `target` i32[n seekers] is exact up to 2^24 targets; `distance2` f32[n seekers] [m^2] is radius^2 if there
-    is no target. A seeker is not its own target if both indexes are the same. `split(kernel, n, *arguments)`
-    runs a kernel over 0…n in parts: `seek`, or a kernel with the same signature followed by `more`.
+    `target` i32[n seekers] is exact up to 2^24 targets; `distance2` f32[n seekers] [m^2] is radius^2 for a
+    seeker without a target. A seeker is not its own target if both indexes are the same. `split(kernel, n,
+    *arguments)` runs a kernel over 0…n in parts: `seek`, or a kernel with the same signature followed by
+    `more`.
     """
     space = seekers.space
     _, ny, nz = space.shape
