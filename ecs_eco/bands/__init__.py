@@ -1,4 +1,5 @@
-"""One world on many processes, each of which works on a band of the map and may hold only that band.
+"""One world split across several processes, each of which works on a band of the map and may hold only that
+band.
 
 A system declares its divisible work through `world.bands` (`ecs_eco.space.one_band`). To run many worlds, use
 `ecs_eco.lab`. mpi4py is imported only when needed. See docs/explanation/bands.md.

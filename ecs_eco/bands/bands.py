@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from ecs_eco.space.index import Index
     from ecs_eco.space.world import SpatialWorld
 
-LEAST = 64  # with fewer organisms, every process repeats the work, as an exchange would take as long
+LEAST = 64  # with fewer organisms, every process does all the work, because an exchange would take as long
 
 
 @dataclass
@@ -38,9 +38,9 @@ class Traffic:
 class Bands(OneBand):
     """The processes of an MPI communicator, each with a band of the map, as returned by `divide`.
 
-    A band is a range of whole rows of cells of the neighbor index, cut so that all bands have about equally
-    many organisms of the species in question. Work that is not tied to a position, such as gradients, is
-    divided equally.
+    A band is a range of whole rows of cells of the neighbor index, chosen so that all bands have about
+    equally many organisms of the species in question. Work that is not tied to a position, such as gradients,
+    is divided equally.
     """
 
     def __init__(self, world: SpatialWorld, comm: Comm, least: int = LEAST) -> None:
@@ -48,12 +48,12 @@ class Bands(OneBand):
         self.workers = world.workers
         self.traffic = Traffic()
         self.wishes = False  # whether this process has been asked to stop
-        self._rows: dict[int, Any] = {}  # MPI type of a row, by its size in bytes
+        self._rows: dict[int, Any] = {}  # MPI type of a row, by size in bytes
 
     # --- assignment of work ---------------------------------------------------------------------------------
 
     def bounds(self, n: int) -> list[int]:
-        """Return the size + 1 boundaries that divide n items among the processes."""
+        """Return the `size` + 1 boundaries that divide n items among the processes."""
         return [n * k // self.size for k in range(self.size + 1)]
 
     def part(self, n: int) -> tuple[int, int]:
@@ -78,7 +78,7 @@ class Bands(OneBand):
 
     def over(self, index: Index, *outputs: np.ndarray) -> AbstractContextManager[None]:
         """Within the block, restrict `World.split` over the entries of an index, or over its rows of cells,
-        to this process's band. Afterwards, fill in the `outputs` [index.n, …] of the other processes."""
+        to this process's band. Afterward, fill in the `outputs` [index.n, …] of the other processes."""
         # with equal numbers of entries and rows, the two cases are indistinguishable
         if self.size == 1 or index.n < self.least or index.n == index.space.n_cells // index.space.shape[0]:
             return nullcontext()
@@ -105,7 +105,7 @@ class Bands(OneBand):
             self._complete(array, self.bounds(n))
 
     def gathered(self, n: int, part: np.ndarray) -> np.ndarray:
-        """Return a whole array [n, …] if each process has only the rows of its `part(n)`."""
+        """Return a whole array [n, …], of which each process has only the rows of its `part(n)`."""
         out = np.empty((n, *part.shape[1:]), part.dtype)
         first, last = self.part(n)
         out[first:last] = part

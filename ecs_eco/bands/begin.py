@@ -25,7 +25,7 @@ def divide(world: World, comm: Comm | None = None, least: int = LEAST, *, state:
     comm : mpi4py.MPI.Comm, optional
         Default: all processes.
     least : int, default 64
-        Every process computes species with fewer organisms than this.
+        Species with fewer organisms than this are computed by every process.
     state : bool, default False
         Whether each process holds only its own part of the world instead of all of it.
 
@@ -38,7 +38,7 @@ def divide(world: World, comm: Comm | None = None, least: int = LEAST, *, state:
     RuntimeError
         If the processes have built different worlds.
     ConfigError
-        If the state of this world cannot be divided into this many bands, or at all.
+        If the state of this world cannot be divided into this many bands, or cannot be divided at all.
 
     Notes
     -----

@@ -1,4 +1,5 @@
-"""Births and deaths in divided state: all processes assign the same uids, and one creates each newborn."""
+"""Births and deaths when state is divided: all processes assign the same uids, and each newborn is created by
+one of them."""
 
 from __future__ import annotations
 
@@ -20,7 +21,7 @@ Values = dict[tuple[type, str], np.ndarray]
 
 
 class Parents(dict[type, Any]):
-    """Parents of newborns in the form of a table, sorted by uid, with the columns that heredity reads."""
+    """Parents of newborns, as a table sorted by uid with the columns that heredity reads."""
 
     def __init__(self, table: Table, uid: np.ndarray, columns: dict[tuple[type, str], np.ndarray]) -> None:
         super().__init__(
@@ -40,13 +41,13 @@ class _Columns:
 
 
 class Births(Turnover):
-    """Exchange of births and deaths, and the map of plant sites, which all processes have."""
+    """Exchange of births and deaths, and of the map of plant sites, which all processes have."""
 
     def __init__(self, bands: Any, world: SpatialWorld) -> None:
         super().__init__(world)
         self.bands = bands
         self.sites: dict[str, np.ndarray] = {}
-        self.cleared: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {}  # sites and uids of dead plants
+        self.cleared: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {}  # the sites and uids of dead plants
         for table in bands.tables:  # at this point, every process still holds the whole world
             way = table.species.reproduction
             if way is not None and way.kind == "spread":
@@ -82,7 +83,7 @@ class Births(Turnover):
     # --- deaths and births take effect ----------------------------------------------------------------------
 
     def heard(self) -> bool:
-        """Return True, because deaths clear plant sites."""
+        """Return True, because deaths free plant sites."""
         return True
 
     def bury(self, table: Table, rows: np.ndarray, ordered: bool = False) -> None:

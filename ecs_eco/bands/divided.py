@@ -1,4 +1,4 @@
-"""Divided state: each process holds only the organisms of its band and, during a tick, nearby ghosts."""
+"""Divided state: each process holds only the organisms in its band and, during a tick, nearby ghosts."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 EVERY = 32  # ticks between checks of the load balance
-UNEVEN = 1.1  # edges move if the heaviest band has more than this multiple of the mean load
+UNEVEN = 1.1  # edges move if the load of the heaviest band exceeds the mean load by more than this factor
 SEEN = (Position, Body, Traits)  # components copied to ghosts
 MIND = 10  # load of an organism that senses and decides, relative to one that does not
 
@@ -67,10 +67,10 @@ class Divided(OneBand):
 
     Before sensing, the process receives ghosts (copies) of all organisms that its own organisms may sense;
     only its own organisms sense, learn and decide. After moving, organisms that crossed an edge change
-    process, and the process receives ghosts of all organisms whose meals and matings could affect its own.
-    Meals and matings are computed for both, and are correct for its own organisms. Births are sent to all
-    processes; the process whose band contains the position creates the newborn. Ghosts are removed before the
-    tick ends.
+    process, and the process receives ghosts of all organisms whose meals and matings could affect its own
+    organisms. Meals and matings are computed both for the process's own organisms and for ghosts, and are
+    correct for its own organisms. Births are sent to all processes; the process whose band contains the
+    position creates the newborn. Ghosts are removed before the tick ends.
     """
 
     divided = True
@@ -107,7 +107,7 @@ class Divided(OneBand):
             for table in self.tables
             if table.species.nerves is not None and table.species.nerves.learner is not None
         }
-        for table in self.tables:  # remove organisms of other bands
+        for table in self.tables:  # remove organisms that belong to other bands
             table.vacate(table.rows()[~self._is_mine(table, table.rows())])
         self._take_part(world)
         self.early = share_recording(world, comm)  # events recorded before the division
@@ -127,20 +127,22 @@ class Divided(OneBand):
     # --- ghosts ---------------------------------------------------------------------------------------------
 
     def look_around(self) -> None:
-        """Before a tick, move the edges if worthwhile and receive ghosts for sensing."""
+        """Before a tick, move the edges if it is worthwhile, and receive ghosts for sensing."""
         if self.world.tick % EVERY == 0:
             self.balance()
         self.copy(self.movers, self.sensing, self.seen)
         self.copy(self.fixed, max(self.sensing, self.acting), self.light)
 
     def meet(self) -> None:
-        """After moving, send organisms beyond the edges to other processes and receive ghosts for encounters."""
+        """After moving, send organisms that are beyond the edges to other processes, and receive ghosts for
+        encounters."""
         if self.movers:
             self.migrate(self.movers)
         self.copy(self.movers, self.acting, self.light)
 
     def copy(self, tables: Sequence[Table], width: int, columns: Mapping[str, Columns]) -> None:
-        """Receive ghosts of all organisms of the tables at most `width` rows of cells beyond this band."""
+        """Receive ghosts of all organisms in the tables that are at most `width` rows of cells beyond this
+        band."""
         if not tables:
             return
         rows = [table.rows() for table in tables]
@@ -201,7 +203,7 @@ class Divided(OneBand):
             self.migrate(self.tables)
 
     def _load(self) -> np.ndarray:
-        """Return the load of this process's organisms in each row of cells: i64[ny]."""
+        """Return the load from this process's organisms in each row of cells: i64[ny]."""
         load = np.zeros(self.edges.ny, np.int64)
         for table in self.tables:
             each = 1 if table.species.nerves is None else MIND
@@ -216,7 +218,7 @@ class Divided(OneBand):
         return mine
 
     def close_rollouts(self) -> None:
-        """After deciding, exchange the number of transitions stored by each process in this tick."""
+        """After decisions, exchange the number of transitions stored by each process in this tick."""
         learning = [rollout for rollout in self.rollouts.values() if rollout.learns]
         if learning:
             stored = np.array([[rollout.stored for rollout in learning]], np.int64)
@@ -228,7 +230,8 @@ class Divided(OneBand):
 
     @property
     def common(self) -> OneBand:
-        """The processes as a group that shares the work on data held by all of them: policies and rollouts."""
+        """The processes as a group that shares work on data held by all of them, such as policies and
+        rollouts."""
         return self.common_bands
 
     def own(self, index: Index, *outputs: np.ndarray) -> AbstractContextManager[None]:
@@ -273,7 +276,7 @@ class Divided(OneBand):
         return self.edges.owner_of(y) == self.place
 
     def either(self, flags: np.ndarray) -> np.ndarray:
-        """Return whether each flag is set in any process: bool[…]."""
+        """Return whether each flag is set in at least one process: bool[…]."""
         return self.wire.any(flags)
 
     def litters(self, litters: Any, where: Any) -> Any:
@@ -289,7 +292,7 @@ class Divided(OneBand):
         return self.births.sites_of(table, stands.shape)
 
     def learnt(self, minds: object, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Store this tick's learning statistics of individuals, one entry each, for the record; return them."""
+        """Store this tick's learning statistics, one entry per individual, for the record; return them."""
         if len(arrays[0]) and self.world.recorder is not None:
             name = next(
                 t.name
@@ -307,7 +310,7 @@ class Divided(OneBand):
         return False
 
     def agree(self) -> bool:
-        """Serve requests from process 0; return whether any process has been asked to stop."""
+        """Serve requests from process 0, and return whether any process has been asked to stop."""
         return self.talk.go_on()
 
     def undivided(self, world: T) -> T | None:

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class Edges:
-    """Bands of whole rows of cells, upward from y = 0: band k has rows `rows[k]` … `rows[k + 1]` − 1.
+    """Bands of whole rows of cells, from y = 0 upward: band k has rows `rows[k]` … `rows[k + 1]` − 1.
 
     Each band is at least `least` rows high. `owner` i64[ny] is the band of each row.
     """
@@ -27,7 +27,7 @@ class Edges:
         self._near: dict[tuple[int, int], dict[int, np.ndarray]] = {}
 
     def even(self, weights: np.ndarray) -> np.ndarray:
-        """Return the first rows i64[size + 1] of bands with about equal sums of the weights f64[ny]."""
+        """Return the first rows i64[size + 1] of bands whose weights f64[ny] have about equal sums."""
         sums = np.concatenate([[0.0], np.cumsum(weights)])
         aims = sums[-1] * np.arange(1, self.size) / self.size
         rows = [0]

@@ -28,7 +28,7 @@ class Wire:
         self.traffic = Traffic()
 
     def swap(self, parts: Mapping[int, np.ndarray]) -> dict[int, np.ndarray]:
-        """Send bytes u8[…] to each rank; return the bytes received by rank. All processes must call this."""
+        """Send bytes u8[…] to each rank; return the bytes received, by rank. All processes must call this."""
         if self.size == 1:
             return {}
         start, comm = time.perf_counter(), self.comm
@@ -44,8 +44,8 @@ class Wire:
         return got
 
     def everyone(self, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Return arrays [n, …] concatenated over all processes in rank order; a process's arrays have the
-        same n."""
+        """Return arrays [n, …] concatenated over all processes in rank order; all arrays of a process have
+        the same n."""
         if self.size == 1:
             return arrays
         start, comm = time.perf_counter(), self.comm
@@ -66,7 +66,7 @@ class Wire:
     def _joined(
         out: np.ndarray, counts: np.ndarray, each: Sequence[int], i: int, like: np.ndarray
     ) -> np.ndarray:
-        """Return array i of all processes, given bytes in which the arrays of each process are contiguous."""
+        """Return array i of every process, given bytes in which the arrays of each process are contiguous."""
         before, pieces, at = sum(each[:i]), [], 0
         for n in counts.tolist():
             first = at + n * before
@@ -75,7 +75,7 @@ class Wire:
         return np.concatenate(pieces).view(like.dtype).reshape(int(counts.sum()), *like.shape[1:])
 
     def any(self, flags: np.ndarray) -> np.ndarray:
-        """Return whether each flag is set in any process: bool[…]."""
+        """Return whether each flag is set in at least one process: bool[…]."""
         if self.size == 1 or not flags.size:
             return flags
         start, out = time.perf_counter(), np.empty(flags.shape, np.uint8)
@@ -105,8 +105,8 @@ Columns = list[tuple[Any, str]]
 
 
 def columns_of(table: Table, heavy: bool, seen: Sequence[type] | None = None) -> Columns:
-    """Return (component, field) pairs of a table: blocked fields only if `heavy`; only components `seen`, if
-    given."""
+    """Return the (component, field) pairs of a table, with blocked fields only if `heavy`, and only of the
+    components `seen`, if given."""
     return [
         (component, field)
         for component, held in table.columns.items()

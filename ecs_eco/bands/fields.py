@@ -1,4 +1,4 @@
-"""Smells in bands: each process updates its own rows of a field and has copies of the rows next to them."""
+"""Smells in bands: each process updates its own rows of a field, and has copies of the adjacent rows."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 class BandField:
     """The rows of a field whose centers lie in a band.
 
-    `halo` is the number of rows beyond them that `trade` copies from other processes.
+    `halo` is the number of adjacent rows that `trade` copies from other processes.
     """
 
     def __init__(self, field: Field, edges: Edges, rank: int, halo: int) -> None:
@@ -37,7 +37,7 @@ class BandField:
         return self._of[1]
 
     def span(self, rank: int) -> tuple[int, int]:
-        """Return the first row of a process and the row after its last."""
+        """Return a process's first row and the row after its last."""
         first, last = np.searchsorted(self.owners(), [rank, rank + 1])
         return int(first), int(last)
 
@@ -73,12 +73,12 @@ class BandField:
 
 
 def halo_of(field: Field, dt: float, noses: float) -> int:
-    """Return how many field rows beyond a band are needed if noses are at most `noses` m from body centers."""
+    """Return how many field rows beyond a band are needed if noses are at most `noses` [m] from body centers."""
     return max(field._plan(dt)[0], 2 + math.ceil(noses * float(field.inverse[1])))
 
 
 def trade(fields: Sequence[BandField], wire: Wire) -> None:
-    """Send each process the rows that it reads beyond its own."""
+    """Send each process the rows beyond its own that it reads."""
     parts, mine = {}, wire.rank
     for rank in range(wire.size) if fields else ():
         read = [f.rows_for(rank, mine) for f in fields]
@@ -101,7 +101,7 @@ def trade(fields: Sequence[BandField], wire: Wire) -> None:
 
 
 def complete(fields: Sequence[BandField], wire: Wire) -> None:
-    """Send every process all rows of all fields, before edges move or the whole world is needed."""
+    """Send all rows of all fields to every process, before edges move or when the whole world is needed."""
     for f in fields:
         first, last = f.span(wire.rank)
         (rows,) = wire.everyone(np.ascontiguousarray(f.field.value[:, first:last].swapaxes(0, 1)))

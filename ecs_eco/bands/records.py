@@ -23,7 +23,7 @@ Groups = dict[str, list[tuple[np.ndarray, ...]]]
 def share_recording(world: World, comm: Comm) -> list[tuple[np.ndarray, ...]]:
     """Make all processes record as process 0 does; return the events recorded so far."""
     if (recorder := world.recorder) is not None:
-        recorder.flush()  # so that all processes start a page at the same tick
+        recorder.flush()  # so that all processes start a page in the same tick
     how = comm.bcast(None if recorder is None else (recorder.block, recorder.snapshot_every, recorder.keeps))
     if comm.Get_rank() == 0 or how is None:
         return [] if recorder is None else [group for groups in recorder._events.values() for group in groups]
@@ -36,7 +36,7 @@ def share_recording(world: World, comm: Comm) -> list[tuple[np.ndarray, ...]]:
 
 
 def collect(bands: Any, recorder: Recorder) -> None:
-    """Merge all records since the last collection in process 0, as if one process had made them.
+    """Merge all records since the last collection in process 0, as if a single process had made them.
 
     Counts are exact. Energies are summed band by band, not row by row, so their last digits may differ.
     """
@@ -109,8 +109,8 @@ def _learnt(
     rows: list[tuple[Any, ...]],
     lessons: list[tuple[int, str, tuple[np.ndarray, ...]]],
 ) -> list[tuple[Any, ...]]:
-    """Return the learning statistics: unchanged for shared policies, which are the same in all processes;
-    merged over all processes for individuals."""
+    """Return the learning statistics: unchanged for shared policies, which are the same in all processes, and
+    merged over all processes for individual ones."""
     alone = {
         s
         for name, s in place.items()

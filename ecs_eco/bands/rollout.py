@@ -1,4 +1,5 @@
-"""Rollout of a shared policy in bands: each process stores its own transitions, and all learn from all."""
+"""Rollout of a shared policy in bands: each process stores its own transitions, and all processes learn from
+all of them."""
 
 from __future__ import annotations
 
@@ -21,7 +22,7 @@ DEAD = np.uint64(1 << 63)  # lives that have ended are numbered from here; all u
 class BandRollout(Rollout):
     """The transitions of organisms in a band, each with a uid and its index among all transitions.
 
-    An open record moves with its organism, so that its reward can still be added. `advantages` gathers all
+    An open record moves with its organism, so that the reward can still be added. `advantages` gathers all
     records in every process, in the order of a single process; the processes then share the work of learning
     from them.
     """
@@ -51,8 +52,8 @@ class BandRollout(Rollout):
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
-        self._lives = np.empty(0, np.uint64)  # life of each record: a uid, or a number from DEAD up
-        self._places = np.empty(0, np.int64)  # index among all records; −1 if moved away
+        self._lives = np.empty(0, np.uint64)  # life of each record: a uid, or a number from DEAD upward
+        self._places = np.empty(0, np.int64)  # index among all records; −1 if the record has moved away
 
     def _columns(self) -> tuple[np.ndarray, ...]:
         return (*super()._columns(), self._lives, self._places)
@@ -84,7 +85,8 @@ class BandRollout(Rollout):
         return bool(self.table.species.nerves.learning)
 
     def store(self, rows: np.ndarray, *arrays: Any) -> None:
-        """Append one tick; `close` assigns the indices once the counts of all processes are known."""
+        """Append the transitions of one tick; `close` assigns their indices once the counts of all processes
+        are known."""
         ticks, start = self.ticks, self.n
         super().store(rows, *arrays)
         self.ticks, self.stored = ticks, len(rows)
@@ -164,7 +166,7 @@ class BandRollout(Rollout):
 
 
 def last_of(row: np.ndarray, ended: np.ndarray, n: int) -> np.ndarray:
-    """Return the index of the open record of each of n lives, or −1 if the life has ended: i64[n]."""
+    """Return the index of the open record in each of n lives, or −1 if the life has ended: i64[n]."""
     last = np.full(n, -1)
     np.maximum.at(last, row, np.arange(len(row)))
     acts = np.flatnonzero(last >= 0)

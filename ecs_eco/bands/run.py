@@ -1,4 +1,4 @@
-"""Run in bands: process 0 records the run, and the other processes run the same ticks in step."""
+"""Run in bands: process 0 records the run, and the other processes run the same ticks in lockstep."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
     from ecs_eco.ecosystem import World
 
-GRACE = 5.0  # [s] gives process 0 time to report an error first, because most errors occur in all processes
-HEARD = 1.0  # [s] gives mpiexec time to forward the output of a process before all processes end
+GRACE = 5.0  # [s] time for process 0 to report an error first, because most errors occur in all processes
+HEARD = 1.0  # [s] time for mpiexec to forward the output of a process before all processes end
 PLAIN = (ConfigError, CheckpointError, RecordingError, FloatingPointError, OSError)  # need no traceback
 
 
@@ -36,9 +36,10 @@ def together(
 
     In process 0, `lead(prepare)` runs a world to tick `ticks` (None: the `ticks` of its file) and calls
     `prepare(world)` before the first tick, like `runs.run.run_to_folder`. In the other processes, `build()`
-    returns the same world. With `state`, each process holds only a part of it. Returns the result of `lead`
-    and the bands in process 0, and None in the others. An error in one process ends all processes with exit
-    code 1, or 2 for an invalid file. Whole worlds that come to differ between processes raise a RuntimeError.
+    returns the same world. With `state`, each process holds only a part of that world. Returns the result of
+    `lead` and the bands in process 0, and None in the others. An error in one process ends all processes with
+    exit code 1, or 2 for an invalid file. If whole worlds come to differ between processes, a RuntimeError is
+    raised.
     """
     comm = mpi().COMM_WORLD if comm is None else comm
     led: list[World] = []
@@ -62,7 +63,8 @@ def together(
 
 
 def _built(build: Callable[[], World], comm: Comm) -> World:
-    """Return the world of a process other than 0; process 0 reports errors first, as most occur there too."""
+    """Return the world of a process other than 0; process 0 reports errors first, because most errors occur
+    there, too."""
     try:
         return build()
     except Exception as error:

@@ -1,4 +1,4 @@
-"""Joint actions of processes between ticks: stop, assemble the whole world, collect records."""
+"""Joint actions of all processes between ticks: stop, assemble the whole world, collect records."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ STOP, GATHER, ASK, COLLECT, END = 1, 2, 4, 8, 16  # bits of a message
 
 
 class Talk:
-    """Process 0 sends requests and the others serve them: before each tick, they receive a request or the
-    message to continue.
+    """Process 0 sends requests, and the other processes serve them: before each tick, they receive a request
+    or a message to continue.
 
-    Processes that run the same script may all send the same request at once; all get the same answer.
+    Processes that run the same script may all send the same request at once, and all get the same answer.
     """
 
     def __init__(self, bands: Any) -> None:
@@ -37,7 +37,7 @@ class Talk:
         return int(out[0])
 
     def go_on(self) -> bool:
-        """Serve requests until all processes continue; return whether to stop."""
+        """Serve requests until all processes continue, and return whether to stop."""
         return bool(self._answer(0, 0) & STOP)
 
     def serve(self) -> None:

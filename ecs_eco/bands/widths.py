@@ -1,4 +1,4 @@
-"""The width of the ghost zone beyond a band's edges, and features that cannot be divided."""
+"""The width of the ghost zone beyond a band's edges, and features that rule out division."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Widths(NamedTuple):
     """Distances that ghosts and rows of fields extend beyond the edges."""
 
     sensing: float  # [m] ghosts before sensing: longest sensing range, or flow into this band's fields
-    acting: float  # [m] ghosts after moving: all whose fate may affect this band's organisms in this tick
+    acting: float  # [m] ghosts after moving: all organisms that may affect this band's organisms in this tick
     halos: list[int]  # number of rows beyond the edges, for each field
     properties: bool  # whether any sensor reads more than positions and bodies
 
@@ -38,7 +38,7 @@ class Widths(NamedTuple):
 
 
 def widths_of(world: SpatialWorld) -> Widths:
-    """Return how far beyond its edges a band of a world needs data."""
+    """Return how far beyond its edges a band needs data."""
     living = [t for t in world.tables.values() if Body in t]
     largest = max((largest_of(t) for t in living), default=0.0)
     noses = max((nose_of(t) for t in living), default=0.0)
@@ -65,7 +65,7 @@ def widths_of(world: SpatialWorld) -> Widths:
 
 def meals_of(world: SpatialWorld, living: list[Table]) -> float:
     """Return the distance [m] within which ghosts can affect whether a body eats or is eaten: one reach each
-    for its eater, that eater's rivals, and closer items; one more if an eater may win several."""
+    for its eater, that eater's rivals, and closer items, and one more if an eater can win several items."""
     reach = max(
         (
             largest_of(t) + largest_of(world.tables[food.eats]) + food.reach
@@ -146,7 +146,7 @@ def _of_world(world: SpatialWorld) -> Iterator[tuple[tuple[Any, ...], str]]:
     if world.environment:
         yield ("environment",), "a world with environment functions"
     for system in world.systems:
-        if not vars(type(system)).get("divisible"):  # a subclass of a divisible system may do more
+        if not vars(type(system)).get("divisible"):  # a subclass of a divisible system can do more
             yield ("systems",), f"a world with the system {type(system).__name__}"
     if world.recorder is not None and world.recorder.details is not None:
         yield ("record",), "a recording of individual organisms"
@@ -213,7 +213,7 @@ def _of_table(table: Table) -> Iterator[tuple[str, str]]:
 
 
 def require_height(world: SpatialWorld, size: int, least: int, widths: Widths) -> None:
-    """Raise a ConfigError if bands would be lower than the reach of ghosts."""
+    """Raise a ConfigError if any band would be lower than the reach of ghosts."""
     ny, side = world.space.shape[1], world.space.size[1] / world.space.shape[1]
     if size > 1 and least * size > ny:
         fault = (
@@ -234,5 +234,5 @@ def require_height(world: SpatialWorld, size: int, least: int, widths: Widths) -
 
 
 def least_height(world: SpatialWorld, widths: Widths) -> int:
-    """Return the minimum height of a band in rows of cells, as ghosts come only from adjacent bands."""
+    """Return the minimum height of a band in rows of cells, given that ghosts come only from adjacent bands."""
     return max(widths.rows(world))

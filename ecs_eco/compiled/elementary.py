@@ -1,9 +1,9 @@
 """Elementary functions for results outside kernels that affect a world's future.
 
-`scalars` replaces the module math, `arrays` numpy, and `power(x, y)` x ** y for numbers or arrays. In the
-portable mode they come from `substitutes`, because functions of the C library and of numpy depend on the
-processor. Kernels need no change (see `linking`). Functions that are exact everywhere (sqrt, floor, …) are
-called directly.
+`scalars` replaces the module math, `arrays` replaces numpy, and `power(x, y)` replaces x ** y for numbers or
+arrays. In the portable mode they come from `substitutes`, because functions of the C library and of numpy
+depend on the processor. Kernels do not need these replacements (see `linking`). Functions that are exact
+everywhere (sqrt, floor, …) are called directly.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Control of Python's cyclic garbage collector.
 
-It runs after every 700 new objects, and over all objects when their number has grown by a quarter. This takes
-a tenth of the time in which a command loads its modules, and as long again at the end, when everything is
-torn down. The effort is wasted, because these objects exist until the process ends.
+By default, it runs after every 700 new objects, and over all objects when their number has grown by a
+quarter. This takes a tenth of the time that a command needs to load its modules, and as long again at the
+end, when everything is torn down. The effort is wasted, because these objects exist until the process ends.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import gc
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-SELDOM = 20_000  # new objects between two collections while modules are loaded
+SELDOM = 20_000  # number of new objects between two collections while modules are loaded
 _usual: list[tuple[int, int, int]] = []
 
 
@@ -29,7 +29,7 @@ def uncollected() -> Iterator[None]:
 
 @contextmanager
 def of_a_command() -> Iterator[None]:
-    """Shorten the start and the end of a process: collect rarely until `loaded` is called, and not at all at
+    """Speed up the start and the end of a process: collect rarely until `loaded` is called, and not at all at
     the end. The process must end after this context."""
     _usual.append(gc.get_threshold())
     gc.set_threshold(SELDOM)

@@ -1,12 +1,12 @@
 """Threads that help a world's own thread, and stay awake briefly after each task so that they can start the
 next at once.
 
-Waking a sleeping thread takes about 100 µs each way, as long as many of the tasks that a tick divides. A
-helper therefore polls a counter, without the GIL, for up to a millisecond before it sleeps, and so does the
-thread that waits for it. After the counter changes, it pauses briefly: the other thread still holds the GIL
-until it enters a kernel, and a thread that finds the GIL taken also goes to sleep.
+Waking a sleeping thread takes about 100 µs each way, which is as long as many of the tasks into which a tick
+is divided. A helper therefore polls a counter, without the GIL, for up to a millisecond before it sleeps, and
+so does the thread that waits for it. After the counter changes, it pauses briefly, because the other thread
+still holds the GIL until it enters a kernel, and a thread that finds the GIL taken also goes to sleep.
 
-With `numba_version.plain()`, all threads sleep at once.
+With `numba_version.plain()`, all threads go to sleep at once.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ if not plain():
     from ecs_eco.compiled.parts import serve
     from ecs_eco.compiled.spinning import changes, looks_of
 
-AWAKE = 1e-3  # [s] to poll before a thread sleeps
+AWAKE = 1e-3  # [s] time for which a thread polls before it sleeps
 ASKED, DONE = (
     10e-6,
     2e-6,
-)  # [s] to pause before taking the GIL, for a helper and for the thread that waits for it
-PATIENCE = 5.0  # [s] to wait for a thread to end
+)  # [s] pause before taking the GIL, for a helper and for the thread that waits for it
+PATIENCE = 5.0  # [s] time to wait for a thread to end
 
 
 def _moved(counter: np.ndarray, last: int, pause: float) -> bool:
@@ -117,7 +117,7 @@ class Helper:
                 self._ready.release()
 
     def _served(self, last: int) -> bool:
-        """Take parts of kernels until there is a task, or nothing to do for a while."""
+        """Take parts of kernels until there is a task, or until there has been nothing to do for a while."""
         if self._record is None:
             return bool(self._asked[0] != last)
         return bool(serve(self._record, self._asked, last, looks_of(AWAKE), looks_of(ASKED)))

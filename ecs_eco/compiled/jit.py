@@ -34,15 +34,15 @@ def njit(function: Callable[..., Any], *, fastmath: bool | set[str] = False, noa
         A function of arrays and numbers that numba's nopython mode supports. Parameters can be annotated as
         named tuples (`ecs_eco.compiled.views`).
     fastmath : bool or set of str, default False
-        The same as in numba; ignored in the portable mode, because its results depend on the processor.
+        The same as in numba; ignored in the portable mode, because results with it depend on the processor.
     noalias : bool, default False
-        Promises that no array that the kernel writes to overlaps another of its arrays. Without this, loops
+        A promise that no array to which the kernel writes overlaps another of its arrays. Without this, loops
         that read from computed positions are not vectorized.
 
     Returns
     -------
     callable
-        The kernel. It releases the GIL while it runs, and follows IEEE 754 on division by 0.
+        The kernel, which releases the GIL while it runs and follows IEEE 754 on division by 0.
 
     Notes
     -----
@@ -65,6 +65,6 @@ def njit(function: Callable[..., Any], *, fastmath: bool | set[str] = False, noa
 
 
 def lone_njit(function: Callable[..., Any]) -> Any:
-    """Compile like `njit`, with `noalias`: no array that the kernel writes to overlaps another of its
+    """Compile like `njit`, with `noalias`: no array to which the kernel writes may overlap another of its
     arrays."""
     return njit(function, noalias=True)

@@ -1,6 +1,6 @@
 """Kernels: compiled when first called, separately for Python and for other kernels.
 
-A function that Python calls needs code that unpacks Python objects, which is most of its code if it takes
+A function that Python calls needs code to unpack Python objects, which makes up most of its code if it takes
 thirty arrays. A function that only kernels call needs neither this code nor machine code, so it is compiled
 separately (see `ecs_eco.compiled.numba_private`). With `numba_version.plain()`, this file is not imported.
 """
@@ -76,7 +76,7 @@ class KernelOnViews:
 
     @property
     def signatures(self) -> list[Any]:
-        """The types of fields for which the kernel was compiled."""
+        """The types of the fields for which the kernel was compiled."""
         return list(self.on_fields.signatures)
 
 
@@ -85,7 +85,7 @@ def kernel(function: Callable[..., Any], **options: Any) -> Any:
     options["no_cfunc_wrapper"] = True
     if isinstance(function, FunctionType) and (views := views_of(function)):
         made = KernelOnViews(function, views, options)
-        # its own class, because Python looks up calls there: this saves a quarter of a microsecond
+        # a separate class, because Python looks up calls on the class: this saves a quarter of a microsecond
         call = staticmethod(giving_fields(function, views, made.on_fields))
         made.__class__ = type("KernelOnViews", (KernelOnViews,), {"__call__": call})
         return made
@@ -128,6 +128,6 @@ def kept_kernel(
 def c_function(
     function: Callable[..., Any], signature: Signature, origin: CPUDispatcher, folder: Folder, name: str
 ) -> Any:
-    """Return a function that C can call. In the cache, the kernel `origin`, from which it is derived, and
-    `name` identify it, because closures differ between processes."""
+    """Return a function that C can call. In the cache, it is identified by `name` and by `origin`, the kernel
+    from which it is derived, because closures differ between processes."""
     return compiled_for_c(function, signature, KernelCache(origin.py_func, folder, name))

@@ -1,8 +1,8 @@
 """Compiled kernels on disk: one sealed file each, in a folder to which no other user can write.
 
-The files are pickles with machine code, so anyone who can write one can run code here. Besides, numba trusts
+The files are pickles with machine code, so anyone who can write one can run code here. Moreover, numba trusts
 what it reads, so a damaged file would crash the process. This cache therefore replaces numba's: a file is
-used only if its owner and its checksum are correct, and after any failure the kernel is compiled.
+used only if its owner and its checksum are correct, and if anything fails, the kernel is compiled.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ if TYPE_CHECKING:
 
     Types: TypeAlias = str | tuple[types.Type, ...] | Signature
 
-SEAL = 32  # [bytes] of SHA-256 at the start of a file
-PATIENCE = 120.0  # [s] to wait for another process to compile
+SEAL = 32  # [bytes] length of the SHA-256 hash at the start of a file
+PATIENCE = 120.0  # [s] time to wait for another process to compile
 
 
 class KernelCache(NullCache):
-    """The compiled forms of one function, each in a file named after its types, processor and source."""
+    """The compiled forms of one function, each in a file named after the types, the processor and the source."""
 
     def __init__(self, function: Callable[..., Any], folder: Folder, options: str = "") -> None:
         self.folder, self.options, code = folder, options, function.__code__
@@ -76,8 +76,8 @@ class KernelCache(NullCache):
     def save_overload(self, sig: Types, data: CompileResult) -> None:
         """Cache a compiled form; forms that cannot be cached are compiled again next time.
 
-        These are forms with constants in their machine code, or from a module that other processes cannot
-        import, such as a script run by runpy.run_path.
+        These are forms with constants in their machine code, and forms from a module that other processes
+        cannot import, such as a script run by runpy.run_path.
         """
         self.folder.compiled += 1
         result: Any = data  # a named tuple, whose fields type checkers do not see
@@ -102,7 +102,7 @@ class KernelCache(NullCache):
 
     @contextmanager
     def claimed(self, sig: Types, target_context: CPUContext) -> Iterator[None]:
-        """Within this context, hold the exclusive right to compile this function in the folder; first wait
+        """Within this context, hold the exclusive right to compile this function in the folder, after waiting
         until no other process holds it."""
         claim = self._path(sig, target_context.codegen()).with_suffix(CLAIM)
         own = _take(claim)
@@ -122,7 +122,8 @@ class KernelCache(NullCache):
 
 
 def _take(claim: Path) -> bool:
-    """Create a file that names the compiling process; return False if a running process has one."""
+    """Create a file that names the compiling process; return False if a running process already has such a
+    file."""
     try:
         with suppress(FileNotFoundError, ValueError):
             os.kill(int(claim.read_text() or os.getpid()), 0)
@@ -140,7 +141,7 @@ def _take(claim: Path) -> bool:
 
 @cache
 def _content(path: str, _mtime: int, _size: int) -> bytes:
-    """Return the hash of a source file, which may change while a process runs."""
+    """Return the hash of a source file, which can change while a process runs."""
     return hashlib.sha256(Path(path).read_bytes()).digest()
 
 

@@ -60,7 +60,7 @@ def cache_folder() -> Path:
 
 
 def why_not_private(folder: Path) -> str:
-    """Return why another user could add files to a folder or replace it; "" if no other user can."""
+    """Return the reason why another user could add files to a folder or replace it; "" if no other user can."""
     for part in reversed(folder.parents):
         if why := _why_not_safe(part):
             return why
@@ -73,8 +73,8 @@ def why_not_private(folder: Path) -> str:
 
 
 def _why_not_safe(part: Path) -> str:
-    """Return why another user could replace entries of a folder; in a sticky folder, such as /tmp, only their
-    owners can."""
+    """Return the reason why another user could replace entries of a folder; in a sticky folder, such as /tmp,
+    only their owners can."""
     status = os.lstat(part)
     if status.st_uid not in (0, os.geteuid()):
         return f"{part} belongs to user {status.st_uid}, not to {os.geteuid()}"
@@ -114,16 +114,16 @@ def _is_own_group(gid: int) -> bool:
 class Folder:
     """The folder of the cache, created and checked when first needed.
 
-    If it is unsafe or full, kernels are compiled each time.
+    If it is unsafe or full, kernels are compiled in every process.
     """
 
     def __init__(self, path: Path) -> None:
         self.path, self._usable, self._full = path, None if os.name == "posix" else True, False
-        self.shared = False  # whether another process compiles for it: then one compiles and the other waits
+        self.shared = False  # whether two processes share the compilation: one compiles and the other waits
         self.compiled = 0  # kernels that this process has compiled
 
     def usable(self) -> bool:
-        """Return whether files can be read from the folder."""
+        """Return whether files in the folder can be read."""
         if self._usable is None:
             try:
                 self._make()
@@ -158,4 +158,4 @@ class Folder:
                     os.mkdir(part, 0o700)
         status = os.lstat(self.path)
         if stat.S_ISDIR(status.st_mode) and status.st_uid == os.geteuid() and not _others_may_write(status):
-            os.chmod(self.path, 0o700)  # earlier versions left it readable by others
+            os.chmod(self.path, 0o700)  # earlier versions left it readable by other users

@@ -1,4 +1,5 @@
-"""Elementary functions of the portable mode, in float64, from sums, products, quotients and square roots.
+"""Elementary functions for the portable mode, in float64, built from sums, products, quotients and square
+roots.
 
 The C library's functions differ between processors and versions. These return the same bits on every machine
 with IEEE 754 numbers and without contraction. Coefficients and reductions are from fdlibm (Sun Microsystems
@@ -113,7 +114,7 @@ def expm1(x):
 
 @_plain
 def _parts(x):
-    """Return m from 0.7 to 1.4 and k such that x = m 2**k, for finite x > 0."""
+    """Return m from 0.7 to 1.4 and an integer k such that x = m 2**k, for finite x > 0."""
     k = _i64(0)
     if x < 2.2250738585072014e-308:
         x, k = x * 18014398509481984.0, _i64(-54)
@@ -231,7 +232,7 @@ def _whole_power(x, n):
 
 @_plain
 def _quadrant(x):
-    """Return y, the rest and n modulo 4 such that x = n pi/2 + y + rest."""
+    """Return y, the rest, and n modulo 4, where x = n pi/2 + y + rest."""
     if abs(x) > 1.0e6:
         x = np.fmod(x, 2.0 * _PI)
     n = np.floor(x * 6.36619772367581382433e-01 + 0.5)
@@ -454,5 +455,5 @@ ONE = {
     "sinh": sinh,
     "cosh": cosh,
     "tanh": tanh,
-}  # functions of one number by their C names
+}  # functions of one argument by their C names
 TWO = {"pow": power, "atan2": atan2, "hypot": hypot}  # and of two

@@ -1,8 +1,8 @@
 """All private names of numba that the package uses; any version of numba can change them.
 
-`ecs_eco.compiled.numba_version` lists the versions with which this was tried; with any other, `plain` is used
-instead of this file. It has three parts: the compilation of kernels, the conversion of compiled kernels to
-bytes and back, and the base classes of `kernel` and `kernel_cache`.
+`ecs_eco.compiled.numba_version` lists the versions with which this module was tried; with any other version,
+`plain` is used instead. This module has three parts: the compilation of kernels, the conversion of compiled
+kernels to bytes and back, and the base classes of `kernel` and `kernel_cache`.
 
 Kernels that Python calls become machine code; the others become bitcode that is linked into them. Standard
 numba also generates machine code for functions that only other kernels call, and then compiles them again as
@@ -56,7 +56,7 @@ ENVIRONMENT = "_ZN08NumbaEnv"  # prefix of variables that contain environments
 
 
 class Linked(JITCodeLibrary):
-    """A function as bitcode, for linking with others; it is not loaded."""
+    """A function as bitcode, for linking with other functions; it is not loaded."""
 
     def _finalize_final_module(self) -> None:
         self._finalize_dynamic_globals()  # type: ignore[no-untyped-call]
@@ -114,8 +114,8 @@ def _borrowed(
 
 
 def _reads(value: ir.Inst, kinds: dict[str, types.Type], owned: set[str]) -> bool:
-    """Return whether a value is an argument, or a part or tuple of arrays that are not owned; not a part of
-    lists or objects, which can drop it, nor one selected by an array, which copies elements."""
+    """Return whether a value is an argument, or a part or tuple of arrays that are not owned. This excludes
+    parts of a list or object, which can drop them, and parts selected by an array, which are copies."""
     if not isinstance(value, ir.Expr):
         return isinstance(value, ir.Arg) or (isinstance(value, ir.Var) and value.name not in owned)
     if value.op == "call":
@@ -159,16 +159,16 @@ class OuterLower(_Borrowing):
     """numba's lowering for kernels that borrow the arrays that Python passes.
 
     numba takes a reference to each array from Python and releases it after the call, which is most of the
-    fixed cost of a kernel with thirty arrays. The caller keeps its arguments alive during the call anyway. So
-    arrays are borrowed if the kernel cannot keep one for longer, because it returns none and has nowhere to
-    store one.
+    fixed cost of a kernel with thirty arrays. The caller keeps its arguments alive during the call anyway.
+    Arrays are therefore borrowed if the kernel cannot keep one for longer, because it returns none and has
+    nowhere to store one.
     """
 
     def create_cpython_wrapper(self, release_gil: bool = False) -> None:
         """Create the wrapper that Python calls."""
         about, context = self.fndesc, self.context
         if borrows(about.restype, about.argtypes):
-            context = context.subtarget(enable_nrt=False)  # without reference counts, it owns nothing
+            context = context.subtarget(enable_nrt=False)  # without reference counting, it owns nothing
         context.create_cpython_wrapper(
             self.library, about, self.env, self.call_helper, release_gil=release_gil
         )
@@ -197,7 +197,7 @@ class OuterLowering(NativeLowering):
 
 
 class _Pipeline(CompilerBase):
-    """numba's passes with a different lowering."""
+    """numba's compiler passes with a different lowering."""
 
     lowering: type[NativeLowering]
 
@@ -314,8 +314,8 @@ class _Bitcode(Linked):
 
 @cache
 def _provide_runtime() -> None:
-    """Link machine code to numba's runtime functions, as `rtsys.initialize` does before it compiles
-    others."""
+    """Link machine code to numba's runtime functions, as `rtsys.initialize` does before it compiles other
+    functions."""
     for name, address in _nrt_python.c_helpers.items():
         llvm.add_symbol(name if name.startswith("_") else f"NRT_{name}", address)
 
@@ -335,7 +335,8 @@ def _without_constants(name: str) -> Environment:
 
 
 class Dispatcher(CPUDispatcher):
-    """A dispatcher on argument types with our own cache; kernels that call it get `inner` if there is one."""
+    """A dispatcher on argument types that uses our own cache; kernels that call it get `inner` if there is
+    one."""
 
     inner: Any = None
     targetctx: CPUContext
@@ -343,7 +344,7 @@ class Dispatcher(CPUDispatcher):
 
     @property
     def kept(self) -> Any:
-        """The cache of its compiled forms."""
+        """The cache of this function's compiled forms."""
         return self._cache
 
     @kept.setter
@@ -356,7 +357,7 @@ class Dispatcher(CPUDispatcher):
 
 
 def compiled_for_c(function: Callable[..., Any], signature: Signature, cache: NullCache) -> CFunc:
-    """Return a function that C can call, cached or newly compiled."""
+    """Return a function that C can call, either cached or newly compiled."""
     options = {"nopython": True, "nogil": True, "error_model": "numpy"}
     compiled: Any = CFunc(function, (signature.args, signature.return_type), {}, options)
     compiled._cache = cache

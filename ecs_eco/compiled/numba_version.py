@@ -1,9 +1,10 @@
-"""The choice of compiler: numba with `numba_private`, which changes its internals, or its public API only.
+"""The choice of compiler: numba with `numba_private`, which changes numba's internals, or numba's public API
+only.
 
-The package is designed for the first (`kernel`, `kernel_cache`, `parts`), which works with the versions of
-numba with which it was tried. With any other version, or if ECS_ECO_PLAIN_NUMBA is 1, only the public API is
-used (`plain`): results are the same, but kernels are slower. To try another version, see CONTRIBUTING.md,
-"Try a new numba".
+The package is designed for the first option (`kernel`, `kernel_cache`, `parts`), which works with the
+versions of numba with which it was tried. With any other version, or if ECS_ECO_PLAIN_NUMBA is 1, only the
+public API is used (`plain`): results are the same, but kernels are slower. To try another version, see
+CONTRIBUTING.md, "Try a new numba".
 """
 
 from __future__ import annotations

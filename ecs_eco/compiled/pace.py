@@ -1,27 +1,27 @@
-"""Choose the faster mode for running a tick: work divided among threads, or done by one thread."""
+"""Choose the faster mode for running a tick: with work divided among threads, or on a single thread."""
 
 from __future__ import annotations
 
 import math
 from collections import deque
 
-SAMPLES = 5  # number of ticks of which the median is taken
-WARM = 0.3  # [s] to ignore after a switch, because threads that have slept are slow at first
-AGAIN, RARELY = 8, 128  # first and longest wait before the next trial, relative to a trial's duration
-SLOWER = 1.2  # slowdown since the choice was made from which the other mode is tried sooner
-SOON = 4  # wait before such a trial, relative to a trial's duration
+SAMPLES = 5  # number of ticks over which the median is taken
+WARM = 0.3  # [s] time to ignore after a switch, because threads that have slept are slow at first
+AGAIN, RARELY = 8, 128  # first and longest waiting time before the next trial, relative to a trial's duration
+SLOWER = 1.2  # slowdown since the choice was made above which the other mode is tried sooner
+SOON = 4  # waiting time before such a trial, relative to a trial's duration
 
 
 class Pace:
     """The recent durations of ticks in each mode, in seconds per organism.
 
-    The slower mode is tried again for a few ticks in a row, less and less often, but sooner if the chosen one
-    has become slower.
+    The slower mode is tried again for a few ticks in a row, less and less often, but sooner if the chosen
+    mode has become slower.
     """
 
     def __init__(self) -> None:
         self.way = self.better = True  # divided
-        self.passed = 0.0  # [s] since the last switch
+        self.passed = 0.0  # [s] time since the last switch
         self.wait, self.due, self.soon = AGAIN, 0.0, math.inf  # the last two in [s], like `passed`
         self.usual = math.inf  # duration per organism when the choice was made [s]
         self.took: dict[bool, deque[float]] = {way: deque(maxlen=SAMPLES) for way in (True, False)}
@@ -46,7 +46,7 @@ class Pace:
             self._change()
 
     def _compare(self, now: float) -> None:
-        """Choose the mode of a finished trial, or go back to the other one."""
+        """Choose the mode that was on trial, or go back to the other one."""
         was, cost = _median(self.took[self.better]), self.passed
         if now < was:
             self.better, self.wait = self.way, AGAIN

@@ -1,12 +1,12 @@
-"""A kernel's range in parts, which the threads of a world take one after another without the GIL: fork and
-join with dynamic scheduling, as in OpenMP.
+"""A kernel's range divided into parts, which the threads of a world take one after another without the GIL:
+fork and join with dynamic scheduling, as in OpenMP.
 
 Passing a call to another thread through Python takes at least 25 µs, and 100 µs if one of the two then waits
-for the GIL, as long as many of the tasks that a tick divides. So the calling thread writes its arguments, in
-the kernel's format, to a buffer that the helpers read, with the address of code that calls the kernel with
-them. A job is open while its number is odd. A helper registers as active, then checks again whether the job
-is still open; the thread that closes the job waits until no helper is active. So a helper can come late or
-not at all; the other threads then do its parts.
+for the GIL, which is as long as many of the tasks into which a tick is divided. The calling thread therefore
+writes its arguments, in the kernel's format, to a buffer that the helpers read, with the address of code that
+calls the kernel with them. A job is open while its number is odd. A helper registers as active, then checks
+again whether the job is still open; the thread that closes the job waits until no helper is active. A helper
+can therefore come late or not at all; the other threads then do its parts.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ if TYPE_CHECKING:
     from ecs_eco.compiled.vectors import CPUContext, Emit, Signature, Typing
 
 # positions in a team's record, i64[RECORD]; positions written by several threads are 64 bytes apart
-JOB, NEXT, INSIDE = 0, 8, 16  # the number of the job; the next part; the number of active helpers
+JOB, NEXT, INSIDE = 0, 8, 16  # the job's number; the next part; the number of active helpers
 PARTS, FIRST, LAST, CODE, ARGUMENTS, FAILED = range(24, 30)
 RECORD = 32
-ROOM = 1 << 16  # [bytes] for the arguments of one call
+ROOM = 1 << 16  # [bytes] size of the buffer for the arguments of one call
 _I64 = ir.IntType(64)
 _BYTE = ir.IntType(8).as_pointer()
 _PART = ir.FunctionType(_I64, [_I64, _I64, _BYTE])  # (first, last, arguments) → 0 or an error code
@@ -112,7 +112,7 @@ add, call, lay_out = _intrinsic(_add), _intrinsic(_call), _intrinsic(_lay_out)
 
 @njit
 def take_parts(record):
-    """Do those parts of a job that no thread has taken."""
+    """Do the parts of a job that no thread has taken yet."""
     parts, first, n = record[PARTS], record[FIRST], record[LAST] - record[FIRST]
     k = add(record, NEXT, 1)
     while k < parts:
@@ -123,7 +123,7 @@ def take_parts(record):
 
 @njit
 def alone(record, looks):
-    """Return whether all helpers are inactive, or become so within `looks` checks."""
+    """Return whether all helpers are inactive, or become inactive within `looks` checks."""
     for _ in range(looks):
         if number(record, INSIDE) == 0:
             return True
@@ -178,7 +178,7 @@ def divided(one: Kernel) -> Kernel:
 
 
 def can_be_divided(one: object) -> TypeGuard[Kernel | KernelOnViews]:
-    """Return whether an object is one of our kernels, without default arguments."""
+    """Return whether an object is one of our kernels and has no default arguments."""
     return isinstance(one, Kernel | KernelOnViews) and not one.py_func.__defaults__
 
 

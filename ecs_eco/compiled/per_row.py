@@ -1,7 +1,7 @@
-"""Values that all rows share or that differ by row, with the same access in kernels (@njit).
+"""Values that all rows share or that differ by row, accessed in the same way in kernels (@njit).
 
-A kernel that receives a number is compiled for numbers; a kernel that receives an array reads its rows. So
-individual values cost nothing in worlds in which all organisms share a value.
+A kernel that receives a number is compiled for numbers; a kernel that receives an array reads its rows.
+Worlds in which all organisms share a value therefore pay nothing for individual values.
 """
 
 from typing import Any, TypeAlias
@@ -10,7 +10,7 @@ import numpy as np
 from numba import types
 from numba.extending import overload
 
-Number: TypeAlias = float | np.floating | np.ndarray  # one for all rows, or [rows]
+Number: TypeAlias = float | np.floating | np.ndarray  # one value for all rows, or [rows]
 
 
 def of_row(value: Number, row: int | np.integer | np.ndarray) -> Any:
@@ -24,7 +24,7 @@ def row_of(values: np.ndarray, row: int | np.integer) -> np.ndarray:
 
 
 def is_own(value: object) -> bool:
-    """Return whether each row has its own value."""
+    """Return whether each row has a separate value."""
     return isinstance(value, np.ndarray)
 
 

@@ -1,8 +1,9 @@
-"""Kernels compiled with numba's public API only: the counterpart of `kernel` for `numba_version.plain()`.
+"""Kernels compiled with numba's public API only: the counterpart of `kernel` if `numba_version.plain()` is
+true.
 
-Results are the same, bit for bit. numba then compiles functions that other kernels call twice, stores
-compiled forms in its own files, does not vectorize loops that `noalias` would permit, and counts references
-in each call. Kernels are not divided into parts: other threads take whole calls.
+Results are bit-identical, but numba compiles functions twice if other kernels call them, stores compiled
+forms in its own files, does not vectorize loops that `noalias` would permit, and counts references in each
+call. Kernels are not divided into parts; instead, other threads take whole calls.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from ecs_eco.compiled.numba_private import CPUDispatcher, Signature
 
 _config: Any = numba.config  # its values are not annotated
-_njit: Any = numba.njit  # nor are these options
+_njit: Any = numba.njit  # these options are not annotated either
 _cfunc: Any = numba.cfunc
 
 

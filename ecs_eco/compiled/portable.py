@@ -1,9 +1,9 @@
-"""The portable mode: the same bytes on every x86-64 machine, at some cost in speed.
+"""The portable mode: identical bytes on every x86-64 machine, at some cost in speed.
 
 It is off unless the environment variable ECS_ECO_PORTABLE is 1, or `enable` is called before numpy and numba
-are loaded. It fixes the choices that compilers and libraries make by processor (see `variables`). Where
-libraries offer no choice, it replaces them: elementary functions with `ecs_eco.compiled.libm`, the initial
-orthogonal matrices of networks with `ecs_eco.learning.brain`.
+are loaded. It fixes the choices that compilers and libraries make according to the processor (see
+`variables`). Where libraries offer no choice, it replaces them: elementary functions with
+`ecs_eco.compiled.libm`, the initial orthogonal matrices of networks with `ecs_eco.learning.brain`.
 
 This module imports nothing that loads numpy.
 """
@@ -51,7 +51,7 @@ def mode() -> str:
 
 
 def option() -> str:
-    """Return the `ecs-eco` option for the mode of this process."""
+    """Return the `ecs-eco` option that selects the mode of this process."""
     return " --portable" if _on else ""
 
 
@@ -70,8 +70,8 @@ def target() -> dict[str, str]:
 
 
 def other_mode(noted: Mapping[str, Any]) -> str:
-    """Return the message for a manifest or checkpoint from the other mode; "" if it is from this mode."""
-    theirs = noted.get("target", {}).get("mode", "native")  # older files do not name a mode
+    """Return the error message for a manifest or checkpoint from the other mode; "" if it is from this mode."""
+    theirs = noted.get("target", {}).get("mode", "native")  # older files do not record a mode
     if theirs == mode():
         return ""
     how = (
@@ -103,9 +103,8 @@ def variables() -> dict[str, str]:
 
 
 def enable() -> None:
-    """Compute in the portable mode from now on, in this process and its children.
-
-    Raises PortableError on machines other than x86-64, and if numpy has already chosen its code.
+    """Switch this process and its children to the portable mode from now on. Raises PortableError on machines
+    other than x86-64, and if numpy has already chosen its code.
     """
     global _on
     if not _on:
@@ -115,7 +114,7 @@ def enable() -> None:
 
 
 def begin() -> None:
-    """Enable the mode if the variable requests it; `check` reports problems later."""
+    """Enable the mode if the environment variable requests it; `check` reports problems later."""
     global _on
     if os.environ.get(VARIABLE) == "1":
         os.environ.update(variables())
@@ -123,7 +122,8 @@ def begin() -> None:
 
 
 def check() -> None:
-    """Raise PortableError if the variable is neither 0 nor 1, or if the mode is not possible here."""
+    """Raise PortableError if the environment variable is neither 0 nor 1, or if the mode is not possible
+    here."""
     asked = os.environ.get(VARIABLE, "")
     if asked not in ("", "0", "1"):
         raise PortableError(

@@ -1,4 +1,5 @@
-"""The processor for which numba compiles, in LLVM's terms, even if a variable selects another one."""
+"""The processor for which numba compiles, in LLVM's terms, even if an environment variable selects another
+one."""
 
 from __future__ import annotations
 

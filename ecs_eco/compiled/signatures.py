@@ -18,7 +18,7 @@ _SCALAR = re.compile(r"(?:u?int|float)(?:8|16|32|64)|bool|none")
 
 
 def text(signature: tuple[Any, ...]) -> str:
-    """Return the types of arguments as text; "" if `read` could not restore them."""
+    """Return the types of arguments as text; "" if `read` could not recover them from it."""
     written = "; ".join(map(str, signature))
     try:
         return written if read(written) == signature else ""
@@ -27,8 +27,8 @@ def text(signature: tuple[Any, ...]) -> str:
 
 
 def read(written: str) -> tuple[Any, ...]:
-    """Return the types of arguments. Raises ValueError if the text contains anything but numbers, arrays and
-    tuples."""
+    """Return the types of arguments from their text. Raises ValueError if it contains anything but numbers,
+    arrays and tuples."""
     return tuple(_type(one) for one in written.split("; ")) if written else ()
 
 
@@ -53,7 +53,7 @@ def borrows(result: annotated.Type, arguments: Iterable[annotated.Type]) -> bool
 
 
 def _holds(kind: annotated.Type, *allowed: type) -> bool:
-    """Return whether a type is an allowed type or a tuple of allowed types."""
+    """Return whether a type is an allowed type, or a tuple of allowed types."""
     if isinstance(kind, types.BaseTuple):
         return all(_holds(one, *allowed) for one in kind)
     return isinstance(kind, allowed)

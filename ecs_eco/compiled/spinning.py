@@ -23,7 +23,7 @@ X86 = platform.machine().lower() in ("x86_64", "amd64", "i386", "i686")
 
 
 def _number(typing: Typing, numbers: types.Array, at: types.Type) -> tuple[Signature, Emit]:
-    """Return the current value of numbers[at] in an array i64[n]."""
+    """Return the current value of numbers[at], an element of an array i64[n]."""
 
     def make(
         context: CPUContext, builder: ir.IRBuilder, signature: Signature, arguments: Sequence[ir.Value]
@@ -66,7 +66,7 @@ def changes(counter, last, looks, rests):
 
 @cache
 def looks_of(seconds: float) -> int:
-    """Return how many checks of a counter take this long; one takes 10 to 50 ns."""
+    """Return how many checks of a counter take this long; a single check takes 10 to 50 ns."""
     counter, took = np.zeros(1, np.int64), []
     changes(counter, 0, 1, 1)
     for _ in range(5):

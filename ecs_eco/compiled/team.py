@@ -1,4 +1,4 @@
-"""The helpers of one world, and the kernels whose parts they take."""
+"""The helper threads of one world, and the kernels whose parts they take."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ecs_eco.compiled.parts import alone, can_be_divided, divided
 from ecs_eco.compiled.spinning import looks_of
 from ecs_eco.compiled.views import fields_of
 
-NAP = 50e-6  # [s] between checks for a late thread, whose core has other work
+NAP = 50e-6  # [s] time between checks for a late thread, whose core is busy with other work
 
 
 class Team:

@@ -1,8 +1,8 @@
-"""Threads for matrix products: their number affects speed, never results.
+"""Threads for matrix products; their number affects speed, never results.
 
 torch and BLAS split products among their threads, and sums that are split differently differ in their last
-bits. Each product that affects results is therefore computed by one thread; the user's settings of torch and
-BLAS are restored afterward.
+bits. Each product that affects results is therefore computed by a single thread; the user's settings of torch
+and BLAS are restored afterward.
 """
 
 import threading
@@ -11,7 +11,7 @@ from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from functools import lru_cache
 
-# BLAS has one thread count per process: two callers that change it at once would restore the wrong one
+# BLAS has one thread count per process: two callers that change it at once would restore the wrong count
 _blas = threading.RLock()
 
 
@@ -65,8 +65,8 @@ def _pool(workers: int) -> ThreadPoolExecutor:
     threads, all_there = torch.get_num_threads(), threading.Barrier(workers)
 
     def settle(_: int) -> None:
-        # torch assigns a thread the number last set in any thread only once, at the thread's first query or
-        # large product; without this query, our number would be replaced then
+        # torch applies the number last set in any thread to a new thread only once, at that thread's first
+        # query or large product; without this query, it would replace our number then
         torch.get_num_threads()
         torch.set_num_threads(1)
         all_there.wait()  # so that each thread in the pool gets one of these calls
@@ -79,5 +79,5 @@ def _pool(workers: int) -> ThreadPoolExecutor:
         pool.shutdown(wait=False, cancel_futures=True)
         raise
     finally:
-        torch.set_num_threads(threads)  # also sets the number for threads that start later
+        torch.set_num_threads(threads)  # also sets the number for threads that are started later
     return pool

@@ -1,8 +1,9 @@
 """Vectors of 16 float32 in kernels, which stay in registers where loops over arrays would access memory.
 
 A loop whose accumulators are rows of an array loads and stores them in every step and checks whether rows
-overlap. A `Vector`, in contrast, is a local variable: load, add and multiply, store. LLVM maps it to one
-register of 512 bits or to several narrower ones. Without compilation, vectors are numpy arrays.
+overlap. A `Vector`, in contrast, is a local variable, which you load, use in sums and products, and store.
+LLVM maps it to one 512-bit register or to several narrower ones. Without compilation, vectors are numpy
+arrays.
 """
 
 from __future__ import annotations
@@ -29,13 +30,14 @@ if TYPE_CHECKING:
     Emit: TypeAlias = Callable[[CPUContext, ir.IRBuilder, Signature, Sequence[ir.Value]], ir.Value]
 
 LANES = 16
-# whether a vector fits into one of 32 registers; loops can then keep twice as many sums in registers
+# whether a vector fits into one register and there are 32 of them; loops can then keep twice as many sums in
+# registers
 WIDE = not portable.on() and bool(get_host_cpu_features().get("avx512f", False))
 _LLVM = ir.VectorType(ir.FloatType(), LANES)
 
 
 class Vector(types.Type):
-    """Numba's type for 16 float32."""
+    """Numba's type for vectors of 16 float32."""
 
     def __init__(self) -> None:
         super().__init__("f32x16")
@@ -72,7 +74,7 @@ def _load(typing: Typing, array: types.Array, at: types.Type) -> tuple[Signature
 
 
 def _every(typing: Typing, array: types.Array, at: types.Type) -> tuple[Signature, Emit]:
-    """Return the number array[at] of a contiguous f32 array, 16 times; `at` is not checked."""
+    """Return a vector that repeats array[at] of a contiguous f32 array 16 times; `at` is not checked."""
 
     def make(
         context: CPUContext, builder: ir.IRBuilder, signature: Signature, arguments: Sequence[ir.Value]
@@ -160,7 +162,7 @@ def _prefetch(typing: Typing, array: types.Array, at: types.Type) -> tuple[Signa
 
 
 def _operator(of: Callable[[Any, Any], Any], name: str) -> None:
-    """Implement an operator for two vectors, or a vector and a float32, as the LLVM instruction with this
+    """Implement an operator on two vectors, or on a vector and a float32, as the LLVM instruction with this
     name."""
     kinds = (_vector, _vector), (_vector, types.float32), (types.float32, _vector)
 
@@ -190,7 +192,7 @@ if interpreted():
         return out
 
     def every(array: np.ndarray, at: int) -> np.ndarray:
-        """Return array[at], 16 times."""
+        """Return an array that repeats array[at] 16 times."""
         return np.full(LANES, array[at])
 
     def spread(number: float | np.floating) -> np.ndarray:

@@ -1,9 +1,10 @@
 """Views: named tuples that group related arrays and numbers into one argument of a kernel.
 
-A kernel whose parameters are annotated as named tuples uses them like `space.torus`, `mine.x[i]`. Passing a
-named tuple from Python takes a microsecond, plus another for every ten fields, because numba also checks the
-names; many kernels take less. So the function for Python takes the fields one by one and builds the views
-from them, in code that is generated here from the annotations (see benchmarks/kernel_arguments.py).
+A kernel whose parameters are annotated as named tuples accesses their fields as in `space.torus` or
+`mine.x[i]`. Passing a named tuple from Python takes one microsecond, plus another for every ten fields,
+because numba also checks the names; many kernels take less time than that. The function for Python therefore
+takes the fields one by one and builds the views from them, in code generated here from the annotations (see
+benchmarks/kernel_arguments.py).
 """
 
 from __future__ import annotations
@@ -19,8 +20,8 @@ SEVERAL = inspect.CO_VARARGS | inspect.CO_VARKEYWORDS
 
 
 def views_of(function: Callable[..., Any]) -> dict[str, View]:
-    """Return the classes of parameters that are annotated as named tuples, by parameter name; none for a
-    function with defaults or a variable number of arguments, which is passed to numba unchanged."""
+    """Return the classes of parameters that are annotated as named tuples, by parameter name; there are none
+    for a function with defaults or a variable number of arguments, which is passed to numba unchanged."""
     if (
         not isinstance(function, FunctionType)
         or function.__defaults__
@@ -62,7 +63,7 @@ def giving_fields(
 
 
 def _written(function: FunctionType, source: str, held: dict[str, Any]) -> Callable[..., Any]:
-    """Return a function from generated source that replaces another one."""
+    """Return a function compiled from generated source that replaces another one."""
     names: dict[str, Any] = {"__name__": function.__module__, **held}
     exec(compile(source, function.__code__.co_filename, "exec"), names)
     made: Callable[..., Any] = names[function.__name__]

@@ -1,7 +1,7 @@
 """The threads of one world, which do parts of a kernel's range or independent pieces of work.
 
 Their number does not affect results. Measurements decide, tick by tick, whether to divide work: more threads
-do not pay if they cost more than they save, or if their cores are busy.
+do not pay off if they cost more time than they save, or if their cores are busy.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ from ecs_eco.compiled.pace import Pace
 
 if not plain():
     from ecs_eco.compiled.team import Team
-PARALLEL_FROM = 1500  # organisms of about 30 ns each: with fewer, one thread is faster; 0: divide everything
-PART = 1000  # organisms of about 30 ns each, taken at once, so that other threads do the work of a late one
+PARALLEL_FROM = 1500  # organisms, at about 30 ns each, below which one thread is faster; 0: divide everything
+PART = 1000  # organisms per part, at about 30 ns each, so that other threads can do a late thread's work
 MOST_PARTS = 4  # per kernel and thread
-EASE = 8  # Python code runs in one thread at a time, so this many times as many organisms are needed
+EASE = 8  # Python code runs in one thread at a time, so it needs this many times as many organisms
 IDLE = 32  # single-threaded ticks after a tick in which no work was worth dividing
 
 
 class Workers:
-    """The world's own thread and `threads` − 1 others."""
+    """The world's own thread and `threads` − 1 other threads."""
 
     def __init__(self, threads: int) -> None:
         self.threads = threads
@@ -83,7 +83,7 @@ class Workers:
         if not self.parallel or not self._worth(work):
             kernel(start, stop, *arguments)
             return
-        # more parts than threads, so that other threads can take over from a late one whose core was busy
+        # more parts than threads, so that other threads can take over from a late thread whose core was busy
         k = min(max(work // PART, self.threads), MOST_PARTS * self.threads)
         if self.team is not None and self.team.divides(kernel):
             try:
@@ -138,7 +138,7 @@ class Workers:
             raise errors[0]
 
     def end(self) -> None:
-        """End the other threads; from now on, this thread does all work."""
+        """End the other threads; from now on, this thread does all the work."""
         helpers, self.helpers, self.parallel = self.helpers, [], False
         _end(helpers)
 

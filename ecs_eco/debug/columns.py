@@ -15,7 +15,7 @@ IDENTITY = ("alive", "uid", "born")  # columns that change only in flushes
 
 
 class DebugError(RuntimeError):
-    """Raised when a debug check fails; names the system, tick, species and organism."""
+    """Raised when a debug check fails; the message names the system, tick, species and organism."""
 
 
 class StaleHandle(DebugError):
@@ -43,7 +43,7 @@ def bytes_of(array: np.ndarray) -> np.ndarray:
 
 
 def owner_of(uid: np.ndarray, row: int | np.integer) -> str:
-    """Return a phrase that describes a row by its owner's uid, or as free."""
+    """Return a phrase that describes a row, by its owner's uid or as free."""
     return f"uid {int(uid[row])} (row {int(row)})" if uid[row] else f"row {int(row)}, which is free,"
 
 

@@ -1,4 +1,4 @@
-"""Checks of the changes made by one system or flush: copy the world before, and compare it afterwards."""
+"""Checks of the changes made by one system or flush: the world is copied before and compared afterward."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Snapshot:
 
 
 class Before:
-    """The world before a system acts, for comparison with the world afterwards."""
+    """The world before a system acts, for comparison with the world afterward."""
 
     def __init__(self, world: SpatialWorld, name: str, system: esper.Processor | None, flush: bool) -> None:
         self.world, self.name, self.system, self.flush = world, name, system, flush
@@ -115,7 +115,7 @@ class Before:
                 )
 
     def _moved(self, table: Table, before: Snapshot) -> None:
-        """Check that the index was invalidated if positions changed; plain processors are exempt."""
+        """Check that the neighbor index was invalidated if positions changed; plain processors are exempt."""
         if table.version != before.version or (
             self.system is not None and not isinstance(self.system, System)
         ):
@@ -142,7 +142,7 @@ class Before:
         n = min(len(was["energy"]), len(now["energy"]))
         alive, uid = before.identity["alive"][:n], before.identity["uid"][:n]
         rows = np.flatnonzero(table.alive[:n] & alive & (table.uid[:n] == uid))
-        opens = isinstance(self.system, ResetFlows)  # a new page: all flows are zero
+        opens = isinstance(self.system, ResetFlows)  # a new ledger page: all flows are zero
         if all(was[n][rows].tobytes() == now[n][rows].tobytes() for n in was):
             return
         was, now = ({n: a[rows].astype(float) for n, a in book.items()} for book in (was, now))
@@ -170,7 +170,7 @@ class Before:
             )
 
     def _ledger(self) -> None:
-        """Check that the ledger page just written by the recorder closes."""
+        """Check that the ledger page just written by the recorder balances."""
         recorder, at = self.system, self.page
         if not isinstance(recorder, Recorder) or at is None or recorder._at != at + 1:
             return

@@ -19,7 +19,7 @@ FULL_TURN = 6.2831855  # [rad]
 
 
 class Invariants:
-    """Checks of a world after `name` has acted; `system` is set if `name` is a system."""
+    """Checks of a world after the step `name`; `system` is set if that step is a system."""
 
     def __init__(self, world: SpatialWorld, name: str, system: esper.Processor | None = None) -> None:
         self.world, self.name, self.system = world, name, system
@@ -99,7 +99,7 @@ class Invariants:
                 seen[u] = f"row {row} of {table.name!r}"
 
     def _registry(self) -> None:
-        """Check that esper's entities, if any have been looked up, match the living organisms."""
+        """Check that esper's entities, if any have been accessed, match the living organisms."""
         registry = self.world.context.registry
         for table in self.world.tables.values():
             for row, number, entity in registry.met(table):
@@ -151,7 +151,7 @@ class Invariants:
             )
 
     def _resolution(self, table: Table) -> None:
-        """Check that steps of energy and position are not lost to rounding at the current values."""
+        """Check that changes in energy and position are not lost to rounding at the current values."""
         dt, rows = np.float32(self.world.dt), table.rows()
         basal = np.float32(table.species.metabolism.basal) * dt
         if basal > 0 and Metabolism in table:

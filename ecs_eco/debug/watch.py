@@ -1,4 +1,4 @@
-"""Run the checks around every system and flush, and once before each tick."""
+"""Run the checks before and after every system and flush, and once before each tick."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ BETWEEN = "code between ticks"
 
 
 def start(world: SpatialWorld) -> Debug | None:
-    """Return the checks of a new world if ECS_ECO_DEBUG is set to a value other than 0, or else None."""
+    """Return the checks for a new world if ECS_ECO_DEBUG is set to a value other than 0, otherwise None."""
     return None if os.environ.get("ECS_ECO_DEBUG", "0") in ("", "0") else Debug(world)
 
 
@@ -49,7 +49,7 @@ class Debug:
     def watch(
         self, name: str, act: Callable[[], object], system: esper.Processor | None = None, flush: bool = False
     ) -> None:
-        """Run a system or flush and check its changes; a flush inside a system splits the system's check in
+        """Run a system or flush, and check its changes; a flush within a system splits the system's check in
         two."""
         outer = self.before
         if outer is not None:
@@ -90,7 +90,7 @@ class Opening(esper.Processor):
 
 
 class Guard(Columns):
-    """An organism's columns for its handle in debug mode: access fails once the row belongs to another
+    """The columns behind an organism's handle in debug mode: access fails once the row belongs to another
     organism."""
 
     __slots__ = ("_component", "_row", "_table", "_uid")

@@ -2,6 +2,6 @@
 files.
 
 This package does not deal with space, biology or esper entities, which belong in `ecs_eco.space`, the layers
-above it and `ecs_eco.esper_bridge`. Compiling kernels and dividing them among threads belong in
+above it and `ecs_eco.esper_bridge`. Code that compiles kernels and divides them among threads belongs in
 `ecs_eco.compiled`.
 """

@@ -1,5 +1,5 @@
-"""Columns by address. A kernel with many array arguments spends more time unpacking them than working, so it
-takes one array of their memory addresses instead.
+"""Columns by address. A kernel with many array arguments would spend more time unpacking them than working,
+so it takes a single array of their memory addresses instead.
 
 Addresses are valid until a table, component or column is replaced, which changes `Noted.changes` and
 `Columns.replaced`.
@@ -37,7 +37,7 @@ def address_of(array: np.ndarray) -> int:
 
 class Addresses:
     """The addresses of the columns that `find()` returns, in the same rows, with 0 for None. They are looked
-    up again after a replacement."""
+    up again after an array is replaced."""
 
     def __init__(self, find: Callable[[], Sequence[Sequence[np.ndarray | None]]]) -> None:
         self.find = find
@@ -62,8 +62,8 @@ class Addresses:
 def column_at(
     address: int | np.integer, kind: np.ndarray | DTypeLike, n: int | np.integer | tuple[int, ...]
 ) -> np.ndarray:
-    """Return the values at an address as an array; `n` is their number or the array's shape, `kind` their
-    dtype or an array of that dtype."""
+    """Return the values at an address as an array; `n` is their number or the array's shape, and `kind` is
+    their dtype or an array of that dtype."""
     made = np.dtype(kind.dtype if isinstance(kind, np.ndarray) else kind)  # used without compilation
     memory: Any = (ctypes.c_char * (made.itemsize * int(np.prod(n)))).from_address(int(address))
     return np.frombuffer(memory, made).reshape(n)

@@ -1,5 +1,5 @@
-"""Checks of arguments from Python, as strict as for files: errors give the name, the value and the expected
-values."""
+"""Checks of arguments passed from Python, as strict as those of files: errors give the name, the value and
+the expected values."""
 
 import inspect
 import math
@@ -11,13 +11,13 @@ from typing import Any, TypeVar
 from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
 
 T = TypeVar("T")
-SEEDS = 2**63  # same as in world files
+SEEDS = 2**63  # the same as in world files
 
 
 def whole_number(name: str, value: object, least: int = 0, most: int | None = None, unit: str = "") -> int:
     """Return a Python or numpy integer as int.
 
-    Raises TypeError for any other type, including bool; ValueError if it is out of range.
+    Raises TypeError for any other type, including bool, and ValueError if it is out of range.
     """
     allowed = (
         f"a whole number from {least}"
@@ -43,7 +43,7 @@ def seed_number(value: object, name: str = "seed") -> int:
 def positive(name: str, value: object, unit: str) -> float:
     """Return a finite number above 0 as float.
 
-    Raises TypeError for anything but a number, ValueError if it is out of range.
+    Raises TypeError for anything but a number, and ValueError if the number is out of range.
     """
     if isinstance(value, bool | str) or not hasattr(value, "__float__"):
         raise TypeError(f"{name} is {value!r}; expected a finite number of {unit} above 0")
@@ -59,8 +59,8 @@ def takes(function: Callable[..., Any], n: int, given: Mapping[str, Any] = Mappi
     try:
         inspect.signature(function).bind(*[None] * n, **given)
     except TypeError as error:
-        return f"must accept {n} argument{'s' * (n != 1)}: {error}"
-    except ValueError:  # its signature is unknown
+        return f"must accept {n} arguments: {error}"
+    except ValueError:  # the function's signature is unknown
         return ""
     return ""
 
@@ -75,8 +75,8 @@ def called_with(name: str, value: object, *arguments: str) -> None:
 
 
 def by_species(name: str, value: T, species: Iterable[str], kinds: tuple[type, ...], allowed: str) -> T:
-    """Return the value, one for all species or a dict species → value. Raises ConfigError for an unknown name
-    or a wrong type."""
+    """Return the value, which is either shared by all species or a dict of values by species. Raises
+    ConfigError for an unknown name or a wrong type."""
     known, problems = list(species), []
     pairs = value.items() if isinstance(value, Mapping) else [(None, value)]
     for name_of, item in pairs:

@@ -36,7 +36,7 @@ class Blocked:
 
     @property
     def nbytes(self) -> int:
-        """Return the size of all blocks in bytes, including rows of the last block beyond the capacity."""
+        """Return the size of all blocks in bytes, including rows in the last block beyond the capacity."""
         return sum(b.nbytes for b in self.blocks)
 
     def __len__(self) -> int:
@@ -87,7 +87,7 @@ class Blocked:
             return
         rows = self._rows(rows)
         values = np.asarray(value, self.dtype)
-        each = values.ndim > len(self.inner)  # one value per row, not one for all
+        each = values.ndim > len(self.inner)  # one value per row, not one for all rows
         for b, inside, places in self.parts(rows):
             self.blocks[b][inside] = values[places] if each and len(values) > 1 else values
 
@@ -118,7 +118,8 @@ def block_of(row, column):
 
 @njit
 def flat_block_of(row, column):
-    """Return the block of a column `by_address` that contains a row, flat because reshaping takes time."""
+    """Return the block of a column `by_address` that contains a row; it is flat, because reshaping takes
+    time."""
     addresses, like = column
     return column_at(addresses[row // BLOCK], like, like.size)
 
@@ -133,7 +134,7 @@ def apart(row, other, column):
 
 @njit
 def prefetch_row(row, column):
-    """Prefetch a row of a column `by_address` whose numbers take up to 4 bytes."""
+    """Prefetch a row of a column `by_address` whose numbers take up to 4 bytes each."""
     block = flat_block_of(row, column)
     n = block.size // BLOCK
     start = row % BLOCK * n

@@ -1,4 +1,4 @@
-"""Causes of death as numbers for columns."""
+"""Causes of death as numbers, for use in columns."""
 
 from __future__ import annotations
 

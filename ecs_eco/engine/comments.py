@@ -14,7 +14,7 @@ FIELD = re.compile(r"^    (\w+)\s*:[^#\n]*# *(?:\[([^\]]*)\] *)?(.*)$", re.MULTI
 
 @cache
 def comments_of(component: type[Handle]) -> dict[str, tuple[str, str]]:
-    """Return unit and meaning of each commented field of a component; empty if its source is unavailable."""
+    """Return the unit and meaning of each commented field of a component; empty if its source is unavailable."""
     try:
         source = textwrap.dedent(inspect.getsource(component))
     except (OSError, TypeError):

@@ -10,15 +10,15 @@ from itertools import islice
 from pathlib import Path
 
 MISSING = type("Missing", (), {"__repr__": lambda self: "missing", "__bool__": lambda self: False})()
-SHOWN = 15  # problems shown at once
-MOST = 200  # problems looked for; after you fix these, the next ones appear
+SHOWN = 15  # number of problems shown at once
+MOST = 200  # maximum number of problems collected; after you fix these, the next ones appear
 LONGEST = 200  # maximum length of a name that is compared with others
 # minimum similarity of a suggested name (difflib) for short and for longer words
 ALIKE, CLOSE = 0.66, 0.8
 
 
 def nearest(name: object, known: Iterable[str], cutoff: float = ALIKE) -> str:
-    """Return the known name most similar to `name`, or ""; compares up to 1,000 names, but no long ones."""
+    """Return the known name most similar to `name`, or ""; compares up to 1,000 names and skips long ones."""
     text = str(name) if isinstance(name, str | Path) else _written(name)
     if len(text) > LONGEST:
         return ""
@@ -28,7 +28,7 @@ def nearest(name: object, known: Iterable[str], cutoff: float = ALIKE) -> str:
 
 
 def listed(names: Iterable[str], most: int = 12) -> str:
-    """Return names separated by commas, cut after `most`."""
+    """Return names separated by commas, at most `most` of them."""
     names = [shortened(str(n)) for n in names]
     return ", ".join(names[:most]) + (f", … ({len(names)} in all)" if len(names) > most else "") or "none"
 
@@ -40,7 +40,7 @@ def how_many(n: int) -> str:
 
 @dataclass(frozen=True)
 class Problem:
-    """One problem of a configuration."""
+    """One problem in a configuration."""
 
     key: tuple[str | int, ...]  # location, for example ("species", "deer", "sensors", 1, "target")
     what: str  # what is wrong, in words
@@ -99,7 +99,7 @@ class ConfigError(ValueError):
         Parameters
         ----------
         most : int
-            Number of problems to list, followed by a count of the rest.
+            Number of problems to list; the rest are only counted.
 
         Returns
         -------
@@ -130,7 +130,8 @@ def shortened(text: str, width: int = 60) -> str:
 
 
 def _short(value: object, width: int = 90) -> str:
-    """Return a value in TOML notation, cut to `width` characters: a path at its start, others at the end."""
+    """Return a value in TOML notation, cut to `width` characters: paths lose their beginning, other values
+    their end."""
     if (
         isinstance(value, str)
         and len(value) > width
@@ -146,7 +147,7 @@ def _short(value: object, width: int = 90) -> str:
 
 
 def _written(value: object, levels: int = 8) -> str:
-    """Return the first entries of any value in TOML notation, even for huge numbers and endless lists."""
+    """Return the first entries of any value in TOML notation; works even for huge numbers and endless lists."""
     if isinstance(value, int) and value.bit_length() > 1000:
         return f"{'-' if value < 0 else ''}a whole number of about {int(value.bit_length() * 0.30103) + 1} digits"
     if isinstance(value, list | tuple | dict) and not levels:
@@ -207,7 +208,7 @@ class FolderInUse(RecordingError):
 
 
 class ForeignFile(RecordingError):
-    """A file that belongs to a different run from its folder."""
+    """A file that does not belong to the same run as its folder."""
 
 
 class UnfinishedTick(RuntimeError):

@@ -29,8 +29,8 @@ def write(path: str | Path, content: bytes | str) -> Path:
 
 @contextmanager
 def writing(path: str | Path) -> Iterator[Path]:
-    """Yield the name of an empty file in the same folder, which replaces `path` at the end; after an
-    exception, it is removed.
+    """Yield the name of an empty file in the same folder, which replaces `path` at the end or is removed
+    after an exception.
 
     The file's mode follows the user's umask. Raises an OSError that names `path`.
     """
@@ -59,10 +59,10 @@ def writing(path: str | Path) -> Iterator[Path]:
 def write_tensors(
     path: str | Path, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, str] | None = None
 ) -> Path:
-    """Atomically write numpy arrays as a safetensors file; equal arrays give equal bytes.
+    """Atomically write numpy arrays as a safetensors file; identical arrays give identical bytes.
 
-    The safetensors library would use a temporary file of unknown name, left behind if the process is killed,
-    and would store texts in random order. Raises an OSError that names the file.
+    The safetensors library would use a temporary file with an unknown name, which remains if the process is
+    killed, and would store texts in random order. Raises an OSError that names the file.
     """
     import numpy as np
 
@@ -98,7 +98,7 @@ def written_beside(path: Path) -> str | None:
 
 
 def sync_folder(folder: Path) -> None:
-    """Sync the names in a folder to disk, if the system supports this."""
+    """Sync a folder's entries to disk, if the system supports this."""
     if os.name == "posix":
         handle = os.open(folder, os.O_RDONLY)
         try:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class Halves:
-    """The two halves of each tick of one world, divided at a phase.
+    """The two halves of each tick of one world, split at a phase.
 
     Between the halves, a tick is in progress: you can inspect the world, but not run or save it. The first
     Ctrl-C takes effect at the end of a half; after a second one, or an error, you can only inspect the world.
@@ -26,7 +26,7 @@ class Halves:
         self.beginning = False  # whether hooks are being called for a tick in halves
 
     def begin(self, world: World) -> None:
-        """Run the hooks of `before_tick`, then the first half; do nothing if it is already complete."""
+        """Run the hooks in `before_tick`, then the first half; do nothing if it is already complete."""
         if self.begun:
             return
         world._mine()

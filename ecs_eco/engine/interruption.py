@@ -1,5 +1,5 @@
-"""Complete every change to a world, or mark the world as unfinished: Ctrl-C takes effect at the end of the
-tick, an error leaves a mark."""
+"""Ensure that every change to a world is complete, or that the world is marked as unfinished: Ctrl-C takes
+effect at the end of the tick, and an error leaves a mark."""
 
 import importlib
 import signal
@@ -22,7 +22,7 @@ MAIN = threading.main_thread().ident
 
 @contextmanager
 def whole(world: LivingWorld, action: str) -> Iterator[None]:
-    """Change a world in this context; if the change does not complete, mark the world as unfinished.
+    """A context for changing a world, which marks the world as unfinished if the change is not completed.
 
     Within another such context, this does nothing: the outer mark remains until the whole change is complete.
     """
@@ -50,8 +50,8 @@ def stopped(world: LivingWorld, error: BaseException) -> None:
 
 
 def require_whole(world: LivingWorld, wanted: str, within: bool = False) -> None:
-    """Raise UnfinishedTick, with the action `wanted`, if a world is unfinished; `within` allows the action in
-    a running tick."""
+    """Raise UnfinishedTick, naming the action `wanted`, if a world is unfinished; `within` allows the action
+    during a tick."""
     mark = world.underway
     if mark is None or (within and mark.running):
         return
@@ -77,7 +77,7 @@ def _where(error: BaseException) -> str:
 
 
 class Patience:
-    """Within this context, the first Ctrl-C takes effect at the end of the world's tick, a second one
+    """Within this context, the first Ctrl-C takes effect at the end of the world's tick, and a second one
     immediately.
 
     This applies only in the main thread, and only if the user has not installed another handler.

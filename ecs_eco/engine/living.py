@@ -27,7 +27,7 @@ class Underway:
         self.where, self.cause = "", ""
 
     def text(self, world: LivingWorld) -> str:
-        """Return the action as text for messages."""
+        """Return the action as text, for messages."""
         return f"tick {world.tick}" if self.action == "tick" else self.action
 
 

@@ -1,4 +1,4 @@
-"""Dicts that count their changes: a value derived from them is valid until the count changes."""
+"""Dicts that count changes to themselves: a value derived from such a dict is valid until the count changes."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ class Scheduled(Processor):
 
 
 class Schedule(list[Processor]):
-    """The processors of a tick in the order in which they act."""
+    """A tick's processors in the order in which they act."""
 
     def put(self, processor: Processor, priority: int) -> None:
         """Insert a processor after all others of the same priority."""
@@ -46,5 +46,6 @@ class Schedule(list[Processor]):
 
 
 def priority_of(phase: str, place: int) -> int:
-    """Return the esper priority of a position in a phase: from 0 downward, one million per phase."""
+    """Return the esper priority of a position in a phase: priorities count down from 0, with one million per
+    phase."""
     return -(PHASES.index(phase) * (LAST + 1) + place)

@@ -1,11 +1,9 @@
 """Counter-based random numbers: a draw is a hash of (seed, tick, identity, purpose), so no draw depends on
 another.
 
-An identity is a u64 that distinguishes draws within a tick: the uid of an organism, a site, or a number made
-from them.
-
-The hash is the finalizer of splitmix64 (Steele, Lea & Flood 2014), applied once per part of the key: 2 ns per
-draw.
+An identity is a u64 that distinguishes draws within a tick: the uid of an organism, a site, or a number
+derived from them. The hash is the finalizer of splitmix64 (Steele, Lea & Flood 2014), applied once per part
+of the key, which takes 2 ns per draw.
 """
 
 import functools
@@ -31,7 +29,7 @@ def mix(z):
 
 @njit
 def bits(key, identity, purpose):
-    """Return 64 random bits, always the same for the same arguments; `draw` uses the upper 24."""
+    """Return 64 random bits, always the same for the same arguments; `draw` uses the upper 24 bits."""
     return mix(mix(np.uint64(key) ^ np.uint64(identity)) + np.uint64(purpose) * np.uint64(0xD1342543DE82EF95))
 
 
@@ -44,7 +42,7 @@ def draw(key, identity, purpose):
     key : uint64
         Key of a tick, `world.key`.
     identity : uint64
-        Distinguishes draws within a tick: an organism's uid, a site, or a number made from them.
+        Distinguishes draws within a tick: an organism's uid, a site, or a number derived from them.
     purpose : int
         Distinguishes uses of the number; in your own systems, use `ecs_eco.engine.random.USER`.
 
@@ -143,7 +141,7 @@ def _draw_many(key, identity, purpose, out):
 
 @njit
 def lot(key, uid, item):
-    """Return the random number u64 by which a competitor for an item ranks among equals, lowest first."""
+    """Return the random number u64 that ranks a competitor for an item among equals, lowest first."""
     return bits(key, mix(uid) ^ np.uint64(item), LOT)
 
 

@@ -16,7 +16,7 @@ ROWS = "alive", "uid", "born", "cause", "killer"  # a table's own arrays, in the
 
 
 class Layout(NamedTuple):
-    """The addresses of a table's arrays, and the default value of a newborn in each column."""
+    """The addresses of a table's arrays, and the default value of each column for newborns."""
 
     arrays: Sequence[np.ndarray] = ()  # keeps the arrays alive
     rows: np.ndarray = np.empty(0, np.uint64)  # addresses of ROWS
@@ -25,7 +25,7 @@ class Layout(NamedTuple):
     )  # addresses of columns, addresses of defaults, bytes per row
     fields: dict[tuple[type[Any], str], Any] = {}  # the columns by component and field
     shapes: dict[tuple[type[Any], str], tuple[int, ...]] = {}  # bytes per value
-    others: tuple[tuple[type[Any], str], ...] = ()  # components and fields without addresses
+    others: tuple[tuple[type[Any], str], ...] = ()  # components and fields that have no addresses
 
     def renewed(
         self,
@@ -61,8 +61,8 @@ class Layout(NamedTuple):
 
 @njit
 def fill(rows, capacity, columns):
-    """Write one value per column, each of `capacity` rows, to some rows. `columns` u64[3, columns] contains
-    the addresses of columns and values, and the bytes per row."""
+    """Write one value per column to some rows; each column has `capacity` rows. `columns` u64[3, columns]
+    contains the addresses of columns and values, and the bytes per row."""
     for k in range(columns.shape[1]):
         size = np.int64(columns[2, k])
         n = size // 4
@@ -104,7 +104,7 @@ def occupy(rows, capacity, own, first_uid, tick, high, columns):
 
 @njit
 def next_free(alive, row, capacity):
-    """Return the first free row from `row` on; one must exist."""
+    """Return the first free row at or after `row`; one must exist."""
     while row % 8 != 0 and alive[row]:
         row += 1
     if row % 8 == 0:  # eight at a time
@@ -119,8 +119,8 @@ def next_free(alive, row, capacity):
 
 @njit
 def list_dying(rows, high, own):
-    """List the few of the first `high` rows that have a cause of death, sorted by uid. Return their number,
-    which can exceed the length of `rows`. `own` u64 contains the addresses of ROWS."""
+    """List those of the first `high` rows that have a cause of death, sorted by uid if they are few. Return
+    their number, which can exceed the length of `rows`. `own` u64 contains the addresses of ROWS."""
     uid, cause = column_at(own[1], np.uint64, high), column_at(own[3], np.uint8, high)
     n, eight = 0, cause[: high // 8 * 8].view(np.uint64)
     for k in range(eight.size + 1):
@@ -141,7 +141,7 @@ def list_dying(rows, high, own):
 
 @njit
 def next_dying(cause, row, high):
-    """Return the first row, from `row` on, that has a cause of death, or `high` if there is none."""
+    """Return the first row at or after `row` that has a cause of death, or `high` if there is none."""
     while row < high and row % 8 != 0 and cause[row] == 0:
         row += 1
     if row % 8 == 0:  # eight at a time
@@ -202,7 +202,7 @@ def vacate_dying(own, high, died):
 
 @njit
 def first_outside(columns, start, n, each, low, high):
-    """Return the index of the first flat column, from `start` on, with a value outside low … high, or -1.
+    """Return the index of the first flat column at or after `start` with a value outside low … high, or -1.
 
     Checks the first n * each[k] values of column k, including dead rows.
     """

@@ -129,7 +129,7 @@ def column(kind: Any, *shape: int | str, within: tuple[float, float | str] | Non
 class Columns:
     """The arrays of one component in one table, one attribute per field: f32[capacity, …].
 
-    `replaced` becomes a new object whenever an array of any table is replaced.
+    `replaced` becomes a new object whenever an array in any table is replaced.
     """
 
     __slots__ = ("__dict__",)
@@ -161,7 +161,7 @@ class Columns:
                     f"write into it: {name}[rows] = …"
                 )
         self.__dict__[name] = value
-        Columns.replaced = object()  # last, so that earlier readers look again
+        Columns.replaced = object()  # done last, so that earlier readers look again
 
 
 class Handle:
@@ -282,7 +282,7 @@ def component(cls: type[C]) -> type[C]:
 
 
 def _hints(cls: type) -> dict[str, Any]:
-    """Return the annotations of a class; strings are evaluated in the module that defines it."""
+    """Return the annotations of a class; strings are evaluated in the module that defines the class."""
     scope = vars(sys.modules.get(cls.__module__, object())) if cls.__module__ in sys.modules else {}
     own = inspect.get_annotations(cls)
     return {n: eval(k, dict(scope)) if isinstance(k, str) else k for n, k in own.items()}  # noqa: S307

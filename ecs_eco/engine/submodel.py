@@ -19,7 +19,8 @@ class Submodel(NamedTuple):
     title: str = ""
     """Its heading, which systems and sections with the same title share. Bookkeeping has none."""
     where: tuple[str, ...] = ()
-    """The system acts on a kind if one of these keys applies to it; without keys, it acts on all kinds."""
+    """The system acts on a kind if one of these keys applies to that kind; without keys, it acts on all
+    kinds."""
     reads: tuple[str, ...] = ()
     """Keys that contain its parameters."""
     rules: Mapping[str, str] = MappingProxyType({})

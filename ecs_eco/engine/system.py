@@ -28,13 +28,15 @@ class System(Scheduled):
     phase : str
         One of `PHASES`; default "interact".
     acts : tuple of str
-        Action groups, in addition to the built-in ones, that it implements and species can declare.
+        Action groups, in addition to the built-in ones, that the system implements and that species can
+        declare.
     asked_for : static function of a table, optional
-        For systems in the schedule of world files: the system is omitted unless this is true for some table.
+        For systems in the schedule of world files: the system is omitted unless this is true for at least one
+        table.
     submodel : Submodel, optional
-        Its part of the world's description (`ecs-eco describe`).
+        The system's part of the world's description (`ecs-eco describe`).
     world : World
-        The world to which it was added.
+        The world to which the system was added.
 
     Examples
     --------
@@ -60,11 +62,12 @@ class System(Scheduled):
     asked_for: ClassVar[Any] = None  # static function: table → bool
     submodel: ClassVar[Submodel | None] = None
     world: World
-    # what the tables were derived from, the tables that have all `needs`, and whether several of them compete
+    # the state from which the tables were derived, the tables that have all `needs`, and whether several of
+    # them compete
     _fitting: tuple[tuple[Any, ...], list[Table], bool] = ((), [], False)
 
     def __init_subclass__(cls) -> None:
-        """Raise TypeError if `update` is defined but not `needs`: it would be called for every table."""
+        """Raise TypeError if `update` is defined but `needs` is not: it would be called for every table."""
         super().__init_subclass__()
         declared = any("needs" in vars(c) for c in cls.__mro__[: cls.__mro__.index(System)])
         if cls.update is not System.update and cls.process is System.process and not declared:
@@ -122,7 +125,7 @@ class System(Scheduled):
 
         Notes
         -----
-        It is called for each such table in the order in which tables were added; if tables compete
+        This method is called for each such table in the order in which tables were added; if tables compete
         (`competes`), a random order is drawn in each tick.
         """
         raise NotImplementedError(f"{type(self).__name__} defines neither update(table, world) nor process()")

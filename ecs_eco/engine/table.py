@@ -21,7 +21,7 @@ Values = Mapping[tuple[type, str], Any]
 # one request for births: first and second parents, u64[k], and the newborns' columns
 Request = tuple[np.ndarray, np.ndarray | None, dict[tuple[type, str], np.ndarray]]
 MOST_BATCHES = 64  # maximum number of recorded births and deaths
-ALIVE = bytes(1 << 20)  # for comparing this many causes of death at once
+ALIVE = bytes(1 << 20)  # compares this many causes of death at once
 NOBODY = np.empty(0, np.int64)
 NO_LAYOUT = Layout()
 
@@ -32,10 +32,10 @@ class Onlooker(Protocol):
     stale: bool  # set when an entity is born, dies or moves to another row
 
     def renew(self, table: Table) -> None:
-        """Update the handles after rows or columns of a table have changed."""
+        """Update handles after a table's rows or columns have changed."""
 
     def empty(self, table: Table) -> None:
-        """Discard everything cached for a table."""
+        """Discard everything that is cached for a table."""
 
 
 class Table(dict[type, Any]):
@@ -50,15 +50,15 @@ class Table(dict[type, Any]):
     alive : array of bool, shape (capacity,)
         Which rows are in use.
     uid : array of uint64, shape (capacity,)
-        Identity of each organism for life; 0 in free rows.
+        Each organism's lifelong identity; 0 in free rows.
     born : array of int64, shape (capacity,)
         Tick of birth.
     cause : array of uint8, shape (capacity,)
         Cause of death, from `World.cause`; an organism with a cause dies at the end of the phase `die`.
     killer : array of uint64, shape (capacity,)
-        uid of the organism that killed it; 0 for none.
+        uid of the organism that killed it; 0 if there is none.
     version : int
-        Changes when a position or the set of living entities changes; add 1 after you move bodies.
+        Changes when a position or the set of living entities changes; add 1 after moving bodies.
     species : Kind
         Values that all entities of the table share, such as `table.species.metabolism.basal` from the world
         file.
@@ -130,10 +130,10 @@ class Table(dict[type, Any]):
         self.n = 0  # living entities
         self.high = 0  # this row and all after it are free
         self.version = 0  # changes when a position or the set of living entities changes
-        self.steady = (-1, -1)  # two versions between which only births and deaths took effect
-        self.newborn: list[tuple[int, np.ndarray, np.ndarray]] = []  # since then: version, rows, uids
-        self.followed = False  # whether an index of neighbors needs births and deaths
-        self.gone: list[tuple[int, np.ndarray, np.ndarray]] = []  # the same for entities that left
+        self.steady = (-1, -1)  # two versions between which only births and deaths have taken effect
+        self.newborn: list[tuple[int, np.ndarray, np.ndarray]] = []  # births since then: version, rows, uids
+        self.followed = False  # whether a neighbor index needs to know about births and deaths
+        self.gone: list[tuple[int, np.ndarray, np.ndarray]] = []  # the same, for entities that left
         self.alive = np.zeros(capacity, np.bool_)
         self.uid = np.zeros(capacity, np.uint64)
         self.born = np.zeros(capacity, np.int64)
@@ -146,9 +146,9 @@ class Table(dict[type, Any]):
         self.columns.follow = self.derived.follow = _following(weakref.ref(self))
         self.defaults: dict[type[Any], dict[str, np.ndarray]] = Noted()
         self._layout = NO_LAYOUT  # the most recent one
-        self._laid_out: tuple[Any, ...] = ()  # what it was derived from
+        self._laid_out: tuple[Any, ...] = ()  # the state from which it was derived
         self.births: list[Request] = []
-        self.limits: dict[bool, Any] = {}  # limits of its fields for the gate
+        self.limits: dict[bool, Any] = {}  # limits of the table's fields, for the gate
         self.species: Any = None  # values that all entities share: a `life.kind.Kind` in an ecosystem
         self.own: dict[str, Any] = {}  # for custom systems; saved if it has state() and load()
         for component in components:
@@ -427,8 +427,8 @@ class Table(dict[type, Any]):
         raise UnknownName(unknown_name(f"{component.__name__} in table {self.name!r}", "field", name, known))
 
     def occupy(self, k: int, first_uid: int, tick: int, values: Values, whole: bool = True) -> np.ndarray:
-        """Add `k` living entities in the lowest free rows, with uids from `first_uid` on; return their rows.
-        Unless `whole`, fields without values keep the row's previous content."""
+        """Add `k` living entities in the lowest free rows, with uids starting at `first_uid`; return their
+        rows. Unless `whole`, fields without values keep the row's previous content."""
         if self.n + k > self.capacity:
             self.reserve(self.n + k)
         layout, rows = self.layout(), np.empty(k, np.int64)
@@ -458,7 +458,7 @@ class Table(dict[type, Any]):
         read."""
         rows = self.occupy(uid.size, 0, 0, values, whole)
         self.uid[rows], self.born[rows] = uid, born
-        self.steady = (-1, -1)  # newborns always have the largest uids, immigrants may not
+        self.steady = (-1, -1)  # newborns always have the largest uids; immigrants may not
         return rows
 
     def doomed(self) -> np.ndarray:
@@ -489,13 +489,13 @@ class Table(dict[type, Any]):
             self.onlooker.stale = True
 
     def note_freed(self, n: int, high: int) -> None:
-        """Record that a kernel has freed `n` rows, so that all rows from `high` on are free."""
+        """Record that a kernel has freed `n` rows and that row `high` and all after it are now free."""
         self.high, self.n, self.version = high, self.n - n, self.version + 1
         if self.onlooker is not None:
             self.onlooker.stale = True
 
     def _goes_on(self, which: list[tuple[int, np.ndarray, np.ndarray]], rows: np.ndarray) -> None:
-        """Start a version that differs from the last only by births or deaths of these rows."""
+        """Start a version that differs from the last one only by births or deaths in these rows."""
         if not self.followed:
             self.version += 1
             return
@@ -527,7 +527,7 @@ class Table(dict[type, Any]):
 
         Notes
         -----
-        A system's objects that keep data by row can have a method `reorder(order)`, which is called, too:
+        If a system's objects keep data by row, they can have a method `reorder(order)`, which is also called:
         afterward, row i must contain the previous content of row `order[i]`.
 
         Examples
@@ -567,7 +567,7 @@ class Table(dict[type, Any]):
         return sum(parents.size for parents, _, _ in self.births)
 
     def parts(self) -> dict[str, Any]:
-        """Return, by name, the shared objects that can have their own state."""
+        """Return, by name, the shared objects that can have state of their own."""
         return (self.species.parts() if self.species is not None else {}) | self.own
 
     @property
@@ -589,7 +589,8 @@ def _following(table: Callable[[], Table | None]) -> Callable[[], None]:
 
 
 def _column(kind: Type, value: np.ndarray, capacity: int, living: np.ndarray) -> Any:
-    """Return a new column with this default in every row; a heavy column stores it only in living rows."""
+    """Return a new column with this default in every row; a heavy column stores the default only in living
+    rows."""
     if not kind.blocked:
         return np.broadcast_to(value, (capacity, *value.shape)).copy()
     column = Blocked(value.shape, kind.dtype).grow(capacity)

@@ -1,4 +1,4 @@
-"""Turnover between systems: makes deaths, births and migration take effect."""
+"""Turnover between systems: the code that makes deaths, births and migration take effect."""
 
 import weakref
 from collections.abc import Collection
@@ -58,12 +58,12 @@ class Unheard:
 
     def __init__(self) -> None:
         self._own = np.empty((0, len(ROWS)), np.uint64)  # addresses
-        self._found: tuple[Any, ...] = ()  # state from which they were derived
+        self._found: tuple[Any, ...] = ()  # the state from which they were derived
         self._high = self._died = np.empty(0, np.int64)
 
     def bury(self, tables: Collection[Table]) -> bool:
-        """Free the rows of all entities that have a cause of death. Do nothing and return False if an index
-        of neighbors needs to know the deaths."""
+        """Free the rows of all entities that have a cause of death. Do nothing and return False if a neighbor
+        index needs to know about the deaths."""
         if self._high.size != len(tables):
             self._high, self._died = np.empty(len(tables), np.int64), np.empty(len(tables), np.int64)
         high, died = self._high, self._died
@@ -82,14 +82,14 @@ class Unheard:
 
 
 class Turnover:
-    """Makes deaths and births take effect in the tables of a world: frees and fills rows, and calls hooks."""
+    """Makes deaths and births take effect in a world's tables: frees and fills rows, and calls hooks."""
 
     def __init__(self, world: LivingWorld) -> None:
         self.world: Any = weakref.proxy(world)
         self._unheard = Unheard()
 
     def heard(self) -> bool:
-        """Return whether any hook needs each death."""
+        """Return whether any hook observes individual deaths."""
         return bool(self.world.on_death)
 
     def bury_dying(self) -> None:
@@ -131,7 +131,7 @@ class Turnover:
         return born
 
     def occupy(self, table: Table, request: Request) -> np.ndarray:
-        """Give rows and uids to the newborns of one request; return the rows."""
+        """Assign rows and uids to the newborns of one request; return the rows."""
         parents, _, values = request
         rows = table.occupy(parents.size, self.world.next_uid, self.world.tick, values)
         self.world.next_uid += parents.size
@@ -154,8 +154,8 @@ def arrive(
     values: dict[tuple[type, str], np.ndarray],
     origin: np.ndarray,
 ) -> None:
-    """Give rows to immigrants from islands `origin` i64[k] with these uids u64[k] and columns. This does not
-    count as birth."""
+    """Assign rows to immigrants from islands `origin` i64[k] with these uids u64[k] and columns. This does
+    not count as birth."""
     rows = table.settle(uid, born, values)
     for listen in tuple(world.on_arrival):
         listen(table, rows, origin)

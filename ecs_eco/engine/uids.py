@@ -1,4 +1,4 @@
-"""Uids of worlds that exchange entities: each island counts from its own start, so uids are unique."""
+"""Uids in worlds that exchange entities: each island counts from a different start, so uids are unique."""
 
 from __future__ import annotations
 

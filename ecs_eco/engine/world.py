@@ -33,9 +33,9 @@ class World:
 
     `dt` [s] is the length of a tick; `seed` fixes every random draw; `threads` affects speed, never results.
 
-    Hooks are lists of functions. `before_tick` (no arguments) is called before each tick of `run`; `on_death`
-    (table, rows) before the rows are freed; `on_birth` (table, rows, uids of first and second parents, 0 for
-    none) once the rows are filled; `on_departure` (table, rows, numbers of the destination islands) and
+    Hooks are lists of functions. `before_tick` (no arguments) is called before each tick of `run`, `on_death`
+    (table, rows) before the rows are freed, `on_birth` (table, rows, uids of first and second parents, 0 for
+    none) once the rows are filled, and `on_departure` (table, rows, numbers of the destination islands) and
     `on_arrival` (table, rows, numbers of the origin islands) for migrants. Hooks are called in the list's
     order at the time of the event, so a hook can remove itself. Hooks are not saved.
     """
@@ -59,7 +59,7 @@ class World:
         self.stopped = False  # whether the last `run` returned early
         # an action that is in progress or was stopped before it was complete
         self.underway: Underway | None = None
-        self.debug: Any = None  # the checks of the debug mode
+        self.debug: Any = None  # the checks of debug mode
         self.owner = threading.current_thread()  # the only thread that may use the world
         self.workers = Workers(self.threads)
         # kernel, n, *arguments, work=None: runs `kernel(first, last, *arguments)` over 0…n, on all threads if
@@ -70,7 +70,7 @@ class World:
         self.together: Callable[..., None] = partial(self.workers.together, self.tables.values())
         self.schedule = Schedule()
         self.turnover = Turnover(self)  # how births and deaths take effect
-        self._places = 0  # positions that systems occupy in phases
+        self._places = 0  # the positions that systems occupy in phases
         self.schedule.put(Deaths(self), priority_of("die", LAST))
         self.schedule.put(Births(self), priority_of("reproduce", LAST))
         weakref.finalize(self, self.workers.end)
@@ -88,7 +88,7 @@ class World:
 
     @property
     def key(self) -> np.uint64:
-        """Key of this tick's random numbers, for `draw` and `draw_many`."""
+        """Key for this tick's random numbers, to pass to `draw` and `draw_many`."""
         return random.tick_key(self.seed, self.tick)
 
     # --- contents --------------------------------------------------------------------------------------------
@@ -114,7 +114,8 @@ class World:
         phase : str, optional
             One of `PHASES`; default: the system's phase, or "interact" for a plain esper.Processor.
         priority : int, optional
-            Position among all processors instead of a phase, as in esper: from 0 down, a million per phase.
+            Position among all processors, instead of a phase, as in esper: priorities count down from 0, a
+            million per phase.
 
         Returns
         -------
@@ -199,7 +200,7 @@ class World:
         Raises
         ------
         UnknownName
-            If the name is unknown; this KeyError suggests the nearest name.
+            If the name is unknown; this KeyError suggests the most similar name.
 
         Examples
         --------
@@ -253,7 +254,7 @@ class World:
         UnknownName
             If a table or component is unknown.
         ValueError
-            If a position is outside a world with walls, or a value is beyond the limits of its field.
+            If a position is outside a world with walls, or if a value is beyond the limits of its field.
 
         Examples
         --------
@@ -301,7 +302,7 @@ class World:
         cause : str, default "culled"
             Cause of death, as shown in records and figures.
         killer : int, default 0
-            uid of the organism that killed it; 0 for none.
+            uid of the organism that killed it; 0 if there is none.
 
         Raises
         ------
@@ -472,7 +473,7 @@ class World:
         return self
 
     def _act(self, processors: Iterable[Processor]) -> None:
-        """Run processors one after another; in debug mode, check what each of them did."""
+        """Run processors one after another; in debug mode, check the changes made by each of them."""
         if self.debug is None:
             for processor in processors:
                 processor.process()
@@ -481,7 +482,7 @@ class World:
                 self.debug.act(processor)
 
     def _pass_tick(self) -> None:
-        """Run all processors, with the division among threads that was recently faster."""
+        """Run all processors, dividing work among threads if that was faster recently."""
         processors = tuple(self.schedule)
         if self.workers.helpers:
             self.workers.tick(lambda: self._act(processors), lambda: sum(t.n for t in self.tables.values()))
@@ -549,6 +550,7 @@ class World:
     # --- for systems -----------------------------------------------------------------------------------------
 
     def _touch(self) -> None:
-        """Invalidate everything derived from positions, because handles can have moved an entity."""
+        """Invalidate everything derived from positions, because an entity may have been moved through a
+        handle."""
         for table in self.tables.values():
             table.version += 1

@@ -1,4 +1,4 @@
-"""The esper context of one world: the state that esper shows while this world is current."""
+"""The esper context of one world: the state that esper uses while this world is current."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ecs_eco.esper_bridge import turns
 from ecs_eco.esper_bridge.registry import Registry
 
 _serial = itertools.count(1)
-PARTS = 11  # number of parts in the state that esper stores for a context
+PARTS = 11  # number of parts of the state that esper stores for a context
 
 
 class Context:
@@ -47,7 +47,7 @@ class Context:
 
     @contextmanager
     def inside(self) -> Iterator[None]:
-        """Make this world esper's current context; restore the previous one afterwards."""
+        """Make this world esper's current context; restore the previous one afterward."""
         with turns.turn:
             outer = esper.current_world
             self.show()
@@ -58,13 +58,13 @@ class Context:
         turns.turn.leave()
 
     def tell(self, event: str, numbers: list[int], *more: list[Any]) -> None:
-        """Dispatch an esper event for each entity in a list, with the given arguments."""
+        """Dispatch an esper event with the given arguments for each entity in a list."""
         with self.inside():
             for arguments in zip(numbers, *more, strict=True):
                 esper.dispatch_event(event, *arguments)
 
     def end(self) -> None:
-        """Drop everything that esper stores for this world."""
+        """Discard everything that esper stores for this world."""
         if self.name in esper.list_worlds():
             if esper.current_world == self.name:
                 esper.switch_world("default")
@@ -72,6 +72,6 @@ class Context:
 
 
 def switch_back(outer: str) -> None:
-    """Switch esper back to a context, or to the default context if that one no longer exists."""
+    """Switch esper back to a context, or to the default context if that context no longer exists."""
     if esper.current_world != outer:
         esper.switch_world(outer if outer in esper._context_map else "default")

@@ -107,7 +107,7 @@ class Entities(dict[int, Any]):
 
 
 class Dead(set[int]):
-    """The entities marked to die, which have a cause of death in their table; this set itself stores
+    """The entities marked to die, that is, those with a cause of death in their table; the set itself stores
     nothing."""
 
     __slots__ = ("registry",)
@@ -134,7 +134,7 @@ class Dead(set[int]):
         return iter(())
 
     def clear(self) -> None:
-        """Free the rows of entities with a cause of death, when `esper.clear_dead_entities` ends."""
+        """Free the rows of entities with a cause of death, at the end of `esper.clear_dead_entities`."""
         world = self.registry.world()
         with whole(world, f"the deaths before tick {world.tick}"):
             world._flush_deaths()
@@ -153,7 +153,7 @@ class Cache(dict[type | tuple[type, ...], Any]):
 
 
 class Processors(list[esper.Processor]):
-    """The processors that esper runs: a single one, which runs a whole tick. The others are in the world's
+    """The processors that esper runs: only one, which runs a whole tick. All others are in the world's
     schedule."""
 
     __slots__ = ("registry",)
@@ -174,7 +174,7 @@ class Processors(list[esper.Processor]):
 
 
 class Kinds(dict[type, Any]):
-    """The processors of a world's schedule by type."""
+    """The processors in a world's schedule by type."""
 
     __slots__ = ("registry",)
     registry: Any
@@ -194,7 +194,7 @@ class Kinds(dict[type, Any]):
 
 
 class Events(dict[str, Any]):
-    """The handlers of each event."""
+    """The handlers for each event."""
 
     __slots__ = ("registry",)
     registry: Any
@@ -205,7 +205,7 @@ class Events(dict[str, Any]):
 
 
 class Handlers:
-    """Weak references to the handlers of one event, which are called in the order in which they were set.
+    """Weak references to the handlers for one event, which are called in the order in which they were set.
 
     A garbage-collected handler is removed whichever world esper shows, and methods can be removed;
     esper's own sets support neither.
@@ -244,7 +244,7 @@ class Handlers:
 
 
 class Tick(esper.Processor):
-    """The processor that `esper.process` runs between ticks: a whole tick of the world."""
+    """The processor that `esper.process` runs between ticks, which runs a whole tick of the world."""
 
     def __init__(self, world: LivingWorld) -> None:
         self.world = world

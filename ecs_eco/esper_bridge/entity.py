@@ -1,5 +1,5 @@
-"""The objects that esper receives for an entity, or for all entities with a component; derived from tables on
-access."""
+"""The objects that esper receives for an entity, or for all entities with a component; they are derived from
+tables on access."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 from ecs_eco.engine.schema import Handle
 
-WAITING = -1  # the row of an unborn entity
+WAITING = -1  # the row of an entity that has not been born yet
 
 
 class Entity(dict[type, Any]):

@@ -24,7 +24,7 @@ NUMBER, UID = "esper's number", "whose it is"  # arrays that move with a table's
 
 
 class Registry:
-    """Everything that esper stores for one world, with a weak reference to that world."""
+    """Everything that esper stores for one world, and a weak reference to that world."""
 
     def __init__(self, world: LivingWorld) -> None:
         self.world: Any = weakref.ref(world)
@@ -37,7 +37,7 @@ class Registry:
         self.stale = False
         self.renewed: set[str] = set()  # tables whose rows or columns have changed since the last update
         self.places: dict[str, tuple[np.ndarray, np.ndarray]] = {}  # by table: ascending numbers, their rows
-        self.looked_at: tuple[int, Table, int] | None = None  # the current entity of esper's loop
+        self.looked_at: tuple[int, Table, int] | None = None  # the current entity in esper's loop
         self.waiting: dict[int, Entity] = {}  # unborn entities, by the id of their birth request
         parts: tuple[Any, ...] = (
             self.components,
@@ -66,7 +66,7 @@ class Registry:
     # --- entities -------------------------------------------------------------------------------------------
 
     def join(self, table: Table) -> None:
-        """Add two arrays to a table: each row's entity number, local to the process, and uid."""
+        """Add two arrays to a table: each row's entity number, which is local to the process, and uid."""
         table.along[NUMBER] = np.zeros(table.capacity, np.int64)
         table.along[UID] = np.zeros(table.capacity, np.uint64)
         table.onlooker = self
@@ -119,7 +119,7 @@ class Registry:
         return number
 
     def held(self, number: int) -> Entity | None:
-        """Return the entity object with a number, without updating."""
+        """Return the entity object with a number without updating anything."""
         return dict.get(self.entities, number)
 
     def plain(self, table: Table, rows: np.ndarray) -> Iterator[tuple[int, Any]]:
@@ -137,7 +137,7 @@ class Registry:
                 yield row, int(number[row]), entity
 
     def empty(self, table: Table) -> None:
-        """Drop all entities of a table, and the data that only esper stores for them."""
+        """Discard all entities of a table, and the data that only esper stores for them."""
         for number in table.along[NUMBER][table.along[UID] != 0].tolist():
             self._drop(number)
         table.along[UID][:] = 0
@@ -169,12 +169,12 @@ class Registry:
     # --- access ---------------------------------------------------------------------------------------------
 
     def made(self, number: int) -> Entity | None:
-        """Create and return the entity with a number; return None if there is none."""
+        """Create and return the entity with a number, or return None if no entity has it."""
         place = self.find(number)
         return None if place is None else self._make(number, *place)
 
     def find(self, number: object) -> tuple[Table, int] | None:
-        """Return the table and row of the entity with a number; None if there is none."""
+        """Return the table and row of the entity with a number; None if no entity has it."""
         if self.looked_at is not None and self.looked_at[0] == number:
             return self._if_there(*self.looked_at)
         if not isinstance(number, int):
@@ -195,9 +195,9 @@ class Registry:
         return (table, row) if there else None
 
     def numbers_with(self, kind: type) -> Iterator[int]:
-        """Yield the numbers of all entities that have a column component, and prepare fast access to each."""
+        """Yield the numbers of all entities that have a column component, and prepare each for fast access."""
         try:
-            with uncollected():  # otherwise new handles, say 100,000, would be scanned repeatedly
+            with uncollected():  # otherwise thousands of new handles would be scanned repeatedly
                 for table in self._tables():
                     if kind in table.columns or kind in table.derived:
                         rows = table.rows()
@@ -290,7 +290,8 @@ class Registry:
         )
 
     def newborn(self, request: object) -> tuple[Handle, ...] | None:
-        """Return the values given to the entity of a birth request; None if no entity waits for it."""
+        """Return the values given to the entity of a birth request; None if no entity is waiting for that
+        birth."""
         entity = self.waiting.get(id(request))
         return (
             None if entity is None else tuple(thing for thing in entity.values() if isinstance(thing, Handle))

@@ -1,8 +1,8 @@
 """One world at a time: a process has only one esper state, so worlds in several threads take turns, tick by
 tick.
 
-Users run one world per process, or several in one thread. Only the viewer runs a second world in another
-thread, within `apart`.
+Users run one world per process, or several worlds in one thread. Only the viewer runs a second world in
+another thread, within `apart`.
 """
 
 import gc
@@ -22,11 +22,11 @@ _apart = threading.local()
 
 
 class _Turn:
-    """A reentrant lock, held whenever esper is used: while a world is created, in each tick, within `with
-    world:`.
+    """A reentrant lock that is held whenever esper is used: while a world is created, in each tick, and
+    within `with world:`.
 
-    If a thread releases a lock and reacquires it at once, waiting threads never get it. After its turn, a
-    thread therefore calls `leave`, which gives the next turn to a waiting thread.
+    If a thread released an ordinary lock and reacquired it at once, waiting threads would never get it. After
+    its turn, a thread therefore calls `leave`, which gives the next turn to a waiting thread.
     """
 
     PATIENCE = 1.0  # [s] longest wait for another thread to take its turn, even on a loaded machine
@@ -72,7 +72,7 @@ class _Turn:
                 self._returned.append(thread)
 
     def leave(self) -> None:
-        """Give way to waiting threads, unless this thread still holds the turn, as in `with world:`."""
+        """Give way to waiting threads, unless this thread still holds the turn, as it does in `with world:`."""
         if self.held():
             return
         taken, end = self._taken, time.monotonic() + self.PATIENCE
@@ -95,8 +95,8 @@ def apart() -> Iterator[None]:
 
 
 def enter(world: LivingWorld) -> bool:
-    """Register a new world; return whether its thread may run it in parallel with others. If not, raise a
-    RuntimeError if another living thread has a world."""
+    """Register a new world; return whether its thread may run it in parallel with others. If it may not and
+    another living thread has a world, raise a RuntimeError."""
     me = threading.current_thread()
     if not getattr(_apart, "allowed", False) and (other := _of_others(me)):
         gc.collect()  # unreferenced worlds do not count

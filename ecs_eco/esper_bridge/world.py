@@ -38,7 +38,7 @@ class World(engine.World):
     def add_table(
         self, name: str, *components: type[Any], capacity: int = 64, dims: Mapping[str, int] | None = None
     ) -> Table:
-        """Declare a kind of entity with these components; `dims` gives the sizes named in their shapes."""
+        """Declare a kind of entity with these components; `dims` gives sizes for the names in their shapes."""
         table = super().add_table(name, *components, capacity=capacity, dims=dims)
         self.context.registry.join(table)
         return table
@@ -116,7 +116,7 @@ class World(engine.World):
         self.context.registry.sync(self.tables.values())
 
     def entity(self, uid: int) -> int:
-        """Return the number by which esper knows a living entity.
+        """Return esper's number for a living entity.
 
         Parameters
         ----------
@@ -125,7 +125,7 @@ class World(engine.World):
         Returns
         -------
         int
-            Valid only in this process; never saved.
+            The number is valid only in this process and is never saved.
 
         Raises
         ------
@@ -156,7 +156,7 @@ class World(engine.World):
         Returns
         -------
         int
-            0 if the organism is not born yet.
+            0 if the organism has not been born yet.
 
         Raises
         ------
@@ -185,7 +185,7 @@ class World(engine.World):
 
 
 class Told(Turnover):
-    """Reports births and deaths to esper's handlers of "birth" and "death"."""
+    """Reports births and deaths to esper's handlers for the "birth" and "death" events."""
 
     def heard(self) -> bool:
         """Return whether deaths are reported one by one."""
@@ -200,7 +200,7 @@ class Told(Turnover):
             world.context.tell("death", self._numbers(table, rows), causes)
 
     def bear(self) -> list[tuple[Table, np.ndarray]]:
-        """Bring newborns to life, then call esper's handlers."""
+        """Add newborns, then call esper's handlers."""
         born = super().bear()
         if "birth" in self.world.context.registry.events:
             numbers = [number for table, rows in born for number in self._numbers(table, rows)]
@@ -208,8 +208,8 @@ class Told(Turnover):
         return born
 
     def occupy(self, table: Table, request: Request) -> np.ndarray:
-        """Give rows and uids to the newborns of one request; an entity that waits for it keeps the values and
-        components it has received."""
+        """Assign rows and uids to the newborns of one request; an entity that is waiting for the birth keeps
+        the values and components that it has received."""
         registry = self.world.context.registry
         given = registry.newborn(request) if registry.waiting else None
         if given is None:

@@ -1,4 +1,4 @@
-"""Heredity: genomes as strings over a finite alphabet, the traits for which they code, and the operators of
+"""Heredity: genomes as strings over a finite alphabet, the traits that they encode, and the operators of
 inheritance.
 
 The layout of a genome defines its meaning; `ecs_eco.systems` uses the traits. Names are loaded lazily:

@@ -1,10 +1,11 @@
-"""The finite alphabet of a genome (Definition 3 in the paper): letters in texts, numbers u8 in columns."""
+"""The finite alphabet of a genome (Definition 3 in the paper): letters in texts, u8 numbers in columns."""
 
 import numpy as np
 
 
 class Alphabet:
-    """The letters of a genome, in an order of your choice; a locus contains the number of a letter, from 0.
+    """The letters of a genome, in an order of your choice; each locus contains the number of a letter,
+    counted from 0.
 
     Parameters
     ----------
@@ -57,7 +58,7 @@ class Alphabet:
         Raises
         ------
         ValueError
-            If a letter is not in the alphabet; gives its position.
+            If a letter is not in the alphabet; the message gives its position.
 
         Examples
         --------
@@ -87,7 +88,7 @@ class Alphabet:
         Raises
         ------
         ValueError
-            If a number is not the number of a letter; gives its position.
+            If a number does not stand for a letter; the message gives its position.
 
         Examples
         --------

@@ -1,4 +1,4 @@
-"""Births: children's genomes from their parents' genomes, in batches or one by one."""
+"""Births: children's genomes are created from their parents' genomes, in batches or one by one."""
 
 import random
 from collections.abc import Callable
@@ -28,18 +28,19 @@ if TYPE_CHECKING:
 
 Births = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, int]
 """Both parents, whether they are swapped and crossed, keys, and a salt."""
-MATE, MUTATE = 1, 2  # parts of a birth's key that seed Python's random numbers
+MATE, MUTATE = 1, 2  # parts of a birth's key that seed Python's random number generator
 WHOLE = slice(None)  # all loci of a string
 EVENTS = ("crossing", "duplication", "loss", "insertion", "deletion")  # in at_limit
 
 
 class Operators:
-    """The operators of a DEAP toolbox, applied to all births of a tick at once.
+    """The operators of a DEAP toolbox, applied to all births in a tick at once.
 
     Parameters
     ----------
     toolbox : deap.base.Toolbox
-        Has `mate` and `mutate`; `toolbox_of` creates one. Births use the operators registered at the time.
+        Has `mate` and `mutate`; `toolbox_of` creates one. Each birth uses the operators registered at that
+        time.
     layout : Layout
     chance : float, default 1.0
         Probability of a crossover.
@@ -49,7 +50,7 @@ class Operators:
     Attributes
     ----------
     mutation : bool
-        Set it to False to switch mutation off.
+        Set this to False to switch mutation off.
 
     Examples
     --------
@@ -76,15 +77,15 @@ class Operators:
 
     @property
     def choice(self) -> int:
-        """The index of the toolbox's `select_mate` in CHOICES; −1 for a user's function."""
+        """The index of the toolbox's `select_mate` in CHOICES; −1 for a user-defined function."""
         return choice_of(self.toolbox)
 
     def offspring(self, first: np.ndarray, second: np.ndarray | None, keys: np.ndarray) -> np.ndarray:
         """Return the genomes of children.
 
         With one string, two parents are crossed in random order, and the child is the first of the two
-        results; a single parent's genome is copied. With two strings, each parent contributes one string,
-        crossed from its two. Then the child mutates.
+        results; a single parent's genome is copied. With two strings, each parent contributes one string, a
+        crossover of its two strings. Then the child mutates.
 
         Parameters
         ----------
@@ -120,7 +121,7 @@ class Operators:
         return child
 
     def _operator(self, word: str) -> tuple[Callable[..., Any], dict[str, Any]]:
-        """Return the function registered under a word and its arguments; check them the first time."""
+        """Return the function registered under a name and its arguments; check them the first time."""
         operator = getattr(self.toolbox, word)
         if word not in self._seen or self._seen[word][0] is not operator:
             check_operator(word, operator, self.layout)
@@ -162,7 +163,7 @@ class Operators:
     def _take(
         self, string: np.ndarray, loci: np.ndarray | slice, letters: np.ndarray, before: int | None
     ) -> None:
-        """Write new letters to loci of a string that had `before` letters there (None: before a
+        """Write new letters to loci of a string that had the letters `before` there (None: before a
         crossover)."""
         string[loci] = letters
 
@@ -178,7 +179,7 @@ class Operators:
             self._mutate_each(strings, keys, salt, function, arguments)
 
     def _bounds(self, arguments: dict[str, Any]) -> tuple[np.ndarray, np.ndarray]:
-        """Return the lowest and the highest letter of each locus: i64[length] each."""
+        """Return the lowest and the highest possible letter at each locus: i64[length] each."""
         n, highest = self.layout.length, len(self.layout.alphabet) - 1
         low, up = (
             np.atleast_1d(np.asarray(arguments.get(k, v), np.int64))[:n]
@@ -194,7 +195,7 @@ class Operators:
         function: Callable[..., Any],
         arguments: dict[str, Any],
     ) -> None:
-        """Mutate birth by birth; genes with their own mutation rates are mutated separately."""
+        """Mutate one birth at a time; genes with their own mutation rates are mutated separately."""
         size, mutate, name = len(self.layout.alphabet), self.toolbox.mutate, named(function)
         parts: list[tuple[np.ndarray | slice, dict[str, Any]]] = [(WHOLE, {})]
         fixed = self.layout.longest is None
@@ -217,9 +218,9 @@ class Operators:
 
 
 class VariableOperators(Operators):
-    """The operators of a toolbox for strings of variable length. Strings are crossed; then genes are
-    duplicated or lost, and letters inserted or deleted, with the section's probabilities; then `mutate` is
-    applied.
+    """The operators of a toolbox for strings of variable length. Strings are crossed; genes are then
+    duplicated or lost, and letters inserted or deleted, with the section's probabilities; finally, `mutate`
+    is applied.
 
     A change that would make a string empty or longer than `longest` is not made, but counted in `at_limit`
     i64[5]: crossings, duplications, losses, insertions and deletions.
@@ -318,12 +319,12 @@ def toss(keys: np.ndarray, salt: int, purpose: int) -> np.ndarray:
 
 
 def seed_of(key: np.uint64, part: int) -> int:
-    """Return the seed of Python's random numbers for one part of a birth."""
+    """Return the seed for Python's random number generator for one part of a birth."""
     return mix_int((int(key) + part) & ((1 << 64) - 1))
 
 
 def named(function: object) -> str:
-    """Return the name of an operator for messages."""
+    """Return the name of an operator as shown in messages."""
     return getattr(function, "__name__", repr(function))
 
 

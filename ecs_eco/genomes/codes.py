@@ -1,7 +1,7 @@
 """The code of a gene: its codons represent table entries, numbers in a range, or the weights of a network.
 
 A codon of k letters from an alphabet of A letters is a number from 0 to A^k − 1; its first letter is the most
-significant digit. With Gray code, a digit is the sum of the letters so far modulo A, so adjacent numbers
+significant digit. In Gray code, a digit is the sum of all letters up to it modulo A, so adjacent numbers
 differ in one letter.
 """
 
@@ -26,7 +26,8 @@ class Codons:
         self.length = n * gene.letters
 
     def read(self, loci: np.ndarray, start: int) -> np.ndarray:
-        """Return the numbers i64[n, codons] in u8[n, loci], from the string that begins at `start`."""
+        """Return the numbers i64[n, codons] that are coded in u8[n, loci], in the string that begins at
+        `start`."""
         out = np.empty((len(loci), self.n), np.int64)
         kernels.read_codons(
             loci, start + self.first, self.gene.letters, self.size, self.gene.code == "gray", out
@@ -44,7 +45,7 @@ class Code:
     """The base class of codes; `trait` is the gene's trait, None for a neutral marker or an unknown trait."""
 
     dtype: type = np.float32
-    width: tuple[int, ...] = ()  # shape of one organism's value
+    width: tuple[int, ...] = ()  # the shape of one organism's value
     resolution = 0.0  # largest distance between adjacent values
     low, high = 0.0, 0.0
 
@@ -71,7 +72,7 @@ class Code:
 
 
 class Listed(Code):
-    """A value for each codon."""
+    """One value per codon."""
 
     def __init__(self, gene: Gene, trait: Trait | None, codons: Codons) -> None:
         super().__init__(gene, trait, codons)
@@ -151,9 +152,9 @@ class Weights(Code):
 
     With form "direct", range and resolution apply to weights. With "cosine", a matrix (a, b) is a sum of
     low-frequency basis functions times their coefficients (Koutník, Gomez & Schmidhuber 2010). The basis
-    functions come from the orthonormal two-dimensional discrete cosine transform of type II, in the order of
-    the sum of both frequencies; for a bias vector, the transform is one-dimensional. Range and resolution
-    then apply to coefficients, and encoding drops the higher frequencies.
+    functions come from the orthonormal two-dimensional discrete cosine transform of type II, ordered by the
+    sum of the two frequencies; for a bias vector, the transform is one-dimensional. Range and resolution then
+    apply to the coefficients, and encoding drops the higher frequencies.
     """
 
     def __init__(self, gene: Gene, trait: Trait | None, codons: Codons, shapes: Shapes) -> None:

@@ -1,4 +1,5 @@
-"""Small networks fitted to hand-written reflexes and happiness, so that mutations have weights to change."""
+"""Small networks fitted to hand-written reflex and happiness functions, so that mutations have weights to
+change."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -16,13 +17,14 @@ HELD_OUT = 4096  # number of samples for the error
 
 @dataclass(frozen=True)
 class Fitted:
-    """A network of tanh layers that replaces the function to which it was fitted; call it with readings.
+    """A network of tanh layers that replaces the function to which it was fitted; call it with sensor
+    readings.
 
     Attributes
     ----------
     kind : {"reflex", "happiness"}
-        A happiness returns float32, shape (n,); a reflex returns the most probable of −1, 0 and 1 as int8,
-        shape (n, actions).
+        A happiness network returns float32, shape (n,); a reflex network returns the most probable of −1, 0
+        and 1 as int8, shape (n, actions).
     sizes : tuple of int
         Units of each layer, including inputs and outputs.
     weights : array of float32
@@ -80,7 +82,7 @@ class Fitted:
         return (out.reshape(len(x), self.sizes[-1] // 3, 3).argmax(axis=2) - 1).astype(np.int8)
 
     def with_weights(self, weights: np.ndarray) -> Self:
-        """Return a network with the same layers and other weights.
+        """Return a network with the same layers but different weights.
 
         Parameters
         ----------
@@ -112,13 +114,13 @@ def fit_network(
     samples: int = 8192,
     steps: int = 2000,
 ) -> Fitted:
-    """Fit a network to a hand-written reflex or happiness, so that genes can code for its weights.
+    """Fit a network to a hand-written reflex or happiness function, so that genes can code for its weights.
 
     Parameters
     ----------
     function : callable
-        Takes readings f32[n, n_inputs]; a reflex returns (n, actions), of which only the signs matter, a
-        happiness (n,).
+        Takes readings f32[n, n_inputs]; a reflex returns (n, actions), of which only the signs matter; a
+        happiness function returns (n,).
     n_inputs : int
         Number of channels.
     low, high : float or sequence of float

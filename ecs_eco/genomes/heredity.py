@@ -1,4 +1,4 @@
-"""Heredity: what a newborn inherits, that is, its genome, its traits and the weights of its brain."""
+"""Heredity: the genome, traits and brain weights that a newborn inherits."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -17,14 +17,14 @@ Values = dict[tuple[type, str], np.ndarray]
 
 
 class Heredity:
-    """The inherited columns of one species' newborns.
+    """The columns that one species' newborns inherit.
 
-    `targets` maps a gene's name to (component, field, index or None), where its value is written. `derived`
-    contains the formula and the trait of each derived trait, after those that its formula reads. `mutation`,
-    `expression` and `shuffled` are switches for treatments: without expression, genes are inherited and
-    mutate but have no effect; if shuffled, a newborn's genes come from random living members instead of its
-    parents. Founders have random letters, unless `alike` is given: a row u8[loci], and which of its letters
-    all founders share, bool[loci].
+    `targets` maps a gene's name to the (component, field, index or None) to which its value is written.
+    `derived` contains the formula and the trait of each derived trait, after those that its formula reads.
+    `mutation`, `expression` and `shuffled` are switches for treatments: without expression, genes are
+    inherited and mutate but have no effect; if shuffled, a newborn's genes come from random living members
+    instead of its parents. Founders have random letters, unless `alike` is given: a row u8[loci], and which
+    of its letters all founders share, bool[loci].
     """
 
     def __init__(
@@ -55,7 +55,7 @@ class Heredity:
 
     def state(self) -> dict[str, np.ndarray]:
         """Return the state that is not in columns: the founders' weights (empty if random), and how often
-        strings of variable length reached their limit."""
+        strings of variable length reached the limit."""
         out = (
             {}
             if self.minds is None
@@ -174,7 +174,7 @@ def hidden_units(table: Table) -> dict[int, int]:
 
 
 def keys_of(world: World, table: Table) -> np.uint64:
-    """Return the key for one species' newborns in this tick."""
+    """Return the random key for one species' newborns in this tick."""
     return np.uint64(random.mix_int(int(world.key) ^ ((table.place + 1) << 32)))
 
 

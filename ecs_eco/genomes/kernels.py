@@ -2,7 +2,7 @@
 
 Draws depend only on the key of each birth. A `salt` distinguishes the draws of several crossings in one
 birth. Keys are mixed first, because `draw` takes key ^ locus, which is the same for many pairs of small
-numbers. A draw is a multiple of 2**-24, so a probability below 6e-8 acts as 6e-8.
+numbers. A draw is a multiple of 2**-24, so any probability below 6e-8 has the effect of 6e-8.
 """
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from ecs_eco.compiled.jit import njit
 from ecs_eco.engine.random import draw, mix
 
-# the purposes of a birth's draws
+# purposes of a birth's draws
 ORDER, CROSS, POINT_1, POINT_2, SWAP, MUTATE, LETTER, FOUND = range(1, 9)
 SALT = 16  # distance between purposes
 UNIFORM, FLIP, SHUFFLE = range(3)  # methods by which a letter mutates
@@ -18,7 +18,7 @@ UNIFORM, FLIP, SHUFFLE = range(3)  # methods by which a letter mutates
 
 @njit
 def read_codons(loci, first, letters, size, gray, out):
-    """Fill `out` i64[n, codons] with the numbers of codons of `letters` letters, from locus `first` on."""
+    """Fill `out` i64[n, codons] with the numbers of codons of `letters` letters, starting at locus `first`."""
     for row in range(out.shape[0]):
         at = first
         for codon in range(out.shape[1]):
@@ -35,7 +35,7 @@ def read_codons(loci, first, letters, size, gray, out):
 
 @njit
 def write_codons(numbers, first, letters, size, gray, loci):
-    """Write numbers i64[n, codons] as codons from locus `first` on: the inverse of `read_codons`."""
+    """Write numbers i64[n, codons] as codons, starting at locus `first`: the inverse of `read_codons`."""
     for row in range(numbers.shape[0]):
         for codon in range(numbers.shape[1]):
             left = numbers[row, codon]
@@ -125,8 +125,8 @@ def mutate(strings, keys, salt, way, rates, low, up):
 
 @njit
 def change(string, n, i, way, u, low, up):
-    """Change letter i of n with a draw u: replace it by one from low to up or by the other of two letters, or
-    swap it with another one."""
+    """Change letter i of n using a draw u: replace it with one from low to up or with the other of two
+    letters, or swap it with another letter."""
     if way == UNIFORM:
         string[i] = low + np.int64(u * (up - low + 1))
     elif way == FLIP:

@@ -25,7 +25,7 @@ class Piece(NamedTuple):
 
 
 class Layout:
-    """The mapping between loci and values; every row of letters decodes to valid values.
+    """The mapping between loci and values. Every row of letters decodes to valid values.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ class Layout:
         loci: int | None = None,
         traits: Mapping[str, Trait] | None = None,
         shapes: Mapping[str, Shapes] | None = None,
-        dominance: Expression | None = None,  # former name of expression
+        dominance: Expression | None = None,  # the former name of expression
     ) -> None:
         expression = dominance or expression
         self.alphabet = alphabet if isinstance(alphabet, Alphabet) else Alphabet(alphabet)
@@ -101,7 +101,7 @@ class Layout:
         self._by_name = {code.name: code for code in self.genes}
 
     def __getitem__(self, name: str) -> Code:
-        """Return the gene of this name. Raises UnknownName."""
+        """Return the gene with this name. Raises UnknownName."""
         if name not in self._by_name:
             raise UnknownName(unknown_name("genome", "gene", name, self._by_name))
         return self._by_name[name]
@@ -119,7 +119,7 @@ class Layout:
         Returns
         -------
         list of dict
-            gene, loci, trait, what it codes for, and resolution; `print(layout)` prints them.
+            gene, loci, trait, meaning and resolution; `print(layout)` prints them.
         """
         out = []
         for code in self.genes:
@@ -202,7 +202,7 @@ class Layout:
         values : Mapping of str to float or array, shape (n,)
             By gene. Neutral markers are optional.
         clip : bool, default False
-            Whether values beyond a gene's range become the nearest valid value.
+            Whether values beyond a gene's range are replaced with the nearest valid value.
 
         Returns
         -------
@@ -231,7 +231,7 @@ class Layout:
         return out
 
     def copies(self, loci: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Return the copies of genes in rows u8[n, row]: nothing, because genes have fixed positions."""
+        """Return the copies of genes in rows u8[n, row]: an empty tuple, because genes have fixed positions."""
         return ()
 
     def _places(self, order: Sequence[int]) -> list[tuple[int, Code]]:
@@ -239,13 +239,14 @@ class Layout:
         return [(self.genes[g].first, self.genes[g]) for g in order]
 
     def _write(self, out: np.ndarray, place: int, code: Code, numbers: np.ndarray | None) -> None:
-        """Write the numbers of a gene's codons to each string, from `place` on."""
+        """Write the numbers of a gene's codons to each string, starting at `place`."""
         if numbers is not None:
             for first in range(0, self.row, self.length):
                 code.codons.write(numbers, out, first + place - code.first)
 
     def _arrays(self, values: Mapping[str, Any]) -> tuple[dict[str, np.ndarray], int]:
-        """Return the values of genes by name, and the number of organisms. Raises the same as `encode`."""
+        """Return the values of genes by name, and the number of organisms. Raises the same errors as
+        `encode`."""
         for name in values:
             self[name]
         arrays = {
@@ -262,7 +263,7 @@ class Layout:
         return arrays, n
 
     def own(self, n: int = 1) -> np.ndarray:
-        """Return identical genomes that code for the species' own values; all other letters are drawn.
+        """Return identical genomes that code for the species' own values; all other letters are random.
 
         Parameters
         ----------
@@ -370,7 +371,7 @@ class Layout:
         Raises
         ------
         ValueError
-            If a text has the wrong length or other letters.
+            If a text has the wrong length or letters outside the alphabet.
         """
         return self.check(
             np.stack([self.alphabet.encode(text) for text in texts])

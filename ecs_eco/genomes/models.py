@@ -95,8 +95,8 @@ _From: Any = with_keyword(
 
 
 class Derived(_From, own=LETTERS):  # type: ignore[call-arg]
-    """A trait without letters, computed from genes by a formula, so that one gene can have several effects.
-    Values beyond the trait's limits are set to the nearest limit, and integers are rounded."""
+    """A trait without letters, computed from genes by a formula, which allows one gene to have several
+    effects. Values beyond the trait's limits are set to the nearest limit, and integers are rounded."""
 
     trait: str | None = about(
         "the species' key whose value it replaces; default: the key that ends with NAME", None
@@ -123,8 +123,8 @@ def _deaps_name(function: object) -> str:
 
 
 class Operator(Section):
-    """A DEAP operator by name, "module:name" of a similar function, or the function itself, with its keyword
-    arguments.
+    """A DEAP operator by name, a function of the same kind as "module:name", or the function itself, with its
+    keyword arguments.
 
     In Python, a function registered in a DEAP toolbox, such as `toolbox.mate`, can replace the whole section,
     or `operator`.

@@ -35,7 +35,7 @@ SAFE: dict[str, dict[str, tuple[str, ...]]] = {
         "mutUniformInt": ("low", "up", "indpb"),
     },
 }
-# additional operators for strings of variable length: our own and DEAP's
+# additional operators for strings of variable length: ours and DEAP's
 VARIABLE: dict[str, dict[str, tuple[str, ...]]] = {
     "mate": {"cxUnequal": ("slip",), "cxMessyOnePoint": ()},
     "mutate": {},
@@ -77,9 +77,9 @@ def toolbox_of(
         {"operator": "mutUniformInt", "indpb": 0.01}}.
     layout : Layout
     select_mate : {"nearest", "random", "richest", "oldest"}
-        Rule of mate choice.
+        The mate-choice rule.
     find : callable, optional
-        Returns the function for "module:name", like `WorldConfig.function`; default: only accept functions.
+        Returns the function for "module:name", like `WorldConfig.function`; default: accept only functions.
     mates : bool, default True
         Whether `mate` is used and must be checked.
 
@@ -90,7 +90,7 @@ def toolbox_of(
     Raises
     ------
     ValueError
-        If an operator cannot work on these genomes; gives the reason.
+        If an operator cannot work on these genomes; the message gives the reason.
     UnknownName
         If DEAP does not have an operator.
 
@@ -139,7 +139,8 @@ def operator_of(
 
 
 def known_operators(word: str, layout: Layout) -> dict[str, tuple[str, ...]]:
-    """Return the operators that world files can name for genomes of a layout, and the arguments of each."""
+    """Return the operators that world files can name for genomes with a given layout, and the arguments of
+    each."""
     return SAFE[word] | (VARIABLE[word] if layout.longest is not None else {})
 
 
@@ -181,7 +182,7 @@ def check_entry(word: str, name: str, given: Mapping[str, Any], layout: Layout, 
 
 
 def check_operator(word: str, operator: Callable[..., Any], layout: Layout) -> None:
-    """Raise ValueError if an operator cannot work on these genomes; a user's function is tried."""
+    """Raise ValueError if an operator cannot work on these genomes; a user-defined function is tried."""
     from deap import tools
 
     function, arguments = taken_apart(word, operator)
@@ -266,7 +267,7 @@ def _takes(takes: Iterable[str], wrong: str = "") -> str:
 
 
 def choice_of(toolbox: "Toolbox") -> int:
-    """Return the index of the toolbox's `select_mate` in CHOICES, −1 for a user's function."""
+    """Return the index of the toolbox's `select_mate` in CHOICES, −1 for a user-defined function."""
     rules = list(RULES.values())
     function = getattr(toolbox.select_mate, "func", toolbox.select_mate)
     return rules.index(function) if function in rules else -1
@@ -315,7 +316,7 @@ def _letters(value: object, size: int) -> bool:
 
 @contextmanager
 def kept_random() -> Iterator[None]:
-    """Restore the state of Python's random numbers after this context."""
+    """Restore the state of Python's random number generator after this context."""
     state = random.getstate()
     try:
         yield

@@ -1,4 +1,4 @@
-"""Individual values that replace the species' values if genes code for them."""
+"""Individual values, which replace the species' values if genes code for them."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -11,11 +11,11 @@ from ecs_eco.engine.table import Table
 
 
 def own_values(table: Table, shared: Mapping[str, Any]) -> tuple[Any, ...]:
-    """Return the values of keys of the world file: unchanged if no gene codes for any of them, otherwise all
-    as arrays [table.high], with individual values for keys for which a gene codes.
+    """Return the values of keys of the world file: unchanged if no gene codes for any of them; otherwise, all
+    are arrays [table.high], with individual values for keys that genes code for.
 
-    So kernels are compiled at most twice: for shared and for individual values. Arrays have the type of the
-    given values, or f64 for Python numbers. Keys are dotted and relative to the species' section.
+    Kernels are therefore compiled at most twice: for shared and for individual values. Arrays have the type
+    of the given values, or f64 for Python numbers. Keys are dotted and relative to the species' section.
     """
     coded = table.species.traits
     if not coded or coded.keys().isdisjoint(shared):
@@ -51,7 +51,7 @@ def own_value(table: Table, key: str, shared: Any) -> Any:
 
 
 def highest(value: Number, alive: np.ndarray) -> float:
-    """Return the maximum over some rows, or the shared value."""
+    """Return the maximum over some rows, or the value itself if it is shared."""
     if not isinstance(value, np.ndarray):
         return float(value)
     return float(value[alive[: value.size]].max(initial=0.0))

@@ -21,8 +21,8 @@ def problems(
     traits: Mapping[str, Trait] | None,
     shapes: Mapping[str, Shapes],
 ) -> Iterator[Problem]:
-    """Yield all problems with genes over `size` letters, on strings with `loci` loci (None: as many as
-    needed).
+    """Yield all problems with genes over an alphabet of `size` letters, on strings with `loci` loci (None: as
+    many as needed).
 
     `traits` are the species' traits (None: any name); `shapes` are networks' shapes by trait or gene."""
     if not genes:

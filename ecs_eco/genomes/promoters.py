@@ -1,6 +1,6 @@
 """Promoters: the words that mark genes in strings of variable length.
 
-A string is read from its first letter on. A promoter followed by the letters that its gene needs is a copy of
+A string is read from its first letter. A promoter followed by the letters that its gene needs is a copy of
 the gene, and reading continues after it; any other letter is neutral.
 """
 
@@ -13,10 +13,10 @@ from ecs_eco.genomes.models import Gene, GenomeSection
 from ecs_eco.genomes.problems import n_codons
 from ecs_eco.genomes.traits import Shapes, Trait
 
-MOST_WORDS = 2**16  # maximum number of words as long as the longest promoter
-LONGEST = 1_000_000  # maximum letters in a string of variable length
+MOST_WORDS = 2**16  # maximum number of possible words as long as the longest promoter
+LONGEST = 1_000_000  # maximum number of letters in a string of variable length
 RARE = 64  # with default promoters, a gene begins about once in this many random letters
-MOST_LETTERS = 254  # in an alphabet; two more numbers mark the end of a string and, in texts, the separator
+MOST_LETTERS = 254  # letters in an alphabet; two more numbers mark string ends and, in texts, separators
 ONLY = {"promoter": None, "copies": 1, "copy_rule": None}  # keys of a gene that require variable length
 
 
@@ -31,13 +31,13 @@ def default_promoters(n: int, letters: str) -> list[str]:
 
 
 def promoters_of(genes: Sequence[Gene], letters: str) -> list[str]:
-    """Return each gene's promoter: the given or the default one."""
+    """Return each gene's promoter, whether given or the default."""
     given = default_promoters(len(genes), letters)
     return [gene.promoter or word for gene, word in zip(genes, given, strict=True)]
 
 
 def word_table(promoters: Sequence[str], letters: str) -> np.ndarray:
-    """Return, for each word, the gene with whose promoter it begins, or −1: i16[size ** length]."""
+    """Return, for each word, the gene whose promoter begins it, or −1: i16[size ** length]."""
     size, length = len(letters), max(map(len, promoters))
     table = np.full(size**length, -1, np.int16)
     for gene, word in enumerate(promoters):

@@ -12,7 +12,8 @@ Shapes = Sequence[tuple[int, ...]]
 
 @dataclass(frozen=True)
 class Trait:
-    """A value of a species that a gene can replace, and its column: component.field, or its entry `index`."""
+    """A value of a species that a gene can replace, and its column: component.field, or entry `index` of that
+    field."""
 
     name: str
     component: str
@@ -26,6 +27,7 @@ class Trait:
     text: str
 
     def nearest(self, values: np.ndarray) -> np.ndarray:
-        """Return the nearest possible values: within limits, rounded if integers; NaN becomes the default."""
+        """Return the nearest possible values: within the limits, and rounded if they are integers; NaN
+        becomes the default."""
         values = np.where(np.isnan(values), self.default, np.clip(values, self.low, self.high))
         return np.rint(values) if self.kind in ("whole", "sign") else values

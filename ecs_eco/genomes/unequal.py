@@ -1,4 +1,5 @@
-"""Unequal crossover: cuts strings of variable length at genes; has the signature of DEAP's crossovers."""
+"""Unequal crossover, which cuts strings of variable length at genes and has the signature of DEAP's
+crossovers."""
 
 import random
 
@@ -15,8 +16,8 @@ class UnequalCrossover:
     The strings are cut at a gene of `a` and its counterpart in `b`: the copy of the same gene that has the
     same rank among the copies in its string or, with probability `slip`, any copy of the gene, as when
     chromosomes are misaligned. All pairs of counterparts are equally likely. If the strings share no gene,
-    nothing happens. Both lists are changed in place and returned. Instead, `Operators` uses a kernel with the
-    same distribution for all births of a tick at once.
+    nothing happens. Both lists are changed in place and returned. For all births in a tick at once,
+    `Operators` instead uses a kernel with the same distribution.
     """
 
     __name__ = "cxUnequal"

@@ -1,10 +1,10 @@
 """Kernels that process many strings of variable length: u8[n, longest], letters up to the first blank.
 
 The blank is the number after the last letter's. Genes are found by their promoters: `words` i16[size ** k]
-contains the gene with whose promoter each word of k letters begins, `spans` i64[genes] the letters of a copy,
-including its promoter. A change that would make a string empty or longer than `longest` is not made, but
-counted in `at_limit` i64[5]: crossings, duplications, losses, insertions, deletions. Draws work as in
-`kernels`.
+contains the gene whose promoter begins each word of k letters, and `spans` i64[genes] the number of letters
+in a copy, including its promoter. A change that would make a string empty or longer than `longest` is not
+made, but counted in `at_limit` i64[5]: crossings, duplications, losses, insertions, deletions. Draws work as
+in `kernels`.
 """
 
 import numpy as np
@@ -30,7 +30,8 @@ def end_of(string, blank):
 
 @njit
 def gap(u, chance):
-    """Return how many trials with this probability fail before the next success, from a draw u in [0, 1)."""
+    """Return how many trials with this success probability fail before the next success, given a draw u in
+    [0, 1)."""
     if chance <= 0:
         return NEVER
     return np.int64(np.log1p(-np.float64(u)) / np.log1p(-chance)) if chance < 1 else np.int64(0)
@@ -45,7 +46,7 @@ def parse(string, n, words, k, size, spans, at, gene):
         top *= size
     i, m, word, anew = 0, 0, np.int64(0), True
     while i < n:
-        if anew:  # words that extend beyond the end are filled with zeros, because no gene fits there
+        if anew:  # words that extend beyond the end are padded with zeros, because no gene fits there
             word = np.int64(0)
             for j in range(i, i + k):
                 word = word * size + (np.int64(string[j]) if j < n else 0)
@@ -137,8 +138,8 @@ def slipped_of(pick, copies, gene_1, m_1, gene_2, m_2):
 def cross_unequal(
     first, second, swapped, crossed, keys, salt, slip, blank, words, k, size, spans, at_limit, out
 ):
-    """Copy `first` u8[n, longest] up to the promoter of one of its genes, then `second` from its
-    counterpart's promoter on; `swapped` rows exchange the two.
+    """Copy `first` u8[n, longest] up to the promoter of one of its genes, then `second` starting at the
+    counterpart's promoter; `swapped` rows exchange the two.
 
     The counterpart is the copy of the same gene with the same rank or, with probability `slip`, any copy of
     the gene. All pairs of counterparts are equally likely.
@@ -212,7 +213,7 @@ def rearrange(strings, keys, salt, duplication, loss, blank, words, k, size, spa
             continue
         old[:n] = string[:n]
         to, begin = 0, 0
-        for c in range(m + 1):  # the letters before each copy, and the copy zero, one or two times
+        for c in range(m + 1):  # the letters before each copy, then the copy zero, one or two times
             stop = at[c] if c < m else n
             for i in range(begin, stop):
                 string[to] = old[i]
@@ -279,8 +280,8 @@ def mutate_letters(strings, keys, salt, way, chance, low, up, blank):
 
 @njit
 def mutate_by_gene(strings, keys, salt, way, chance, own, low, up, blank, words, k, size, spans, skipped):
-    """Mutate like `mutate_letters`, but letters of a copy after its promoter, which has `skipped` i64[genes]
-    letters, with the gene's own probability `own` f64[genes]."""
+    """Mutate like `mutate_letters`, except that a copy's letters after its promoter, which has `skipped`
+    i64[genes] letters, mutate with the gene's own probability `own` f64[genes]."""
     longest = strings.shape[1]
     at, gene = np.empty(longest, np.int64), np.empty(longest, np.int64)
     rates = np.empty(longest, np.float64)

@@ -162,7 +162,7 @@ class VariableLayout(Layout):
         )
 
     def _places(self, order: Sequence[int]) -> list[tuple[int, Code]]:
-        """Return the start of the letters after each copy's promoter; raise ValueError if there are too
+        """Return the start of the letters after each copy's promoter; raise a ValueError if there are too
         many."""
         if (needed := int(self.spans[order].sum())) > self.longest:
             raise ValueError(f"genome: these genes need {needed} letters; expected {self.longest}")
@@ -188,8 +188,8 @@ class VariableLayout(Layout):
         )
 
     def joined(self, loci: np.ndarray) -> np.ndarray:
-        """Return the letters of rows u8[n, row] as in texts: u8[n, row + ploidy − 1], where `blank` marks
-        unused positions and blank + 1 is the separator."""
+        """Return the letters of rows u8[n, row] in the form used in texts: u8[n, row + ploidy − 1], where
+        `blank` marks unused positions and blank + 1 is the separator."""
         out = np.empty((len(loci), self.row + self.ploidy - 1), np.uint8)
         strings = np.ascontiguousarray(loci).reshape(-1, self.longest)
         variable_kernels.join_strings(strings, self.blank, self.ploidy, out)

@@ -1,4 +1,4 @@
-"""Genetic variation of a population: allele frequencies, diversity, and DEAP's statistics."""
+"""Genetic variation in a population: allele frequencies, diversity, and DEAP's statistics."""
 
 import numpy as np
 from deap import tools

@@ -47,8 +47,8 @@ def adam(weights, gradients, moment_1, moment_2, step, settings):
 
 @summing_njit
 def adam_each(weights, gradients, moment_1, moment_2, steps, rates, settings):
-    """Take one Adam step for each row of weights f32[k, size], with learning rates [k] and otherwise common
-    settings; return the gradient norms f64[k]."""
+    """Take one Adam step for each row of weights f32[k, size], with separate learning rates [k] but otherwise
+    shared settings; return the gradient norms f64[k]."""
     norms = np.empty(len(weights))
     for i in range(len(weights)):
         own = (rates[i], *settings)

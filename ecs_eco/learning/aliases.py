@@ -1,4 +1,4 @@
-"""Alternative names of PPO's hyperparameters, used by Stable-Baselines3, CleanRL and papers."""
+"""Alternative names for PPO's hyperparameters, used by Stable-Baselines3, CleanRL and papers."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ ALIASES = FORMER | {  # their name → ours
 
 
 def resolve(given: Iterable[str]) -> dict[str, str]:
-    """Return our name for each alias among the settings. Raises ValueError if one is given under two
+    """Replace each alias among the settings with our name. Raises ValueError if a setting is given under two
     names."""
     names = list(given)
     known = {word: ALIASES[word] for word in names if word in ALIASES}

@@ -24,7 +24,7 @@ from ecs_eco.learning.policy_network import PolicyNetwork, Split
 
 
 class PlainNetwork:
-    """The shape of a network that computes a choice per action group (the policy) and a value.
+    """The shape of a network that computes one choice per action group (the policy) and a value.
 
     `groups` contains the number of options of each categorical group, then CONTINUOUS for each continuous
     one. `trunk` is "shared" (policy and value read the same hidden layers) or "separate" (each has its own).
@@ -33,7 +33,7 @@ class PlainNetwork:
     first.
     """
 
-    memory = 0  # number of values kept between decisions
+    memory = 0  # number of values that are kept between decisions
     by_row = True  # rows are independent, bit for bit, so processes can share them
 
     def __init__(
@@ -51,7 +51,8 @@ class PlainNetwork:
             raise ValueError(f"trunk = {trunk!r}: expected 'shared' or 'separate'")
         self.n_observations, self.groups = n_observations, tuple(groups)
         self.hidden, self.trunk = tuple(hidden), trunk
-        # categorical group g's logits are offsets[g]:offsets[g + 1]; then come means and log deviations
+        # categorical group g's logits are offsets[g]:offsets[g + 1], followed by means and log standard
+        # deviations
         self.offsets, self.n_numbers = laid_out(groups)
         self.n_logits, self.spreads = sum(groups), spreads(groups)
         heads = (self.n_logits + 1,) if trunk == "shared" else (self.n_logits, 1)
@@ -75,8 +76,8 @@ class PlainNetwork:
                 below, above = above, above + _whole(b)
 
     def views(self, weights: np.ndarray) -> list[np.ndarray]:
-        """Return the parts of weights [..., size] in the order of `shapes`; the value is the last output
-        of the last layer."""
+        """Split weights [..., size] into parts in the order of `shapes`; the value is the last output of the
+        last layer."""
         ends = np.cumsum([int(np.prod(shape)) for shape in self.shapes])
         parts = np.split(weights, ends[:-1], axis=-1)
         return [
@@ -100,7 +101,7 @@ class PlainNetwork:
 
 
 class Brain(PlainNetwork, PolicyNetwork):
-    """The built-in actor-critic network, which outputs a choice per action group and a value.
+    """The built-in actor-critic network, which outputs one choice per action group and a value.
 
     Parameters
     ----------
@@ -158,8 +159,8 @@ class Brain(PlainNetwork, PolicyNetwork):
     def recall(
         self, observations: np.ndarray, memory: np.ndarray, split: Split | None = None
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the result of `forward`, and the memory f32[n, 0] unchanged. Bit for bit, a row's results do
-        not depend on other rows or on the number of threads."""
+        """Return the result of `forward`, and the memory f32[n, 0] unchanged. A row's results are
+        bit-identical whatever the other rows and the number of threads are."""
         n = self._rows(observations)
         x = np.asarray(observations, np.float32).T
         if not x.flags.forc:
@@ -191,7 +192,7 @@ def orthogonal(generator: np.random.Generator, n_out: int, n_in: int) -> np.ndar
         q, r = np.linalg.qr(generator.standard_normal((max(n_out, n_in), min(n_out, n_in))))
         q *= np.sign(np.diag(r))
         return q if n_out >= n_in else q.T
-    # in libraries, the order of sums depends on the processor
+    # in libraries, the order of summation depends on the processor
     columns = normals(generator, (min(n_out, n_in), max(n_out, n_in)))
     _orthonormalise(columns)
     return columns.T if n_out >= n_in else columns

@@ -1,4 +1,4 @@
-"""Turn a row of logits into one choice per action group."""
+"""Convert a row of logits to one choice per action group."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def _draw(side, low, high, rest, total, taken, number):
 
 @fused_njit
 def choose_best(logits, offsets, choice):
-    """Write the most probable choice in each group for each row; of equal ones, the first.
+    """Write the most probable choice in each group for each row; if several are tied, the first of them.
 
     Parameters
     ----------

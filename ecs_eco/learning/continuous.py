@@ -1,12 +1,13 @@
-"""Continuous actions: numbers drawn from normal distributions whose means and deviations the network outputs.
+"""Continuous actions: numbers drawn from normal distributions whose means and standard deviations the network
+outputs.
 
 In a network's `groups`, each continuous action is `CONTINUOUS`, follows all categorical groups and has two
 outputs: the mean, and the natural logarithm of the standard deviation, clipped to LEAST … MOST. Numbers are
-measured from the middle of the action's range in units of half its width, so its limits are −1 and 1. A
-number beyond a limit is executed as the limit, but learning uses the number drawn.
+measured from the middle of the action's range in units of half its width, so its limits are −1 and 1. If a
+number is beyond a limit, the limit is executed, but learning uses the number drawn.
 
-In the built-in network, the deviation is a bias, one learned number for all observations: if the weights of a
-whole layer could also change it, it would fall many times faster than the mean improves.
+In the built-in network, the log standard deviation is a bias, a single learned number for all observations:
+if a whole layer's weights could also change it, it would fall many times faster than the mean improves.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ def laid_out(groups: Sequence[int]) -> tuple[np.ndarray, int]:
 
 
 def spreads(groups: Sequence[int]) -> np.ndarray:
-    """Return the indices of the outputs that are log deviations: i64[continuous groups]."""
+    """Return the indices of the outputs that are log standard deviations: i64[continuous groups]."""
     offsets, n = laid_out(groups)
     return offsets[-1] + 2 * np.arange(n) + 1
 
@@ -55,9 +56,9 @@ def in_units(numbers: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarr
 
 @fused_njit
 def draw_numbers(outputs, uniforms, numbers, log_probability):
-    """Draw numbers f32[n, k] from normal distributions given by outputs f32[n, 2 k] (mean, log deviation);
-    add their log-probabilities to `log_probability` f32[n]. Uniforms f32[n, 2 k] are in [0, 1) (Box and
-    Muller 1958)."""
+    """Draw numbers f32[n, k] from normal distributions given by outputs f32[n, 2 k] (mean, log standard
+    deviation); add their log-probabilities to `log_probability` f32[n]. Uniforms f32[n, 2 k] are in [0, 1)
+    (Box and Muller 1958)."""
     for i in range(numbers.shape[0]):
         for j in range(numbers.shape[1]):
             radius = np.sqrt(max(np.float32(0), np.float32(-2) * log(np.float32(1) - uniforms[i, 2 * j])))

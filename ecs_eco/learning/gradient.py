@@ -24,14 +24,14 @@ BLOCK = 64  # transitions per pass through a shared network; their activations s
 
 
 class Layout(NamedTuple):
-    """The positions of the parts of the scratch that follow the activations."""
+    """The start of each part of the scratch that follows the activations."""
 
     deltas: int
     weights: int
     gradient: int
     transposed: int  # the matrices above the first layer, (out, in)
     zeros: int
-    head: int  # the gradient for a head's matrix, (out, in)
+    head: int  # the gradient with respect to a head's matrix, (out, in)
     end: int
 
 
@@ -54,7 +54,7 @@ def layout_of(layers, rows):
 
 @lone_fused_njit
 def gather_observations(observations, chosen, scratch):
-    """Write the chosen observations [t, c] to the input layer, and zeros to the rows after them."""
+    """Write the chosen observations [t, c] to the input layer, and fill the rows after them with zeros."""
     n, c, wide = len(chosen), observations.shape[1], round_up(observations.shape[1], LANES)
     for i in range(n * wide, round_up(n, ROWS) * wide):
         scratch[np.uint64(i)] = 0
@@ -66,7 +66,7 @@ def gather_observations(observations, chosen, scratch):
 
 @fused_njit
 def transpose_weights(scratch, layout, layers):
-    """Transpose each layer's matrix (a, b) above the first to (b, wide), whenever weights have changed."""
+    """Transpose the matrix (a, b) of each layer above the first to (b, wide), whenever weights have changed."""
     for level in range(len(layers)):
         layer = layer_of(layers, level)
         a, b, wide = layer.inputs, layer.outputs, round_up(layer.inputs, LANES)
@@ -93,7 +93,7 @@ def forward(scratch, layout, layers, rows):
 
 @fused_njit
 def backward(scratch, layout, layers, rows, n):
-    """Compute the gradient from the output deltas of n transitions in these rows."""
+    """Compute the gradient from the output deltas of n transitions."""
     for level in range(len(layers) - 1, -1, -1):
         layer = layer_of(layers, level)
         narrow, wide = round_up(layer.inputs, LANES), round_up(layer.outputs, LANES)
@@ -118,7 +118,7 @@ def backward(scratch, layout, layers, rows, n):
 
 @fused_njit
 def _head_gradient(scratch, layout, layer, deltas, rows, n, gradient):
-    """Write the gradient for a head's matrix; its few outputs fill tile rows better than vectors."""
+    """Write the gradient with respect to a head's matrix; its few outputs fill tile rows better than vectors."""
     a, b, turned = layer.inputs, layer.outputs, layout.head
     narrow, wide = round_up(a, LANES), round_up(b, LANES)
     product(

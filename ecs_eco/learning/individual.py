@@ -1,5 +1,5 @@
-"""A brain for every animal, with its own weights, Adam moments and hyperparameters, that learns from its
-life.
+"""A brain for every animal, with its own weights, Adam moments and hyperparameters, that learns from that
+animal's experience.
 
 Weights and rollouts are columns of the animals' table, in blocks of rows (components Policy and Experience),
 so a brain is created and freed with its animal. The loss is the same as in ppo.py; the kernels are in
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from ecs_eco.engine.blocks import Blocked
     from ecs_eco.engine.schema import Columns
 
-WEIGHTS = 170  # weights used (forward and backward in learning) in the 30 ns that `split` counts per organism
+WEIGHTS = 170  # weights processed (in learning, forward and backward) in `split`'s 30 ns per organism
 
 
 class Animals(NamedTuple):
@@ -40,16 +40,16 @@ class Animals(NamedTuple):
     numbers: np.ndarray  # f32[k, horizon, continuous groups]: draws
 
     def part(self, which: slice | np.ndarray) -> Animals:
-        """Return some of the animals."""
+        """Return a subset of the animals."""
         return Animals(*(array[which] for array in self))
 
 
 class Individuals(PlainNetwork):
     """The networks of all individuals of a species, and PPO for each of them.
 
-    Each has a trunk of tanh layers, shared by the policy head and the value head. Bit for bit, an animal's
-    decisions and learning do not depend on its row, on other animals or on threads. A world file selects it
-    with `policy.kind = "individual"`.
+    Each has a trunk of tanh layers, shared by the policy head and the value head. An animal's decisions and
+    learning are bit-identical whatever its row, the other animals and the number of threads are. A world file
+    selects it with `policy.kind = "individual"`.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ class Individuals(PlainNetwork):
     ) -> None:
         super().__init__(n_observations, groups, hidden)
         self.ppo, self.seed = ppo, seed
-        self.bands = OneBand()  # the processes that share its work
+        self.bands = OneBand()  # the processes that share the work
         self.dims = {
             "weights": self.size,
             "horizon": ppo.horizon,
@@ -102,8 +102,8 @@ class Individuals(PlainNetwork):
     def draw(self, who: np.ndarray, key: int | np.uint64) -> np.ndarray:
         """Return random networks f32[k, size] for newborns, determined by the key and `who` u64[k].
 
-        Weights are normally distributed with deviation gain / sqrt(inputs); the gain is sqrt(2), but 0.01 for
-        the logits and 1 for the value. Biases are zero.
+        Weights are normally distributed with standard deviation gain / sqrt(inputs); the gain is sqrt(2), but
+        0.01 for the logits and 1 for the value. Biases are zero.
         """
         deviations = np.zeros(self.size, np.float32)
         for matrix in self.views(deviations)[::2]:
@@ -182,10 +182,9 @@ class Individuals(PlainNetwork):
     def due(
         self, experience: Columns, rows: np.ndarray, uid: np.ndarray, born: np.ndarray, tick: int
     ) -> np.ndarray:
-        """Return which animals' rollouts are complete: bool[n].
-
-        The first rollout of a life ends at an age drawn from the uid, later ones when they are full, so about
-        1 / horizon of the animals learn in each tick, even if all were born in the same tick.
+        """Return which animals' rollouts are complete: bool[n]. An animal's first rollout ends at an age
+        drawn from the uid, later ones when they are full, so about 1 / horizon of the animals learn in each
+        tick, even if all were born in the same tick.
         """
         due = np.empty(len(rows), np.bool_)
         kernels.full_rollouts(experience.length, rows, uid, born, tick, self.ppo.horizon, due)
@@ -207,8 +206,8 @@ class Individuals(PlainNetwork):
         """Train the animals in `rows` i64[n] on their rollouts, then empty these; `bootstrap` f32[n] are the
         values of the animals' current states.
 
-        `plasticity` contains their learning rates, discounts and entropy coefficients, each f32[n] or one
-        number for all; None: use `ppo`. `own` contains other hyperparameters by name, [n] each, for the
+        `plasticity` contains their learning rates, discounts and entropy coefficients, each f32[n] or a
+        number shared by all; None: use `ppo`. `own` contains other hyperparameters by name, [n] each, for the
         built-in network. `memory` f32[n, memory] is their memory at the beginning of their rollouts,
         `numbers` f32[n, horizon, n_numbers] their draws for continuous actions. An animal with a learning
         rate of 0 discards its rollout and does not change. Returns means over the animals that learned, named
@@ -237,7 +236,7 @@ class Individuals(PlainNetwork):
         return summary(*(self.bands.learnt(self, *told) if self.by_row else told))
 
     def _train(self, policy: Columns, experience: Columns, animals: Animals, split: Split) -> None:
-        """Take the animals' Adam steps, and write their reports."""
+        """Perform the animals' Adam steps, and write their reports."""
         epochs = setting_of(animals.settings, "epochs")
         split(
             kernels.train,
@@ -266,7 +265,7 @@ class Individuals(PlainNetwork):
         return settings
 
     def _tell(self, policy: Columns, rows: np.ndarray, report: np.ndarray) -> None:
-        """Share each process's results, for its part of the rows i64[n], with all processes."""
+        """Share the results of each process, which cover its part of the rows i64[n], with all processes."""
         n, (first, last) = len(rows), self.bands.part(len(rows))
         for column in (policy.weights, policy.moment_1, policy.moment_2, policy.steps, policy.updates):
             column[rows] = self.bands.gathered(n, column[rows[first:last]])
@@ -274,7 +273,7 @@ class Individuals(PlainNetwork):
 
 
 def setting_of(settings: np.ndarray, name: str) -> np.ndarray:
-    """Return one hyperparameter f32[n] of the settings f64[n, Hyperparameters] of n animals."""
+    """Return one hyperparameter f32[n] from the settings f64[n, Hyperparameters] of n animals."""
     return settings[:, kernels.Hyperparameters._fields.index(name)].astype(np.float32)
 
 
@@ -292,7 +291,7 @@ def require_finite(report: np.ndarray, uid: np.ndarray) -> None:
 
 
 def summary(report: np.ndarray, lengths: np.ndarray, rates: np.ndarray) -> dict[str, float]:
-    """Return means over animals, but over transitions for the reward; NaN if no animal learned."""
+    """Return means over animals (for the reward, over transitions); NaN if no animal learned."""
     n, total = len(report), np.add.reduce
     if not n:
         return dict.fromkeys((*kernels.TERMS, "learning_rate"), float("nan")) | {

@@ -2,7 +2,7 @@
 updates.
 
 Columns are in blocks (see `Blocked.by_address`); animal j of the arguments is row `rows[j]` of the table.
-Each animal's numbers are summed in an order that depends only on its own rollout.
+Each animal's numbers are summed in an order that depends only on that animal's rollout.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ from ecs_eco.learning.loss import (
 from ecs_eco.learning.rollout import STEP, fill_advantages, summarize
 
 TERMS = (*LOSS_TERMS, "gradient_norm", "explained_variance", "reward")
-AHEAD = 8  # number of animals recorded while the data of a later one is fetched
-_BIRTH = 1 << 32  # first `purpose` of the draws for newborns' weights
+AHEAD = 8  # number of animals recorded while a later animal's data is fetched
+_BIRTH = 1 << 32  # first `purpose` number of the draws for newborns' weights
 
 
 class Hyperparameters(NamedTuple):
@@ -64,7 +64,8 @@ class Workspace(NamedTuple):
 
 @fused_njit
 def draw_newborn(key, who, deviations, weights):
-    """Draw weights f32[k, size] from normal distributions (Box and Muller 1958) with these deviations."""
+    """Draw weights f32[k, size] from normal distributions (Box and Muller 1958) with these standard
+    deviations."""
     for j in range(len(who)):
         for i in range(len(deviations)):
             weights[j, i] = 0
@@ -122,8 +123,8 @@ def credit(rewards, rows, length, reward):
 
 @fused_njit
 def full_rollouts(length, rows, uid, born, tick, horizon, due):
-    """Write to `due` which rollouts are complete: full, or the first of a life at an age drawn from the
-    uid."""
+    """Write to `due` which rollouts are complete: either full, or an animal's first one, which ends at an age
+    drawn from the uid."""
     for i in range(len(rows)):
         n = length[rows[i]]
         due[i] = n >= horizon or (n > 0 and np.uint64(tick - born[i]) == mix(uid[i]) % np.uint64(horizon))
@@ -205,7 +206,7 @@ def _hyperparameters(settings, j):
 
 @fused_njit
 def _workspace(layers, offsets, horizon):
-    """Return the memory for one animal's rollout, whose steps all belong to one row."""
+    """Return the memory for one animal's rollout, all of whose steps belong to one row."""
     layout = layout_of(layers, horizon)
     return Workspace(
         np.zeros(layout.end, np.float32),
@@ -229,7 +230,7 @@ def _read_transitions(row, returns, steps):
 
 @fused_njit
 def _fit(row, n, networks, steps, observations, choices, work, layers, offsets, own, loss, key, terms):
-    """Take an animal's Adam steps, and write the means of the loss terms over these."""
+    """Perform an animal's Adam steps, and write the means of the loss terms over these steps."""
     at, size, layout = row % BLOCK, networks[0][1].shape[1], work.layout
     kept = block_of(row, networks[0])[at]
     moment_1, moment_2 = block_of(row, networks[1])[at], block_of(row, networks[2])[at]

@@ -1,6 +1,7 @@
 """A torch module for every animal: weights are rows of one column; torch.func runs and trains them together.
 
-The columns are the same as in individual.py, so brains are created, inherited, saved and freed likewise.
+The columns are the same as in individual.py, so brains are created, inherited, saved and freed in the same
+way.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ class IndividualModules(Individuals):
     """The networks of all individuals of a species, each `network(n_observations, groups)` with its own
     weights.
 
-    On the CPU, decisions and learning are the same, bit for bit, on any number of threads. Modules that
+    On the CPU, decisions and learning are bit-identical for any number of threads. Modules that
     torch.func.vmap does not support (in torch 2, GRUCell and LSTMCell) run one animal at a time. Raises
     ValueError if a module cannot be a brain.
     """
@@ -117,7 +118,7 @@ class IndividualModules(Individuals):
         return logits, values, later
 
     def _train(self, policy: Columns, experience: Columns, animals: Animals, split: Split) -> None:
-        """Take the animals' Adam steps, and write their reports."""
+        """Perform the animals' Adam steps, and write their reports."""
         rates, lengths = setting_of(animals.settings, "learning_rate"), experience.length[animals.rows]
         learning = np.flatnonzero((rates != 0) & (lengths > 0))
         with self.brain.reproducible(), one_torch_thread():
@@ -126,7 +127,7 @@ class IndividualModules(Individuals):
                 animals.report[here] = self._fit(policy, experience, animals.part(here))
 
     def _think(self, weights: np.ndarray, x: np.ndarray, memory: np.ndarray) -> Any:
-        """Run each animal's network on one observation."""
+        """Run each animal's network on its observation."""
         tensor = self.brain.tensor
         inputs = (tensor(x[:, None]), tensor(memory[:, None])) if self.memory else (tensor(x[:, None]),)
         out = self._each(lambda w, *seen: functional_call(self.brain.module, self._named(w), seen))(
@@ -185,8 +186,8 @@ class IndividualModules(Individuals):
     def _advantages_of(
         self, experience: Columns, animals: Animals, lengths: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the animals' transitions with advantages, STEP[k, horizon], with zeros beyond each rollout's
-        length, and the statistics of `summarize` for each animal, f64[4, k]."""
+        """Return the animals' transitions with advantages, STEP[k, horizon], padded with zeros beyond each
+        rollout's length, and the statistics of `summarize` for each animal, f64[4, k]."""
         shape, gae_lambda = (len(lengths), self.ppo.horizon), np.float32(self.ppo.gae_lambda)
         steps, ended = np.zeros(shape, STEP), np.zeros(self.ppo.horizon, np.bool_)
         for name in ("log_probability", "value", "reward"):
@@ -242,7 +243,7 @@ class IndividualModules(Individuals):
             self._each = each
             try:
                 with one_torch_thread(), self.brain.reproducible(), warnings.catch_warnings():
-                    # vmap warns of operations that it would run one by one
+                    # vmap warns about operations that it would run one by one
                     warnings.simplefilter("error", UserWarning)
                     each(grad_and_value(self._loss, has_aux=True))(self.brain.tensor(weights), blank)
                     with torch.no_grad():  # can use different operations

@@ -1,7 +1,7 @@
 """Inference with plain networks, without torch: kernels with a fixed order of summation.
 
-Bit for bit, an organism's output does not depend on other organisms, on its position or on the number of
-threads.
+An organism's output is bit-identical whatever the other organisms, its position and the number of threads
+are.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ BLOCK = 64  # organisms: four of the widest vectors
 
 @fused_njit
 def infer_shared(first, last, observations, weights, layers, logits, values):
-    """Write the outputs of one network with weights f32[size] for organisms first to last of the observations
-    f32[c, n]: logits f32[n, k], values f32[n].
+    """Write the outputs of one network with weights f32[size] for organisms first … last − 1 of the
+    observations f32[c, n]: logits f32[n, k], values f32[n].
 
     Each block of observations is transposed to (units, organisms), so that all loops run over organisms and
     can be vectorized.
@@ -77,7 +77,7 @@ def _lay_weights(weights, layers, biases, scratch):
 
 @fused_njit
 def _take(observations, start, size, scratch, to):
-    """Copy observations of organisms from `start` on into a block, as vectors if each of the n is
+    """Copy organisms' observations, starting at `start`, into a block, as vectors if each of the n is
     contiguous."""
     n = observations.shape[0]
     if size == BLOCK and observations.strides[1] == 4:
@@ -96,8 +96,8 @@ def infer_individual(first, last, rows, weights, layers, x, logits, values):
     """Write the logits f32[n, k] and values f32[n] of animals first … last − 1 with observations f32[n, c],
     each with its own weights: row `rows[j]` of a column from `Blocked.by_address` for animal j.
 
-    A layer's inputs are summed in four groups, every fourth input in one. Up to LANES numbers after each
-    animal's weights are read but ignored.
+    A layer's inputs are summed in four groups, each of which contains every fourth input. Up to LANES numbers
+    after each animal's weights are read but ignored.
     """
     zero, k, size, wide = spread(np.float32(0)), logits.shape[1], weights[1].shape[1], x.shape[1]
     for level in range(len(layers)):

@@ -8,7 +8,7 @@ from ecs_eco.learning.arithmetic import fused_njit
 
 
 class Layer(NamedTuple):
-    """One layer of a plain network: its widths, and the positions of its numbers."""
+    """One layer of a plain network: its widths, and where its numbers begin."""
 
     inputs: int
     outputs: int

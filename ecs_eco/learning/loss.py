@@ -27,7 +27,7 @@ VALUE, ENTROPY, KL, CLIPPED = BLOCK, 2 * BLOCK, 3 * BLOCK, 4 * BLOCK
 
 
 class LossSettings(NamedTuple):
-    """The parameters of the loss; advantages are normalized to (A - shift) * scale."""
+    """The parameters of the loss. Advantages are normalized to (A - shift) * scale."""
 
     clip: np.float32
     clip_value: np.float32
@@ -38,7 +38,8 @@ class LossSettings(NamedTuple):
 
 
 class LossScratch(NamedTuple):
-    """The arrays of `gather_transitions` and `output_gradient` for n transitions, G choices and K numbers."""
+    """The arrays that `gather_transitions` and `output_gradient` use for n transitions, G choices and K
+    numbers."""
 
     weight: np.ndarray  # f32[n]: weight of each transition in the mean
     log_probability: np.ndarray  # f32[n], at the decision
@@ -47,16 +48,16 @@ class LossScratch(NamedTuple):
     choices: np.ndarray  # f32[G, n]
     numbers: np.ndarray  # f32[K, n]
     outputs: np.ndarray  # f32[outputs, BLOCK], the value last; then their gradient
-    exponentials: np.ndarray  # f32[outputs, BLOCK], of logits minus their group's largest
+    exponentials: np.ndarray  # f32[outputs, BLOCK], of logits minus the largest in their group
     mean_logit: np.ndarray  # f32[G, BLOCK]
     inverse_sum: np.ndarray  # f32[G, BLOCK], of the exponentials
-    log_ratio: np.ndarray  # f32[BLOCK]; then the gradient for the log-probability
+    log_ratio: np.ndarray  # f32[BLOCK]; then the gradient with respect to the log-probability
     terms: np.ndarray  # f32[5 * BLOCK]: sums of the loss's terms
 
 
 @fused_njit
 def allocate_scratch(offsets, n_numbers, rows):
-    """Return the scratch for the loss of up to `rows` transitions of a network."""
+    """Return the scratch for a network's loss over up to `rows` transitions."""
     n, n_groups, n_outputs = round_up(rows, BLOCK), len(offsets) - 1, offsets[-1] + 2 * n_numbers + 1
     return LossScratch(
         np.zeros(n, np.float32),
@@ -87,14 +88,14 @@ def gather_transitions(scratch, steps, choices, numbers, offsets, chosen, weight
             scratch.choices[g, i] = np.float32(option)
         for j in range(numbers.shape[1]):
             scratch.numbers[j, i] = numbers[chosen[i], j]
-    for i in range(n, len(scratch.weight)):  # the padding is ignored, but must be finite
+    for i in range(n, len(scratch.weight)):  # padding is ignored but must be finite
         scratch.weight[i] = scratch.log_probability[i] = scratch.value[i] = scratch.advantage[i] = 0
 
 
 @fused_njit
 def output_gradient(activations, deltas, layers, rows, n, offsets, settings, scratch):
-    """Write the gradient of the loss with respect to the outputs of n transitions, and zeros to the rows
-    after them; add the loss's terms to the scratch.
+    """Write the gradient of the loss with respect to the outputs for n transitions, and fill the rows after
+    them with zeros; add the loss's terms to the scratch.
 
     Each head's outputs are in the network's scratch, `activations`, where `gradient.forward` wrote them;
     their gradient follows at a distance of `deltas`.
@@ -151,7 +152,7 @@ def output_gradient(activations, deltas, layers, rows, n, offsets, settings, scr
 
 @lone_fused_njit
 def _transpose_outputs(activations, layers, rows, start, size, outputs):
-    """Transpose the outputs of the block's first `size` transitions, followed by zeros."""
+    """Transpose the outputs for the block's first `size` transitions, followed by zeros."""
     first = 0
     for level in range(len(layers)):
         layer = layer_of(layers, level)
@@ -168,7 +169,7 @@ def _transpose_outputs(activations, layers, rows, start, size, outputs):
 
 @lone_fused_njit
 def _transpose_back(outputs, layers, rows, start, size, deltas, activations):
-    """Write the gradient of the block's first `size` transitions as rows, then rows of zeros."""
+    """Write the gradient for the block's first `size` transitions as rows, then rows of zeros."""
     first = 0
     for level in range(len(layers)):
         layer = layer_of(layers, level)
@@ -234,7 +235,7 @@ def group_softmax(
 @lone_fused_njit
 def normal_log_probability(outputs, mean, numbers, j, weight, start, log_ratio, terms):
     """Add the log-probability of number j under its normal distribution to `log_ratio`, and its entropy [nat]
-    to the terms; in the outputs, the log deviation follows the mean."""
+    to the terms; in the outputs, the log standard deviation follows the mean."""
     for i in range(len(log_ratio)):
         at = np.uint64(start + i)
         s = min(max(outputs[mean + 1, i], LEAST), MOST)
@@ -245,8 +246,8 @@ def normal_log_probability(outputs, mean, numbers, j, weight, start, log_ratio, 
 
 @lone_fused_njit
 def policy_gradient(weight, advantage, start, settings, log_ratio, terms):
-    """Replace `log_ratio`, the change in the choices' log-probabilities, by the gradient for these; add to
-    the policy loss, the divergence r - 1 - log(r), and the clipped share."""
+    """Replace `log_ratio`, the change in the choices' log-probabilities, with the gradient with respect to
+    them; add to the policy loss, the divergence r - 1 - log(r) and the clipped share."""
     zero, one = np.float32(0), np.float32(1)
     low, high = one - settings.clip, one + settings.clip
     shift, scale = settings.shift, settings.scale
@@ -264,8 +265,8 @@ def policy_gradient(weight, advantage, start, settings, log_ratio, terms):
 
 @lone_fused_njit
 def value_gradient(outputs, weight, old_value, advantage, start, settings, terms):
-    """Replace the values by their gradient; add the squared errors. With clip_value, the larger error of the
-    unclipped and the clipped value counts."""
+    """Replace the values with their gradient; add the squared errors. With clip_value, the error is the
+    larger of the unclipped and the clipped value's."""
     zero, clip, value = np.float32(0), settings.clip_value, len(outputs) - 1
     for i in range(outputs.shape[1]):
         at = np.uint64(start + i)
@@ -282,7 +283,7 @@ def value_gradient(outputs, weight, old_value, advantage, start, settings, terms
 def logit_gradient(
     logits, exponentials, low, high, g, mean_logit, inverse_sum, choices, weight, start, entropy, log_ratio
 ):
-    """Replace a group's logits by their gradient; `entropy` is the weight of the entropy bonus."""
+    """Replace a group's logits with their gradient; `entropy` is the weight of the entropy bonus."""
     zero = np.float32(0)
     for k in range(low, high):
         option = np.float32(k - low)
@@ -295,7 +296,7 @@ def logit_gradient(
 
 @lone_fused_njit
 def normal_gradient(outputs, mean, numbers, j, weight, start, entropy, log_ratio):
-    """Replace the mean and log deviation of number j's distribution by their gradient."""
+    """Replace the mean and log standard deviation of number j's distribution with their gradient."""
     zero, one = np.float32(0), np.float32(1)
     for i in range(len(log_ratio)):
         at, d, free = np.uint64(start + i), log_ratio[i], outputs[mean + 1, i]

@@ -104,7 +104,8 @@ Plain = tuple[tuple[int, ...], str, dict[str, np.ndarray]]
 
 
 def plain(module: object, n_observations: int, n_logits: int) -> Plain | None:
-    """Return a module's weights if it computes the same as `Brain`, so that kernels can run it; else None.
+    """Return a module's weights if it computes the same as `Brain`, so that kernels can run it; otherwise
+    None.
 
     Such a module is an `MLP`, or a Sequential of Linear and Tanh with n_logits outputs, or one more for the
     value. Raises ValueError if a Sequential has different numbers of inputs or outputs.
@@ -123,7 +124,7 @@ def plain(module: object, n_observations: int, n_logits: int) -> Plain | None:
 
 
 def _alternate(layers: list[nn.Module]) -> bool:
-    """Return whether the layers alternate between Linear and Tanh, with Linear at both ends."""
+    """Return whether the layers alternate between Linear and Tanh, beginning and ending with Linear."""
     kinds = [type(layer) for layer in layers]
     return len(kinds) > 2 and kinds == [nn.Linear, nn.Tanh] * (len(kinds) // 2) + [nn.Linear]
 
@@ -171,7 +172,7 @@ def from_torch(module: nn.Module) -> nn.Module:
     Raises
     ------
     ValueError
-        If it has other layers.
+        If it has layers of any other kind.
 
     Examples
     --------

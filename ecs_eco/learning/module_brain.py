@@ -24,7 +24,7 @@ from ecs_eco.learning.mlp import MLP, plain
 from ecs_eco.learning.policy_network import PolicyNetwork, Split
 
 CHUNK = 2048  # rows that a module receives at once
-# rows are padded to a multiple of this: smaller products use other code, with different last bits
+# rows are padded to a multiple of this, because smaller products use other code and differ in the last bits
 LANES = 16
 
 
@@ -40,7 +40,7 @@ class ModuleBrain(PolicyNetwork):
     n_observations : int
     groups : tuple of int
     device : str, default "cpu"
-        "cpu", "cuda" or "cuda:1". On the CPU, results are the same, bit for bit, for any number of threads.
+        "cpu", "cuda" or "cuda:1". On the CPU, results are bit-identical for any number of threads.
 
     Raises
     ------
@@ -65,7 +65,8 @@ class ModuleBrain(PolicyNetwork):
         if not isinstance(module, torch.nn.Module):
             raise ValueError(f"gives {type(module).__name__}; expected: a torch.nn.Module")
         self.n_observations, self.groups, self.device = n_observations, tuple(groups), device
-        # categorical group g's logits are offsets[g]:offsets[g + 1]; then come means and log deviations
+        # categorical group g's logits are offsets[g]:offsets[g + 1], followed by means and log standard
+        # deviations
         self.offsets, self.n_numbers = laid_out(groups)
         self.n_logits = sum(groups)
         try:
@@ -124,7 +125,7 @@ class ModuleBrain(PolicyNetwork):
     @contextmanager
     def reproducible(self) -> Iterator[None]:
         """Make torch use only deterministic algorithms within this context. Raises RuntimeError if an
-        operation has none."""
+        operation has no such algorithm."""
         before, warns = (
             torch.are_deterministic_algorithms_enabled(),
             torch.is_deterministic_algorithms_warn_only_enabled(),
@@ -136,8 +137,8 @@ class ModuleBrain(PolicyNetwork):
             torch.use_deterministic_algorithms(before, warn_only=warns)
 
     def _check(self) -> None:
-        """Raise ValueError unless the module returns the expected output for 3 and for 16 organisms, the
-        same each time, and can learn."""
+        """Raise ValueError unless the module returns the expected output for 3 and for 16 organisms, gives
+        the same output each time, and can learn."""
         wrong = {str(p.dtype) for p in self.module.parameters() if p.dtype != torch.float32}
         if wrong:
             raise ValueError(f"has parameters of type {', '.join(sorted(wrong))}; expected: torch.float32")

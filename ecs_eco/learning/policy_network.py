@@ -13,8 +13,8 @@ Split = Callable[..., None]
 class PolicyNetwork:
     """A policy and a value computed from the same observations.
 
-    Its outputs are the logits of the categorical groups, group g's at offsets[g]:offsets[g + 1], then the
-    mean and log deviation of each continuous one.
+    Its outputs are the logits of the categorical groups, with group g's at offsets[g]:offsets[g + 1],
+    followed by the mean and log standard deviation of each continuous group.
     """
 
     n_observations: int
@@ -22,12 +22,12 @@ class PolicyNetwork:
     offsets: np.ndarray
     n_numbers: int  # continuous groups
     n_logits: int  # outputs
-    memory: int  # number of values kept between decisions
+    memory: int  # number of values that are kept between decisions
     by_row: bool  # whether rows are independent, bit for bit, so processes can share them
     called: str  # in errors
 
     def forward(self, observations: np.ndarray, split: Split | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """Return logits and values; a network with memory starts with empty memory.
+        """Return logits and values; a network with memory starts from empty memory.
 
         Parameters
         ----------
@@ -74,7 +74,7 @@ class PolicyNetwork:
         Raises
         ------
         ValueError
-            If a weight is missing, unknown or has another shape.
+            If a weight is missing, is unknown or has a different shape.
         """
         mine = self._parts()
         if wrong := sorted(set(state) ^ set(mine)):
@@ -93,12 +93,12 @@ class PolicyNetwork:
         return self.named()
 
     def _set(self, state: dict[str, np.ndarray]) -> None:
-        """Set the weights from a valid `state`."""
+        """Load the weights from a valid `state`."""
         for name, part in self.named().items():
             part[...] = state[name]
 
     def _rows(self, observations: np.ndarray) -> int:
-        """Return the number of observations. Raises ValueError if their shape is wrong."""
+        """Return the number n of observations. Raises ValueError if their shape is wrong."""
         n = len(observations)
         if np.shape(observations) != (n, self.n_observations):
             raise ValueError(

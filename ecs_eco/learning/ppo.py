@@ -1,4 +1,4 @@
-"""PPO for plain networks, several times as fast as autograd: the gradient and Adam's step are kernels.
+"""PPO for plain networks, several times as fast as with autograd: the gradient and Adam's step are kernels.
 
 Everything else is inherited from torch_ppo.py; tests compare the two.
 """
@@ -21,7 +21,7 @@ from ecs_eco.learning.torch_ppo import CHUNK, TorchLearner
 
 
 class Learner(TorchLearner):
-    """PPO for the built-in network, for a population whose members are born and die mid-rollout.
+    """PPO for the built-in network, in a population whose members are born and die mid-rollout.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ class Learner(TorchLearner):
         super().__init__(brain, ppo, seed, workers)
         self.steps = 0  # of Adam
         self.moment_1, self.moment_2 = np.zeros(brain.size, np.float32), np.zeros(brain.size, np.float32)
-        self._gradient = np.zeros((0, brain.size), np.float32)  # a row per chunk of a minibatch
+        self._gradient = np.zeros((0, brain.size), np.float32)  # one row per chunk of a minibatch
         self._scratch: list[np.ndarray] = []  # of each worker
 
     def _optimiser(self) -> Any:
@@ -105,7 +105,7 @@ class Learner(TorchLearner):
 
 
 def _checkpoint_row(brain: Brain, moment: np.ndarray) -> np.ndarray:
-    """Return a moment of all weights as checkpoints store it."""
+    """Return a moment of all weights in the form in which checkpoints store it."""
     kept = np.zeros(sum(_whole_lines(math.prod(shape)) for shape in brain.shapes), np.float32)
     for part, place in zip(brain.views(moment), _checkpoint_views(brain, kept), strict=True):
         place[...] = part
@@ -113,8 +113,8 @@ def _checkpoint_row(brain: Brain, moment: np.ndarray) -> np.ndarray:
 
 
 def _checkpoint_views(brain: Brain, kept: np.ndarray) -> Iterator[np.ndarray]:
-    """Yield the parts of a checkpoint's row in the order of `shapes`: each begins at a multiple of 64
-    bytes, and the matrix of a head is (out, in)."""
+    """Yield the parts of a checkpoint's row in the order of `shapes`: each begins at a multiple of 64 bytes,
+    and a head's matrix is (out, in)."""
     at = 0
     for a, b, *_, hidden in brain.layers.tolist():
         matrix = kept[at : at + a * b]

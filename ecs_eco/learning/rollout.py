@@ -1,4 +1,4 @@
-"""The rollout: the transitions of a changing population, in one flat, chronological log."""
+"""The rollout: the transitions of a changing population in a single chronological log."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from ecs_eco.learning.arithmetic import fused_njit
 STEP = np.dtype(
     [
         ("row", "i4"),  # in the table; a newborn can reuse the row of an animal that died in the same rollout
-        ("log_probability", "f4"),  # of the choice, at the decision
-        ("value", "f4"),  # estimate at the decision
-        ("reward", "f4"),  # reward, known a tick later
+        ("log_probability", "f4"),  # of the choice, at the time of the decision
+        ("value", "f4"),  # estimate at the time of the decision
+        ("reward", "f4"),  # reward, known one tick later
         ("advantage", "f4"),  # filled in by `fill_advantages`
     ]
 )
@@ -21,7 +21,8 @@ _FIELDS = tuple(STEP.fields or ())
 
 
 class Rollout:
-    """A log of transitions of a population whose members are born and die; outcomes are added once known.
+    """A log of transitions of a population whose members are born and die; outcomes are added once they are
+    known.
 
     Parameters
     ----------
@@ -63,9 +64,7 @@ class Rollout:
         self._numbers = np.empty((0, n_numbers), np.float32)
         self._memory = np.empty((0, memory), np.float32)
         self._steps = np.empty(0, STEP)
-        self._ended = np.empty(
-            0, bool
-        )  # nothing follows: the next record of the row belongs to another animal
+        self._ended = np.empty(0, bool)  # nothing follows: the row's next record belongs to another animal
         self.last = np.empty(0, np.int64)  # row → its open record, -1: none
 
     observations = property(lambda self: self._observations[: self.n], doc="f32[n, n_observations]")
@@ -158,7 +157,7 @@ class Rollout:
         self.end(rows, rewards + np.float32(self.discount) * values)
 
     def leave(self, rows: np.ndarray) -> None:
-        """Close the records of organisms that emigrate, as if their last action had the expected outcome."""
+        """Close the records of organisms that emigrate, as if their last action had had the expected outcome."""
         self._cover(rows)
         last = self.last[rows]
         rest = (
@@ -186,7 +185,7 @@ class Rollout:
 
     @classmethod
     def joined(cls, parts: Sequence[Rollout]) -> Rollout:
-        """Return several logs whose advantages are known as one log; its row numbers are meaningless."""
+        """Merge several logs whose advantages are known into one log, whose row numbers are meaningless."""
         first = parts[0]
         out = cls(
             first._observations.shape[1],
@@ -198,7 +197,7 @@ class Rollout:
         columns = ([column[: p.n] for column in p._columns()] for p in parts)
         out._hold(np.concatenate(column) for column in zip(*columns, strict=True))
         row = 0
-        # animals of different parts must not share a row
+        # animals in different parts must not share a row
         for part, n in zip(parts, np.cumsum([p.n for p in parts]), strict=True):
             out._steps["row"][n - part.n : n] += row
             row += int(part.steps["row"].max(initial=-1)) + 1
@@ -207,7 +206,7 @@ class Rollout:
 
     def stretches(self, longest: int) -> tuple[np.ndarray, np.ndarray]:
         """Return indices i64[n] of transitions, life by life in chronological order, and the start of each
-        stretch of a life among them.
+        stretch among them.
 
         The starts, i64[stretches + 1], end with n; a stretch has `longest` transitions, but the last one of a
         life can have fewer.
@@ -219,7 +218,7 @@ class Rollout:
         return order, np.append(np.flatnonzero(age % longest == 0), self.n)
 
     def clear(self) -> None:
-        """Remove all transitions, but keep the memory allocated."""
+        """Remove all transitions but keep the memory allocated."""
         self.n, self.ticks = 0, 0
         self.last[:] = -1
 
@@ -236,7 +235,7 @@ class Rollout:
         }
 
     def load(self, state: dict[str, np.ndarray]) -> None:
-        """Continue from a `state()` of a rollout with the same numbers of observations and groups."""
+        """Resume from a `state()` of a rollout with the same numbers of observations and groups."""
         flat = ("observations", "choices", *self._optional())
         for name in flat:
             have, need = np.shape(state[name])[1:], getattr(self, name).shape[1:]
@@ -281,8 +280,8 @@ class Rollout:
         return state
 
     def reorder(self, order: np.ndarray) -> None:
-        """Update the rows of moved organisms: the organism from row `order[i]`, i64[capacity], is now in row
-        i."""
+        """Update the rows of organisms that have moved: the organism from row `order[i]`, i64[capacity], is
+        now in row i."""
         place = np.empty_like(order)
         place[order] = np.arange(len(order))
         self.steps["row"] = place[self.steps["row"]]
@@ -302,7 +301,7 @@ class Rollout:
         return [name for name in ("numbers", "memory") if getattr(self, name).shape[1]]
 
     def _grow(self, need: int) -> None:
-        """Reserve space for `need` records and half as many more; stored records are copied once."""
+        """Reserve space for `need` records and half as many again; stored records are copied once."""
         size = need + need // 2
         grown = []
         for column in self._columns():
@@ -347,7 +346,7 @@ def fill_advantages(steps, ended, later, gain, discount, gae_lambda):
     after each, its row's life continues unless `ended` bool[n].
 
     `later` and `gain` f32[rows] contain the value and the advantage of each row's next transition; initially,
-    the bootstrap value and 0.
+    these are the bootstrap value and 0.
     """
     for i in range(len(steps) - 1, -1, -1):
         step = steps[i]

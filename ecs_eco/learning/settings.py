@@ -14,7 +14,7 @@ from ecs_eco.learning.aliases import hint, resolve
 def _setting(
     default: float, low: float, high: float, doc: str, above: bool = False, own: bool | str = True
 ) -> Any:
-    """Declare a hyperparameter in [low, high], or in (low, high] with `above`; `own` declares whether a gene
+    """Declare a hyperparameter in [low, high], or in (low, high] with `above`; `own` states whether a gene
     can code for it, as for numbers in sections (inputs/section.py)."""
     return field(default=default, metadata={"low": low, "high": high, "above": above, "doc": doc, "own": own})
 
@@ -24,7 +24,7 @@ class PPO:
     """Hyperparameters of PPO (Schulman et al. 2017).
 
     The world-file reference lists each with its default under `species.NAME.ppo`;
-    `fields(PPO)[i].metadata["doc"]` describes it, too. Names from other libraries (gamma, lr, batch_size …)
+    `fields(PPO)[i].metadata["doc"]` also describes it. Names from other libraries (gamma, lr, batch_size …)
     are accepted with a warning that shows ours.
 
     Raises

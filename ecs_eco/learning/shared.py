@@ -1,6 +1,7 @@
 """One learner for several worlds: each collects its own rollout, and one update learns from all of them.
 
-So an update never depends on the conditions of a single world (one density of prey, one hour of the day).
+An update therefore never depends on the conditions in a single world (a certain prey density, a certain hour
+of the day).
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ class SharedLearner:
 
 
 class Share:
-    """One world's share, which its nervous systems use in place of their own learner."""
+    """One world's part of the learner, which its nervous systems use in place of their own learner."""
 
     def __init__(self, together: SharedLearner) -> None:
         brain, ppo = together.learner.brain, together.learner.ppo
@@ -59,7 +60,7 @@ class Share:
             self._spare, self.ready = self.ready, None
 
     def renew(self, active: bool) -> None:
-        """Restart in another world: discard unused transitions, and set whether it participates from now
+        """Restart in another world: discard unused transitions, and choose whether it participates from now
         on."""
         self.forget()
         self.rollout.clear()

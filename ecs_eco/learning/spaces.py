@@ -1,4 +1,4 @@
-"""Gymnasium's spaces as a brain uses them: rows of numbers in, choices or numbers out."""
+"""Gymnasium's spaces in the form that a brain uses: rows of numbers in, choices or numbers out."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ def as_vector(envs: Any) -> VectorEnv:
 
 
 def resets_in_same_step(envs: VectorEnv) -> bool:
-    """Return whether environments reset in the same step in which they end. Raises ValueError if they do not
-    reset."""
+    """Return whether environments reset in the same step in which an episode ends. Raises ValueError if they
+    do not reset."""
     mode = getattr(envs.metadata.get("autoreset_mode"), "name", None)
     if mode not in ("NEXT_STEP", "SAME_STEP"):
         raise ValueError(f"metadata['autoreset_mode'] of {envs} is {mode}: expected NEXT_STEP or SAME_STEP")
@@ -40,8 +40,8 @@ def resets_in_same_step(envs: VectorEnv) -> bool:
 
 @dataclass(frozen=True)
 class Observations:
-    """An environment's observations as rows of numbers: arrays are unchanged; integers, `counts` of them from
-    `first`, are one-hot encoded."""
+    """An environment's observations as rows of numbers: arrays are unchanged; integers, which take `counts`
+    values starting at `first`, are one-hot encoded."""
 
     shape: tuple[int, ...]
     counts: np.ndarray | None = None
@@ -76,8 +76,8 @@ class Observations:
 
 @dataclass(frozen=True)
 class Actions:
-    """Actions as a brain outputs them: choices counted from `first` [G], or numbers from `low` to `high`
-    [K]."""
+    """Actions in the form that a brain outputs: choices counted from `first` [G], or numbers from `low` to
+    `high` [K]."""
 
     groups: tuple[int, ...]
     shape: tuple[int, ...]

@@ -23,12 +23,12 @@ def product(scratch, x, step_row, step, rows, matrix, step_matrix, n, bias, bias
     """Write out (rows, columns) = bias + x · matrix (n, columns), in tiles of ROWS rows and one vector, or
     two if the processor has enough registers.
 
-    Number k of row r of x is at x + r * step_row + k * step of the scratch f32[…], row k of the matrix at
-    matrix + k * step_matrix, row r of the result at out + r * step_out. A bias with `bias_row` 0 has a number
-    for each column; otherwise, row r's bias is a vector at bias + r * bias_row. Tiles extend beyond rows and
-    columns: extra input is ignored and extra output is overwritten later; after the last row, up to ROWS - 1
-    rows and LANES numbers are overwritten. Each number is summed in the order of k, independently of the
-    others.
+    Number k of row r of x is at x + r * step_row + k * step in the scratch f32[…], row k of the matrix is at
+    matrix + k * step_matrix, and row r of the result is at out + r * step_out. A bias with `bias_row` 0 has
+    one number per column; otherwise, row r's bias is a vector at bias + r * bias_row. Tiles extend beyond
+    rows and columns: extra input is ignored and extra output is overwritten later; after the last row, up to
+    ROWS - 1 rows and LANES numbers are overwritten. Each number is summed in the order of k, independently of
+    the others.
     """
     step_bias = 0 if bias_row else 1
     for r in range(0, rows, ROWS):
@@ -81,7 +81,7 @@ def _pair(scratch, x, step_row, step, matrix, step_matrix, n, bias, bias_row, st
         matrix += step_matrix
     _put(
         scratch, out + LANES, step_out, z0, z1, z2, z3
-    )  # first, because it can extend into the next row's first vector
+    )  # computed first, because it can extend into the next row's first vector
     _put(scratch, out, step_out, y0, y1, y2, y3)
 
 

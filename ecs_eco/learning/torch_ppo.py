@@ -28,7 +28,7 @@ CHUNK = 2048
 
 
 class TorchLearner:
-    """PPO for a torch module, for a population whose members are born and die mid-rollout.
+    """PPO for a torch module, in a population whose members are born and die mid-rollout.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ class TorchLearner:
         )
         self._lives = self._stretches = np.zeros(0, np.int64)  # while a brain with memory learns
         self.updates = 0
-        self.bands = OneBand()  # the processes that share its work
+        self.bands = OneBand()  # the processes that share the work
         self.optimiser = self._optimiser()
 
     @property
@@ -123,7 +123,8 @@ class TorchLearner:
         optimiser = torch.optim.AdamW(
             parameters, ppo.learning_rate, eps=ppo.adam_epsilon, weight_decay=ppo.weight_decay
         )
-        # torch would do this only at the first step; now checkpoints have the same parts before and after it
+        # torch would do this only at the first step; this way, checkpoints have the same parts before and
+        # after it
         for p in parameters:
             zeros = torch.zeros_like(p.detach())
             optimiser.state[p] = {"step": torch.tensor(0.0), "exp_avg": zeros, "exp_avg_sq": zeros.clone()}
@@ -166,7 +167,7 @@ class TorchLearner:
     def _loss(
         self, piece: np.ndarray, clip: float, shift: float, scale: float
     ) -> tuple[torch.Tensor, list[float]]:
-        """Return the summed loss of a piece of a minibatch, and the sums of its terms."""
+        """Return the summed loss over a piece of a minibatch, and the sums of its terms."""
         logits, values, index = self._replay(piece)
         rollout, device = self.rollout, self.brain.device
         step = rollout.steps[index]
@@ -227,7 +228,7 @@ class TorchLearner:
         }
 
     def load(self, state: dict[str, np.ndarray]) -> None:
-        """Continue from a `state()`. Raises ValueError if the network or the rollout has another shape."""
+        """Continue from a `state()`. Raises ValueError if the network or the rollout has a different shape."""
 
         def part(name: str) -> dict[str, np.ndarray]:
             return {key.removeprefix(name): array for key, array in state.items() if key.startswith(name)}
@@ -238,7 +239,7 @@ class TorchLearner:
         self.updates = int(state["updates"])
 
     def _optimiser_state(self) -> dict[str, np.ndarray]:
-        """Return the optimizer's numbers, named "optimiser.PARAMETER.WHAT"."""
+        """Return the optimizer's state, under names of the form "optimiser.PARAMETER.WHAT"."""
         names = list(self.brain.named())
         return {
             f"optimiser.{names[i]}.{word}": torch.as_tensor(value).detach().cpu().numpy().copy()
@@ -273,12 +274,12 @@ def ppo_loss(
     shift: float | torch.Tensor,
     scale: float | torch.Tensor,
 ) -> tuple[torch.Tensor, tuple[torch.Tensor, ...]]:
-    """Return PPO's loss for each transition, f32[n], and its `LOSS_TERMS`, each f32[n] (Schulman et al. 2017,
+    """Return PPO's loss for each transition, f32[n], and the `LOSS_TERMS`, each f32[n] (Schulman et al. 2017,
     eq. 7 and 9).
 
-    `logits` f32[n, sum(groups)] and `values` f32[n] are current; the batch has the values at the time of the
-    decision: choices i64[n, categorical groups], numbers f32[n, continuous groups], log_probability, value
-    and advantage, each f32[n]. Advantages are normalized to (A - shift) * scale.
+    `logits` f32[n, sum(groups)] and `values` f32[n] are the current ones; the batch has the values at the
+    time of the decision: choices i64[n, categorical groups], numbers f32[n, continuous groups],
+    log_probability, value and advantage, each f32[n]. Advantages are normalized to (A - shift) * scale.
     """
     choices, numbers, old_value = batch["choices"], batch["numbers"], batch["value"]
     log_probability, entropy = torch.zeros_like(values), torch.zeros_like(values)
@@ -288,7 +289,7 @@ def ppo_loss(
             log_p = torch.log_softmax(group, dim=1)
             log_probability = log_probability + log_p.gather(1, choices[:, g : g + 1])[:, 0]
             entropy = entropy - (log_p.exp() * log_p).sum(dim=1)
-        else:  # a normal distribution, given by mean and log deviation
+        else:  # a normal distribution, given by its mean and log standard deviation
             spread = group[:, 1].clamp(float(LEAST), float(MOST))
             z = (numbers[:, g - categorical] - group[:, 0]) * (-spread).exp()
             log_probability = log_probability - (0.5 * z * z + spread + float(HALF_LOG_2_PI))

@@ -1,4 +1,5 @@
-"""PPO on plain Gymnasium vector environments: environments are rows of the rollout, episodes are lives."""
+"""PPO on plain Gymnasium vector environments: environments are the rows of the rollout, and episodes are
+lives."""
 
 from __future__ import annotations
 
@@ -61,12 +62,12 @@ class Training:
         Parameters
         ----------
         observations : array
-            One observation, or n of them.
+            One observation, or n observations.
 
         Returns
         -------
         array
-            One action, or n. A network with memory decides as at birth.
+            One action, or n actions. A network with memory decides as it would at birth.
         """
         assert self.observations is not None
         assert self.actions is not None
@@ -104,7 +105,7 @@ class Training:
         Raises
         ------
         ValueError
-            If they are damaged or belong to another network.
+            If they are damaged or belong to a different network.
         """
         self.brain.load(weights.load(path))
 
@@ -115,7 +116,7 @@ class Training:
         score[over] = 0
 
     def steps_to(self, threshold: float, episodes: int = 100) -> int | None:
-        """Return the step at which the mean return of the last episodes first reached a threshold.
+        """Return the step at which the mean return over the last episodes first reached a threshold.
 
         Parameters
         ----------
@@ -151,8 +152,8 @@ def train(
     Parameters
     ----------
     envs : gymnasium.vector.VectorEnv or gymnasium.Env
-        Actions are Discrete, MultiDiscrete, or a bounded Box with one axis, whose numbers are continuous
-        groups. Observations are arrays, or integers, which are one-hot encoded.
+        Actions can be Discrete, MultiDiscrete, or a bounded Box with one axis, whose numbers are continuous
+        groups. Observations can be arrays, or integers, which are one-hot encoded.
     ppo : PPO
         Hyperparameters.
     total_steps : int
@@ -183,9 +184,9 @@ def train(
 
     Notes
     -----
-    PPO follows Schulman et al. (2017), advantages Schulman et al. (2016). A time limit does not count as
-    termination: the value of the final observation estimates the rest. Steps that only reset an environment
-    also count.
+    PPO follows Schulman et al. (2017), and the advantages follow Schulman et al. (2016). A time limit is not
+    treated as termination: the value of the final observation estimates the return that would have followed.
+    Steps that only reset an environment also count.
 
     Examples
     --------
@@ -215,7 +216,7 @@ def train(
                 break
             logits, values, later = brain.recall(seen, memory, split)
         _decide(brain, logits, generator, choice, numbers, log_probability)
-        resetting = over  # in this step they only reset, ignoring the action
+        resetting = over  # in this step, environments only reset and ignore the action
         live = everyone[~resetting]
         rollout.store(
             live,
@@ -262,7 +263,8 @@ def _decide(
 
 
 def act(brain: PolicyNetwork, observations: np.ndarray) -> np.ndarray:
-    """Return the most probable choices int[n, G], counted from 0; a brain with memory decides as at birth.
+    """Return the most probable choices int[n, G], counted from 0; a brain with memory decides as it would at
+    birth.
 
     For a brain with only continuous groups, return their means f32[n, K]; −1 and 1 are the limits of their
     ranges. Raises ValueError if a brain has both kinds.

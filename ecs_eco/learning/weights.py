@@ -1,5 +1,5 @@
-"""Files of trained policies: safetensors with a seal (a SHA-256 of all weights, which reveals damage) and the
-names of the policy's inputs and choices.
+"""Files of trained policies: safetensors with a seal (a SHA-256 hash of all weights, which reveals damage)
+and the names of the policy's inputs and choices.
 
 Files from other sources have neither and are accepted as they are.
 """
@@ -32,12 +32,12 @@ def save(path: str | Path, weights: Weights, names: Names | None = None) -> Path
 
 def load(path: str | Path) -> dict[str, np.ndarray]:
     """Return the weights in a file. Raises ValueError if the seal does not match or the file has no weights,
-    OSError if it cannot be read."""
+    and OSError if the file cannot be read."""
     return read(Path(path).read_bytes())[0]
 
 
 def read(content: bytes) -> tuple[dict[str, np.ndarray], Names | None]:
-    """Return the weights and the names in the bytes of a file. Raises ValueError."""
+    """Return the weights and the names from a file's bytes. Raises ValueError."""
     from safetensors import SafetensorError
     from safetensors.numpy import load as parsed
 
@@ -67,8 +67,8 @@ def _named(names: Mapping[str, Any]) -> Names:
 
 
 def seal_of(weights: Weights, text: str = "") -> str:
-    """Return the seal of weights, 64 hexadecimal digits: a SHA-256 of names, types, shapes and bytes, then of
-    a text."""
+    """Return the seal of weights, 64 hexadecimal digits: a SHA-256 hash of names, types, shapes, bytes and,
+    last, a text."""
     digest = hashlib.sha256()
     for name in sorted(weights):
         array = np.ascontiguousarray(weights[name])
@@ -78,12 +78,12 @@ def seal_of(weights: Weights, text: str = "") -> str:
 
 
 def hash_of(path: str | Path) -> str:
-    """Return the SHA-256 of a file, 64 hexadecimal digits."""
+    """Return the SHA-256 hash of a file, 64 hexadecimal digits."""
     return hashlib.sha256(Path(path).read_bytes()).hexdigest()
 
 
 def add_seal(path: str | Path) -> None:
-    """Add a seal to a weights file from another source, without changing its weights."""
+    """Add a seal to a weights file from another source without changing the weights."""
     save(path, *read(Path(path).read_bytes()))
 
 

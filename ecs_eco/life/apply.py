@@ -52,8 +52,8 @@ def apply(world: SpatialWorld, config: WorldConfig, before: WorldConfig | None =
     """Set all values of a configuration that can change in a live world; if the world has the configuration
     `before`, set only those that differ.
 
-    Tables, their columns and policies already exist. Newborns get the new values; living organisms keep the
-    state they were born with, except for individual traits that no gene codes for.
+    Tables, their columns and policies already exist. Newborns get the new values; living organisms keep their
+    state at birth, except for individual traits that no gene codes for.
     """
     changed = None if before is None else [k for k, *_ in changes(before.model_dump(), config.model_dump())]
     world.config = config
@@ -83,7 +83,7 @@ def apply(world: SpatialWorld, config: WorldConfig, before: WorldConfig | None =
 def apply_surroundings(
     world: SpatialWorld, config: WorldConfig, changed: Collection[Key] | None = None
 ) -> None:
-    """Set the surroundings of all organisms: ambient values, sun, water and year, smells, slopes.
+    """Configure the surroundings of all organisms: ambient values, sun, water and year, smells, slopes.
 
     Sets everything if `changed` is None, otherwise only the configuration keys in it, so that settings made
     by the user remain.
@@ -204,8 +204,8 @@ def gaits(way: Locomotion, nerves: Nerves) -> Gaits:
 
 
 def networks(nerves: Nerves, species: Species, find: Callable[[Any], Any] = handed_over) -> None:
-    """Give a nervous system the reflex and happiness networks that its species declares, if any; `find` works
-    like `WorldConfig.function`."""
+    """Give a nervous system any reflex and happiness networks that its species declares; `find` works like
+    `WorldConfig.function`."""
     inherited = {gene.trait.partition(".")[0] for gene in all_genes(species) if gene.trait}
     nerves.reflex = nerves.happiness = None
     if species.reflex is not None:
@@ -222,7 +222,7 @@ def networks(nerves: Nerves, species: Species, find: Callable[[Any], Any] = hand
 
 
 def begin_learning(world: SpatialWorld, table: Table) -> None:
-    """Give a species with one shared policy a learner without experience."""
+    """Give a species with one shared policy a new learner, without experience."""
     nerves, species = table.species.nerves, world.config.species[table.name]
     assert nerves is not None
     number = sorted(world.config.species).index(table.name)
@@ -232,13 +232,13 @@ def begin_learning(world: SpatialWorld, table: Table) -> None:
 
 
 def learner_seed(seed: int, number: int) -> int:
-    """Return the seed of the networks of species `number` in a world with this seed."""
+    """Return the seed for the networks of species `number` in a world with this seed."""
     return (random.mix_int(seed) + number) & 0x7FFFFFFFFFFFFFFF
 
 
 def cell(config: WorldConfig) -> float:
-    """Choose the side of the index cells: half the largest sensor range, so that a search covers about 5 ×
-    5 of them."""
+    """Set the side length of the index cells to half the largest sensor range, so that a search covers about
+    5 × 5 cells."""
     radii = [getattr(s, "range", 0.0) for sp in config.species.values() for s in sp.sensors]
     if not radii:
         radii = [getattr(sp.reproduction, "reach", 0.0) for sp in config.species.values()]

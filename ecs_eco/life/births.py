@@ -1,4 +1,4 @@
-"""Births, for all systems of reproduction: number, place and initial state of newborns."""
+"""Births, for all reproduction systems: the number, positions and initial state of newborns."""
 
 from __future__ import annotations
 
@@ -88,12 +88,12 @@ class Litters(NamedTuple):
     given: np.ndarray  # f32[k], energy for each newborn
     father: np.ndarray  # u64[k], dead or alive; 0 if there is none
     around: Around | None = None  # None: derived from the parents, all of which are in this process
-    mine: Any = slice(None)  # litters whose parents are in this process, in its order
+    mine: Any = slice(None)  # litters whose parents are in this process, in its own order
 
 
 def room(table: Table, world: SpatialWorld, wanted: int) -> int:
-    """Return how many of `wanted` newborns fit under `max_count`, and count the refused ones. Living
-    organisms, pending births and the nursery occupy slots."""
+    """Return how many of `wanted` newborns fit under `max_count`, and count those refused. Living organisms,
+    pending births and the nursery occupy slots."""
     most, nursery, n = table.species.max_count, table.species.nursery, wanted
     if nursery is not None:
         n = room(nursery, world, n)
@@ -107,9 +107,9 @@ def room(table: Table, world: SpatialWorld, wanted: int) -> int:
 def share_out(
     table: Table, world: SpatialWorld, uid: np.ndarray, number: np.ndarray, come: int, n: int
 ) -> tuple[np.ndarray, int]:
-    """Return how many newborns of each litter, i64[k], and how many immigrants get one of `n` slots. Each of
-    the `number` i64[k] newborns of parents `uid` u64[k] and each of the `come` immigrants has the same
-    probability."""
+    """Return how many newborns of each litter, i64[k], and how many immigrants are allocated one of `n`
+    slots. Each of the `number` i64[k] newborns of parents `uid` u64[k] and each of the `come` immigrants has
+    the same probability."""
     uid = np.concatenate([uid, future(world, table, come)])
     number = np.concatenate([number, np.ones(come, np.int64)])
     wanted = int(number.sum())
@@ -189,7 +189,7 @@ def litters_of(
 def any_brood(
     table: Table, world: SpatialWorld, way: AnyBearing, parents: np.ndarray, litters: Litters, n: int
 ) -> tuple[Brood, np.ndarray]:
-    """Return the `n` newborns except those without a place, and each parent's number of newborns i64[k]."""
+    """Return those of the `n` newborns that have a position, and each parent's number of newborns i64[k]."""
     which, identity = np.empty(n, np.int64), np.empty(n, np.uint64)
     name(litters.uid, litters.number, which, identity)
     where = around(table, way, parents[which]) if litters.around is None else litters.around.of(which)
@@ -219,8 +219,8 @@ def request(
     second: np.ndarray | None,
     sperm: np.ndarray | None,
 ) -> None:
-    """Request newborns that have found a place, in the table's nursery if it has one. `litters` are the
-    litters of all processes, if there are several; `second` u64[n] contains the newborns' fathers, and
+    """Request newborns whose positions have been found, in the table's nursery if it has one. `litters` are
+    the litters of all processes if there are several; `second` u64[n] contains the newborns' fathers, and
     `sperm` u8[k, loci] the genomes of the litters' fathers."""
     nursery, which, identity = table.species.nursery, brood.which, brood.identity
     into = table if nursery is None else nursery  # not `or`, because an empty table is false
@@ -266,7 +266,8 @@ def newborn(
     heading: np.ndarray,
     energy: np.ndarray,
 ) -> dict[tuple[type, str], np.ndarray]:
-    """Return the columns in which newborns differ from the table's defaults: position, heading, sex, energy.
+    """Return the columns whose values in newborns differ from the table's defaults: position, heading, sex,
+    energy.
 
     `identity` u64[k] identifies each newborn's random draws.
     """
@@ -285,7 +286,7 @@ def newborn(
 
 
 def headings(world: SpatialWorld, identity: np.ndarray) -> np.ndarray:
-    """Return random headings of newborns, drawn for `identity` u64[k]: f32[k]."""
+    """Return random headings for newborns, drawn for `identity` u64[k]: f32[k]."""
     turn = random.draw_many(world.key, identity, random.SEX + (1 << 8))
     return turn * np.float32(6.2831855)
 
@@ -313,8 +314,8 @@ def whole(litter):
 
 @njit
 def affordable(energy, given, n):
-    """Return for how many newborns, at most n, a parent can pay `given` each without its energy falling to 0;
-    all if they cost nothing."""
+    """Return how many newborns, at most n, a parent can pay for at `given` each without its energy falling to
+    0; n if they cost nothing."""
     while n > 0 and given > 0 and not energy - np.float32(n) * given > 0:
         n -= 1
     return n

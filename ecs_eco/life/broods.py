@@ -1,8 +1,8 @@
-"""Newborns of a few parents among a few thousand organisms: their identities and places, found in one kernel
-call that checks all possible obstacles.
+"""Newborns of a few parents among a few thousand organisms: their identities and positions, determined in one
+kernel call that checks all possible obstacles.
 
-The result is the same as with `ecs_eco.life.places`, which uses neighbor indexes. Deaths have just
-invalidated these indexes, and updating them takes longer.
+The result is the same as with `ecs_eco.life.places`, which uses neighbor indexes; these have just been
+invalidated by deaths, and updating them would take longer.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
-MOST_PAIRS = 1 << 16  # pairs of newborn and possible obstacle; for more, an index is faster
+MOST_PAIRS = 1 << 16  # pairs of a newborn and a possible obstacle; with more pairs, an index is faster
 
 
 class Brood(NamedTuple):
-    """Newborns that have found a place, ordered by their parents' uids: arrays [n]."""
+    """Newborns with positions, ordered by their parents' uids: arrays [n]."""
 
     which: np.ndarray  # i64, their litters
     identity: np.ndarray  # u64, identify random draws
@@ -50,7 +50,7 @@ class Others(NamedTuple):
     table: int  # index of the newborns' table
     columns: np.ndarray  # u64[tables, …], addresses of `SpatialWorld.whereabouts`
     high: np.ndarray  # i64[tables], number of rows to check
-    apart: np.ndarray  # f32[tables] [m], smallest distance between surfaces; negative: any
+    apart: np.ndarray  # f32[tables] [m], smallest distance between surfaces; negative: no limit
 
 
 def small_brood(
@@ -63,7 +63,8 @@ def small_brood(
     n: int,
 ) -> tuple[Brood, np.ndarray] | None:
     """Return the `n` newborns of parents in rows i64[k], given the arguments of `bring_forth`, except those
-    without a place, and each parent's number of newborns i64[k]; None if another method must find places."""
+    without a free position, and each parent's number of newborns i64[k]; None if another method must find
+    positions."""
     dispersal, spacing = range_of(table, way)
     others = None if isinstance(spacing, np.ndarray) else in_the_way(table, world, n, spacing > 0)
     if others is None:
@@ -96,7 +97,7 @@ def in_the_way(
     table: Table, world: SpatialWorld, n: int, kin: bool
 ) -> tuple[int, np.ndarray, np.ndarray] | None:
     """Return the index of a table, how many rows of each table to check, and the minimum distance f32 [m]
-    from the surfaces of its bodies to a newborn's place (negative: no obstacles); `kin` means that the
+    from the surfaces of its bodies to a newborn's position (negative: no obstacles); `kin` means that the
     newborn's own species is checked. None if there are many bodies, or bodies other than spheres."""
     tables = world.tables.values()
     high, apart = np.zeros(len(tables), np.int64), np.zeros(len(tables), np.float32) - 1
@@ -145,8 +146,8 @@ def settle(
     values: np.ndarray,
     born: np.ndarray,
 ) -> int:
-    """Identify the newborns, find a place for each, and write those that have one, in order: `which` is the
-    litter, `names` u64[2, n] are identity and mother, and `values` f32[5, n] are position, heading and
+    """Identify the newborns, find a position for each, and write those that have one, in order: `which` is
+    the litter, `names` u64[2, n] are identity and mother, and `values` f32[5, n] are position, heading and
     energy. Count the newborns of each parent, and return the total."""
     table, columns = others.table, others.columns
     n, m, uid, rows = which.size, 0, np.empty(parents.size, np.uint64), 0
@@ -187,8 +188,8 @@ def settle(
 
 @njit
 def look(homeless, free, places, spacing, others, space, crowded, taken):
-    """Mark the places of newborns i in `homeless` that are within `spacing` of a member of `table`, and those
-    nearer than `apart` to the surface of a body of any table."""
+    """Mark the positions of newborns i in `homeless` that are within `spacing` of a member of `table`, and
+    those nearer than `apart` to the surface of a body in any table."""
     table, columns, high, apart = others
     for t in range(high.size):
         rows = high[t]

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 def register_eaters(world: World, table: Table) -> None:
-    """Register the causes of death of a species' prey, and of animals that deadly food kills."""
+    """Register the causes of death for a species' prey and for animals killed by deadly food."""
     for food in table.species.foods:
         world.cause(f"eaten by {table.name}")
         if food.deadly:

@@ -1,4 +1,4 @@
-"""The columns, fields and ledgers needed for substances to move and add up."""
+"""The columns, fields and ledgers needed to move substances and account for them."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def add_matter(world: SpatialWorld, config: WorldConfig) -> None:
         )
     ]
     left = [left for name in moves if (left := getattr(kinds[name], "remains", None)) is not None]
-    # the same amounts have another concentration in remains whose shape differs from the body's
+    # the same amounts give a different concentration in remains whose shape differs from the body's
     left += [
         species.remains
         for name, species in config.species.items()

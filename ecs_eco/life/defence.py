@@ -1,4 +1,4 @@
-"""The cost of plants' defense, for the systems that charge it."""
+"""The cost of plant defense, for the systems that charge it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 def left_by_defence(table: Table, high: int) -> np.ndarray | np.float32:
     """Return the share of growth and of sprouting seeds that remains after paying for defense: f32[high], or
-    one number for all."""
+    a single number for all."""
     defence = table.species.defence
     if defence.cost == 0 and not table.species.traits:
         return np.float32(1.0)

@@ -1,4 +1,4 @@
-"""Organisms without parents, at the start and later: their places and initial state."""
+"""Organisms without parents, at the start and later: their positions and initial state."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Values = dict[tuple[type, str], np.ndarray]
 
 
 def future(world: SpatialWorld, table: Table, n: int) -> np.ndarray:
-    """Return identities u64[n] of newcomers: future uids, which no draw has used yet."""
+    """Return identities u64[n] for newcomers: future uids, which no draw has used yet."""
     return np.arange(n, dtype=np.uint64) + np.uint64(world.next_uid + table.waiting)
 
 
@@ -38,7 +38,7 @@ def newcomers(
     """Return the columns of newcomers of a species or object type, drawn for `identity` u64[k]; plants
     without a site are left out.
 
-    All appear at `place` [m], or at random places in the region `within` or anywhere.
+    They all appear at `place` [m], or at random positions in the region `within` or anywhere.
     """
     values = scatter(table, world, identity, within)
     way = getattr(kind, "reproduction", None)
@@ -67,7 +67,8 @@ def newcomers(
 
 
 def energy_spread(table: Table, kind: ObjectType | Species | None) -> float:
-    """Return the maximum deviation of founders' energy from `metabolism.energy`, as a share of it."""
+    """Return the maximum deviation of founders' energy from `metabolism.energy`, as a share of
+    `metabolism.energy`."""
     way = getattr(kind, "metabolism", None)  # objects with energy have no spread
     if Metabolism not in table or way is None:
         return 0.0
@@ -76,7 +77,7 @@ def energy_spread(table: Table, kind: ObjectType | Species | None) -> float:
 
 
 def _keep_within_stores(table: Table, values: Values) -> None:
-    """Limit the initial energy to each organism's own store, if a gene codes for it."""
+    """Limit the initial energy to each organism's own storage capacity, if a gene codes for it."""
     at = table.species.traits.get("metabolism.energy_max")
     if at is not None and (Traits, "value") in values:
         most = values[Traits, "value"][:, at]
@@ -85,7 +86,7 @@ def _keep_within_stores(table: Table, values: Values) -> None:
 
 
 def scatter(table: Table, world: SpatialWorld, identity: np.ndarray, within: Any = None) -> Values:
-    """Return random places on open ground, headings and sexes of newcomers, drawn for `identity` u64[k]."""
+    """Return random positions on open ground, headings and sexes for newcomers, drawn for `identity` u64[k]."""
     space, key = world.space, world.key
     salt = (table.place + 1) << 20
 
@@ -126,7 +127,7 @@ def scatter(table: Table, world: SpatialWorld, identity: np.ndarray, within: Any
 def one_a_site(table: Table, world: SpatialWorld, spacing: float, values: Values, within: Any = None) -> None:
     """Move plants to free sites, drawn without replacement; plants without a site are dropped."""
     nx, ny = (max(1, round(s / spacing)) for s in world.space.size[:2])
-    # unlike the draws of Spread in the first tick and those of other species
+    # distinct from the draws of Spread in the first tick and from those of other species
     key, salt = world.key, (table.place + 1) << 20
     order = np.argsort(
         random.draw_many(key, np.arange(nx * ny, dtype=np.uint64), random.SPREAD + salt), kind="stable"

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from ecs_eco.compiled.per_row import Number
     from ecs_eco.engine.table import Table
 
-SIGNS = {"left": 1.0, "right": -1.0, "up": 1.0, "down": -1.0}  # sign of each direction
+SIGNS = {"left": 1.0, "right": -1.0, "up": 1.0, "down": -1.0}  # the sign of each direction
 
 
 class Gaits(NamedTuple):

@@ -1,5 +1,4 @@
-"""Build the heredity of a species from its genome section: layout, operators, and the columns that its
-genes write."""
+"""Build a species' heredity from its genome section: layout, operators, and the columns that its genes write."""
 
 from __future__ import annotations
 
@@ -75,7 +74,7 @@ def add_heredity(
 
 def _alike(layout: Any, networks: Mapping[str, np.ndarray], name: str) -> tuple[np.ndarray, np.ndarray]:
     """Return the letters u8[loci] that code for the species' values, and which of them all founders share,
-    bool[loci]; `networks` are weights f32[size] by trait, for example from a file."""
+    bool[loci]; `networks` contains weights f32[size] by trait, for example from a file."""
     row, shared = layout.own(), layout.coded()
     for i, code in enumerate(layout.genes):
         if code.trait is None or code.trait.name not in networks:
@@ -104,7 +103,7 @@ def apply_heredity(
     create genomes.
 
     Rebuilds operators if `changed` is None or contains one of their dotted keys in the species' section. For
-    a living species with the section `before`, only traits that differ are set.
+    a living species, whose section was `before`, only traits that differ are set.
     """
     heredity = table.species.heredity
     if heredity is None:
@@ -133,7 +132,7 @@ def apply_traits(
 ) -> None:
     """Set the columns of newborns' individual traits, unless a gene codes for them.
 
-    For a living table with the traits `before`, those that differ are also set for living organisms.
+    For a living table, whose traits were `before`, those that differ are also set for living organisms.
     """
     written = {component.__name__ for component, _, _ in table.species.heredity.targets.values()}
     columns = {

@@ -27,7 +27,7 @@ def swallow(
     """Move the substances of eaten organisms (rows i64[k]) into their eaters (rows i64[k], in canonical
     order).
 
-    The assimilated share, a number or one for each row of the eaters' table, mixes with the content of the
+    The assimilated share, a number or one per row of the eaters' table, is added to the content of the
     eater's body; the rest enters the fields at the eater's position.
     """
     if not eaten.size or Matter not in table or Chemistry not in prey:
@@ -44,8 +44,8 @@ def swallow(
 def ingest(
     eaters: np.ndarray, eaten: np.ndarray, share: Number, bodies: Bodies, foods: Bodies, left: np.ndarray
 ) -> np.ndarray:
-    """Empty the eaten organisms, fill their eaters, and write the unassimilated rest to `left` f64[k,
-    substances] [mol]; return the amounts eaten f64[substances] [mol]."""
+    """Empty the eaten organisms, add the assimilated share to their eaters, and write the rest to `left`
+    f64[k, substances] [mol]; return the amounts eaten f64[substances] [mol]."""
     taken, volume = np.zeros(bodies.molarity.shape[1]), bodies.volume
     for i in range(eaten.size):
         row, food = eaters[i], eaten[i]

@@ -25,10 +25,10 @@ PLAIN = Body(radius=1.0)  # body in a table without a section
 @dataclass
 class Kind:
     """The properties of a table's species or object type that systems read: its section of the world file,
-    values derived from it, and values that change while the world lives.
+    values derived from it, and values that change while the world runs.
 
-    Every key of the section is an attribute: `table.species.metabolism`. A key that the section lacks, or any
-    key of a table without a section, has its default value.
+    Every key of the section is an attribute: `table.species.metabolism`. A key that is missing from the
+    section, or any key of a table without a section, has its default value.
     """
 
     section: Species | ObjectType | None = None
@@ -38,14 +38,14 @@ class Kind:
     """Radius [m] of the largest body: genes, and dead organisms that become objects, may make it larger than
     the section's radius."""
     standard_mass: float | None = None
-    """Mass [kg] to which costs of living refer, if growth or a gene makes masses differ."""
+    """Mass [kg] for which metabolic costs are defined, if growth or a gene makes masses differ."""
     used: bool = False
     """Whether land use harvests or plants its members."""
 
     # nervous system and genes
     nerves: Nerves | None = None
     gaits: tuple[Any, ...] | None = None
-    """The effects of its locomotion actions: layout, speeds, costs, turns, climbs, pitches, drag."""
+    """The effects of the locomotion actions: layout, speeds, costs, turns, climbs, pitches, drag."""
     own_ranges: frozenset[int | None] = frozenset()
     """Sensors whose radius is individual."""
     own_places: frozenset[int | None] = frozenset()
@@ -64,7 +64,7 @@ class Kind:
     nursery: Table | None = None
     """The table that newborns enter; None: this table."""
 
-    # caches of systems, which persist from tick to tick
+    # the systems' caches, which persist from tick to tick
     life_history: tuple[Any, tuple[Any, ...]] | None = None
     sites: np.ndarray | None = None
 
@@ -104,13 +104,13 @@ class Kind:
 
     @property
     def foods(self) -> list[Diet]:
-        """Its diet, ordered by the names of the foods."""
+        """The diet, ordered by the names of the foods."""
         return sorted(self.diet, key=lambda food: food.eats)
 
     def feels(self) -> dict[str, str]:
-        """Return properties of its bodies that features add, and their fields "Component.field"."""
+        """Return properties that features add to its bodies, and their fields "Component.field"."""
         return {} if self.section is None else dict(of_each(self.section, "feels"))
 
     def parts(self) -> dict[str, Any]:
-        """Return the parts that may have a state of their own, by name."""
+        """Return, by name, the parts that can have state of their own."""
         return {name: part for name in ("heredity", "nerves") if (part := getattr(self, name)) is not None}

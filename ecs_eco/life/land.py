@@ -21,8 +21,8 @@ GROUNDS = {"open": OPEN, "water": WATER, "rock": ROCK}
 
 
 def lay(terrain: Terrain, land: Land, section: Section) -> None:
-    """Give a terrain the relief, water, classes, roads and fences of `land`, as set in a section of a world
-    file."""
+    """Give a terrain the relief, water, classes, roads and fences of `land`, as configured in a section of a
+    world file."""
     classes = list(section.classes.values())
     terrain.height += land.elevation
     terrain.land = LandMaps(land, classes)
@@ -42,7 +42,7 @@ def lay(terrain: Terrain, land: Land, section: Section) -> None:
 
 
 def _collect(terrain: Terrain, drainage: Drainage, vertical: float, scale: float) -> None:
-    """Create sea, lakes and streams; their surface is flat, at the level of the water."""
+    """Create sea, lakes and streams; the surface of each is flat, at water level."""
     from scipy import ndimage
 
     height, ground = terrain.height, terrain.ground

@@ -30,7 +30,7 @@ FLOWS = {
     "decayed": "decayed in fields",
     "brought_in": "from outside the world, minus outflow: air, rain, unlimited milk",
     "remains": "from dead organisms into their remains",
-    "lost": "lost with dead organisms that leave no remains, or because no field contains the substance",
+    "lost": "lost through deaths that leave no remains, or because no field contains the substance",
     "set": "set by hand, between ticks",
 }
 """The flows of the ledger of matter and their meaning; positive [mol] if a holder gains the substance."""
@@ -55,7 +55,8 @@ class Bodies(NamedTuple):
 
 
 def is_island(world: Any) -> bool:
-    """Return whether a world may exchange migrants with others; if so, its ledgers contain exports and imports."""
+    """Return whether a world can exchange migrants with others; if so, its ledgers contain exports and
+    imports."""
     return world.config is not None and world.config.archipelago is not None
 
 
@@ -92,7 +93,7 @@ def bodies(table: Table) -> Bodies:
 class Books:
     """The ledger of matter of one world: the flows of each substance since the start of a page.
 
-    `flows` f64[holders, substances, flows] [mol] are positive into the holder, which is a table with
+    `flows` f64[holders, substances, flows] [mol] are positive if they enter the holder, which is a table with
     Chemistry or a substance field. `stock` f64[holders, substances] [mol] is the holders' content at the
     start of the page.
     """
@@ -122,7 +123,7 @@ class Books:
         self.flows[self.holders[holder], substance, NUMBER[flow]] += amount
 
     def watch(self, world: SpatialWorld) -> None:
-        """Record births and deaths of a world from now on."""
+        """Record the world's births and deaths from now on."""
         self.world = weakref.proxy(world)
         world.on_birth.append(self.born)
         world.on_death.append(self.died)
@@ -130,7 +131,7 @@ class Books:
         world.on_arrival.append(lambda table, rows, origin: self.moved(table, rows, "imported"))
 
     def moved(self, table: Table, rows: np.ndarray, flow: str) -> None:
-        """Record the content of migrants, "imported" or "exported", in rows i64[k]."""
+        """Record the content of migrants in rows i64[k] as "imported" or "exported"."""
         if ("table", table.name) in self.holders:
             sign = 1 if flow == "imported" else -1
             self.book(("table", table.name), flow, sign * total(rows, bodies(table)))
@@ -164,7 +165,7 @@ class Books:
 
 def remaining(world: Any, table: Table, rows: np.ndarray) -> np.ndarray:
     """Return which dying organisms in rows i64[k] leave their bodies behind, bool[k]: all except eaten
-    organisms and those with a cause in `world.bodiless`."""
+    organisms and those whose cause of death is in `world.bodiless`."""
     gone = np.zeros(256, np.bool_)  # for every possible cause code
     gone[: len(world.causes)] = [c.startswith("eaten") or c in world.bodiless for c in world.causes]
     return ~gone[table.cause[rows] - 1]
@@ -213,7 +214,7 @@ def booked(world: SpatialWorld, table: Table, flow: str) -> Iterator[None]:
 def release(
     world: SpatialWorld, table: Table, amount: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray
 ) -> None:
-    """Add amounts f64[k, substances] [mol] that have left bodies at places f32[k] to the first field of
+    """Add amounts f64[k, substances] [mol] that have left bodies at positions f32[k] to the first field of
     each substance; a substance without a field is lost."""
     fields = first_fields(world)
     for s, substance in enumerate(world.substances):

@@ -1,4 +1,4 @@
-"""The meals that eaters of all species propose, and the choice of those that take place."""
+"""The meals that eaters of all species propose, and the selection of those that take place."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class Eaten(NamedTuple):
 
 
 class Effect(NamedTuple):
-    """The effect of a meal, for kernels: numbers, or arrays [rows] with a value per eater."""
+    """The effect of a meal, for kernels: numbers, or arrays [rows] with one value per eater."""
 
     gain: Number  # energy per meal, regardless of what the food contains
     efficiency: Number  # share of the food's energy
@@ -122,7 +122,7 @@ def award(key: np.uint64, rivals: list[Meals]) -> tuple[np.ndarray, np.ndarray, 
 
 
 def courses(key: np.uint64, mine: list[Meals]) -> list[Meals]:
-    """Leave each eater of one table only the nearest item that it has won; return the other meals."""
+    """Keep, for each eater of one table, only the nearest item that it has won; return the other meals."""
     n = mine[0].eaters.n
     first, least, item = np.full(n, -1, np.int32), np.empty(n, np.float32), np.empty(n, np.uint64)
     for k, meals in enumerate(mine):
@@ -135,7 +135,7 @@ def courses(key: np.uint64, mine: list[Meals]) -> list[Meals]:
 
 
 def in_order(key: np.uint64, eaten: list[Meals]) -> Iterator[tuple[Meals, np.ndarray, np.ndarray]]:
-    """Yield meals with the entries of eaters and items i64[k], ordered so that an animal eats before it is
+    """Yield meals with the entries of eaters and items i64[k], ordered so that animals eat before they are
     eaten: if any eater dies, the nearest meals come first, with ties broken at random; otherwise the given
     order is kept."""
     items = [np.flatnonzero(meals.best >= 0) for meals in eaten]
@@ -183,7 +183,7 @@ def win(target, distance2, uid, food_uid, key, best):
 @njit
 def void(target, distance2, uid, food_uid, key, hunter, hunter_distance2, hunter_uid, best):
     """Remove meals from `best` whose eaters are themselves eaten, by `hunter` i32[eaters], in a nearer meal,
-    or in an equally near one with the lower lot."""
+    or in an equally near one with a lower draw."""
     for i in range(target.size):
         j, h = target[i], hunter[i]
         if (
@@ -229,7 +229,7 @@ def postpone(best, kind, first, later):
 
 @njit
 def hungry(best, rows, killed, digesting, energy, until):
-    """Remove from `best` eaters that can no longer eat; return how many eaters remain."""
+    """Remove eaters from `best` that can no longer eat; return how many eaters remain."""
     n = 0
     for j in range(best.size):
         i = best[j]

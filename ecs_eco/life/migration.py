@@ -1,7 +1,7 @@
 """Migration between islands: the choice of migrants, their data, and their arrival.
 
-The choice is made between two ticks and depends only on (seed, tick, uid). The new island receives a copy of
-the emigrants' columns; only their positions are new. Migration counts as neither death nor birth.
+Migrants are chosen between two ticks, depending only on (seed, tick, uid). The new island receives copies of
+the emigrants' columns; only positions are new. Migration counts as neither death nor birth.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ class Migrants(NamedTuple):
 
 
 def emigrants(world: SpatialWorld) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Return the emigrants of this island before the next tick: species → rows i64[k] in uid order, and
-    numbers of the destination islands i64[k]."""
+    """Return the organisms that emigrate from this island before the next tick: species → rows i64[k] in uid
+    order, and numbers of the destination islands i64[k]."""
     plan = world.config.archipelago
     targets = np.array(plan.neighbours()[plan.number], np.int64)
     out = {}
@@ -50,9 +50,11 @@ def emigrants(world: SpatialWorld) -> dict[str, tuple[np.ndarray, np.ndarray]]:
 
 
 def copied(world: SpatialWorld) -> dict[str, Migrants]:
-    """Return copies of the emigrants before the next tick, by species; the world does not change.
+    """Return copies of the organisms that emigrate before the next tick, by species; the world does not
+    change.
 
-    Raises a RuntimeError for an emigrant whose esper entity has a plain component, which is not a column.
+    Raises a RuntimeError for an emigrant whose esper entity has a plain component, that is, one not stored in
+    columns.
     """
     leaving = emigrants(world)
     for name, (rows, _) in leaving.items():
@@ -69,7 +71,7 @@ def copied(world: SpatialWorld) -> dict[str, Migrants]:
 
 
 def leave(world: SpatialWorld) -> None:
-    """Remove the emigrants before the next tick."""
+    """Remove the organisms that emigrate before the next tick."""
     for name, (rows, to) in emigrants(world).items():
         table = world.tables[name]
         nerves = table.species.nerves
@@ -79,8 +81,8 @@ def leave(world: SpatialWorld) -> None:
 
 
 def admit(world: SpatialWorld, groups: Iterable[tuple[int, Mapping[str, Migrants]]]) -> None:
-    """Add migrants at random places, given as (number of the island of origin, species → migrants), ordered
-    by this number and then by uid. Migrants to other islands are left out.
+    """Add migrants at random positions, given as (number of the island of origin, species → migrants),
+    ordered by this number and then by uid. Migrants to other islands are left out.
 
     Raises a CheckpointError for migrants whose columns differ from this island's columns.
     """
@@ -113,7 +115,7 @@ def _columns(table: Table, rows: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def _values(table: Table, columns: Mapping[str, np.ndarray]) -> dict[tuple[type, str], np.ndarray]:
-    """Return columns by component and field."""
+    """Return the columns by component and field."""
     known = {
         f"{stored_name(component)}.{field}": (component, field, array)
         for component, held in table.columns.items()
@@ -126,7 +128,7 @@ def _values(table: Table, columns: Mapping[str, np.ndarray]) -> dict[tuple[type,
         )
         if mine != theirs:
             raise CheckpointError(
-                f"{table.name}: migrants have {name} as {theirs or 'no column'}, but this island as "
+                f"{table.name}: migrants have {name} as {theirs or 'no column'}, but this island has it as "
                 f"{mine or 'no column'}; a migrating species needs the same columns on all islands"
             )
     return {known[name][:2]: values for name, values in columns.items()}

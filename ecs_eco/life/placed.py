@@ -19,7 +19,7 @@ Values = dict[tuple[type, str], np.ndarray]
 
 
 def placed(kind: ObjectType, space: Space) -> Iterator[Values]:
-    """Yield the columns of a type's objects at single places, then of its objects between two places."""
+    """Yield the columns of a type's objects at single points, then those of its objects between two points."""
     if kind.at:
         place = np.array([[*at, 0.0][:3] for at in kind.at], np.float32)
         values: Values = {(Position, axis): place[:, i] for i, axis in enumerate("xyz")}
@@ -32,7 +32,7 @@ def placed(kind: ObjectType, space: Space) -> Iterator[Values]:
 
 
 def between(ways: np.ndarray, body: BodyConfig, space: Space) -> Values:
-    """Return the columns of capsules or boxes that reach from one place to another: ways f64[n, 4] [m] are x,
+    """Return the columns of capsules or boxes that reach from one point to another: ways f64[n, 4] [m] are x,
     y of both ends; everything else is as in `body`."""
     ahead, length = ways[:, 2:] - ways[:, :2], arrays.hypot(*(ways[:, 2:] - ways[:, :2]).T)
     middle = ways[:, :2] + ahead / 2
@@ -51,6 +51,6 @@ def between(ways: np.ndarray, body: BodyConfig, space: Space) -> Values:
 
 
 def _as_long(body: BodyConfig, length: float) -> BodyConfig:
-    """Return the same body with another length [m]; its mass also changes if it has a density."""
+    """Return the same body with a different length [m]; its mass also changes if it has a density."""
     longer = {"length": length} if body.size is None else {"size": [length, *body.size[1:]]}
     return BodyConfig.model_validate(body.model_dump() | longer)

@@ -1,4 +1,4 @@
-"""Places for newborns: drawn near their parents or anywhere, free of obstacles."""
+"""Positions for newborns: drawn near their parents or anywhere, free of obstacles."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
-TRIES = 8  # places tried before a birth fails
+TRIES = 8  # positions tried before a birth fails
 APART = random.LOT + (1 << 8)  # purpose of the draws that order newborns for `keep_apart`
 
 
 class Around(NamedTuple):
-    """Possible places of newborns: within `dispersal` [m] of x, y, z f32[k] [m] (negative: anywhere), and at
-    least `spacing` [m] from other members of their species. Both are f32, or both are f32[k]."""
+    """Possible positions of newborns: within `dispersal` [m] of x, y, z f32[k] [m] (negative: anywhere), and
+    at least `spacing` [m] from other members of their species. Both are f32, or both are f32[k]."""
 
     x: np.ndarray
     y: np.ndarray
@@ -45,7 +45,7 @@ class Around(NamedTuple):
     spacing: Any
 
     def of(self, which: np.ndarray) -> Around:
-        """Return the possible places of some newborns, i64[n]."""
+        """Return the possible positions of some newborns, i64[n]."""
         x, y, z, dispersal, spacing = self
         if isinstance(spacing, np.ndarray):
             dispersal, spacing = dispersal[which], spacing[which]
@@ -67,8 +67,8 @@ def range_of(table: Table, way: AnyBearing) -> tuple[Any, Any]:
     return near, spacing
 
 
-def around(table: Table, way: AnyBearing, parents: np.ndarray) -> Around:
-    """Return the possible places of newborns of parents in rows i64[k]."""
+def around(table: Table, way: Any, parents: np.ndarray) -> Around:
+    """Return the possible positions of newborns of parents in rows i64[k]."""
     p, (near, spacing) = table[Position], range_of(table, way)
     if isinstance(spacing, np.ndarray):
         spacing, near = spacing[parents], near[parents]
@@ -76,7 +76,8 @@ def around(table: Table, way: AnyBearing, parents: np.ndarray) -> Around:
 
 
 def find_places(table: Table, world: SpatialWorld, where: Around, identity: np.ndarray) -> np.ndarray:
-    """Find a place for each newborn, drawn for `identity` u64[k]: (x, y, z, whether it is free), f32[k, 4]."""
+    """Find a position for each newborn, drawn for `identity` u64[k]: (x, y, z, whether it is free), f32[k,
+    4]."""
     space, ground = world.space.extent, ground_of(world)
     out, free = np.zeros((identity.size, 4), np.float32), np.zeros(identity.size, np.bool_)
     homeless = random.by_lot(world.key, identity, APART)
@@ -96,8 +97,8 @@ def find_places(table: Table, world: SpatialWorld, where: Around, identity: np.n
 def _forbidden(
     table: Table, world: SpatialWorld, where: Around, who: np.ndarray, out: np.ndarray, free: np.ndarray
 ) -> np.ndarray:
-    """Return for the place of each newborn in `who` i64[n] whether a member of its species is too near, and
-    whether a body occupies it: bool[2, n]; false for places in other processes."""
+    """Return, for the position of each newborn in `who` i64[n], whether a member of its species is too near,
+    and whether a body occupies it: bool[2, n]; false for positions in other processes."""
     space, own, spacing = world.space, world.index(table), where.spacing
     asked, forbidden = free, np.zeros((2, who.size), np.bool_)
     if world.bands.divided:
@@ -157,7 +158,7 @@ def draw_places(
     out: np.ndarray,
     free: np.ndarray,
 ) -> None:
-    """Draw a place for each newborn i in `homeless`; free[i] is true unless water or rock covers it."""
+    """Draw a position for each newborn i in `homeless`; free[i] is true unless water or rock covers it."""
     salt, lengths, torus = attempt << 10, space.lengths, space.torus
     for i in homeless:
         u, v, w = (
@@ -180,7 +181,7 @@ def draw_places(
                 else where.z[i]
             )
         free[i] = True
-        if ground.kind.size > 1:  # fences do not block a place
+        if ground.kind.size > 1:  # newborns can appear on fences
             kind = ground_at(ground, x, y)
             free[i] = kind not in (WATER, ROCK)
         out[i, 0], out[i, 1], out[i, 2] = x, y, z
@@ -197,7 +198,7 @@ def _crowded(
     space: Extent,
     crowded: np.ndarray,
 ) -> None:
-    """Mark the places that have a member of the species within `spacing`, for newborns i in `who` that are
+    """Mark the positions with a member of the species within `spacing`, for newborns i in `who` that are
     checked."""
     ox, oy, oz = own.x, own.y, own.z
     near = np.empty(ox.size, np.int64)
@@ -224,9 +225,9 @@ def keep_apart(
     free: np.ndarray,
     out: np.ndarray,
 ) -> int:
-    """Give each newborn i in `homeless` its place (out[i, 3] = 1) if it is free and not crowded, and no other
-    newborn of this tick has a place within `spacing`; move newborns whose place a body occupies to the front
-    of `homeless`, and return their number."""
+    """Accept the position of each newborn i in `homeless` (out[i, 3] = 1) if it is free and not crowded, and
+    no other newborn of this tick has a position within `spacing`; move newborns whose position is occupied by
+    a body to the front of `homeless`, and return their number."""
     n = 0
     for k in range(homeless.size):
         if crowded[k]:
@@ -285,7 +286,7 @@ def _occupied_by_solids(
     taken: np.ndarray,
 ) -> None:
     """Like `_occupied`, but for capsules and boxes, whose surfaces must be at least `radius` [m] from a free
-    place."""
+    position."""
     form, r = others.form, np.float64(radius)
     near, seen = np.empty(len(form), np.int64), np.zeros(len(form) + 1, np.int64)
     for k in range(who.size):

@@ -1,4 +1,4 @@
-"""The substances from the soil that seeds need to sprout."""
+"""The substances that seeds need from the soil to sprout."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def root(
     world: SpatialWorld, table: Table, values: Mapping[tuple[type, str], np.ndarray], site: np.ndarray
 ) -> np.ndarray:
     """Take the substances of newborns with these columns from the soil below them; return which newborns find
-    everything they need, bool[k]. They take it in a random order, drawn for their sites u64[k]."""
+    everything they need, bool[k]. The order in which they take them is random, drawn for their sites u64[k]."""
     molarity, fields = table.defaults[Chemistry]["molarity"], first_fields(world)
     needed = [s for s, name in enumerate(world.substances) if molarity[s] > 0 and name in fields]
     n = values[Position, "x"].size
@@ -50,7 +50,7 @@ def root(
 
 
 def cells_under(field: Any, values: Mapping[tuple[type, str], np.ndarray]) -> np.ndarray:
-    """Return the index of a field's cell at each place: i64[k]."""
+    """Return the index of a field's cell at each position: i64[k]."""
     nx, ny, nz = field.shape
     i, j, k = (
         cells_of(values[Position, axis], field.inverse[q], n)
@@ -61,7 +61,7 @@ def cells_under(field: Any, values: Mapping[tuple[type, str], np.ndarray]) -> np
 
 @njit
 def claim(cell, wanted, soil, rooted):
-    """Give each of k newborns, in order, its whole demand from its cells of the soil, or nothing."""
+    """Give each of k newborns, in order, either its whole demand from its soil cells or nothing."""
     for i in range(rooted.size):
         for k in range(len(soil)):
             if soil[k][cell[i, k]] < wanted[i, k]:

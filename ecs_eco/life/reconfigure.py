@@ -1,4 +1,4 @@
-"""New values for a live world: its configuration may change while organisms live, learn and die."""
+"""New values for a living world: the configuration can change while organisms live, learn and die."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ if TYPE_CHECKING:
 
 
 def reconfigure(world: SpatialWorld, config: WorldSource, learners: Iterable[str] = ()) -> None:
-    """Give a live world another configuration, effective from the next tick.
+    """Give a living world a new configuration, effective from the next tick.
 
-    Organisms keep the state that they were born with (energy, mass, sex, fertility, properties, substances);
-    newborns get the new values. A species that stops learning discards experience that it has not yet learned
-    from; a species that begins to learn starts without experience.
+    Living organisms keep their current state (energy, mass, sex, fertility, properties, substances); newborns
+    get the new values. A species that stops learning discards experience that it has not yet learned from; a
+    species that begins to learn starts without experience.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ def _apply(world: SpatialWorld, old: WorldConfig, new: WorldConfig) -> None:
 
 
 def reseed(world: SpatialWorld, seed: int) -> None:
-    """Change the seed of all random numbers from the next tick on."""
+    """Change the seed of all random draws from the next tick on."""
     world.seed = seed
     for number, name in enumerate(() if world.config is None else world.config.species):
         nerves = world.tables[name].species.nerves
@@ -121,7 +121,7 @@ def _settings(nerves: Nerves, species: Species) -> None:
 
 
 def learning(world: SpatialWorld, table: Table) -> None:
-    """Start or stop the learning of a species, as its `policy.learn` requires."""
+    """Start or stop learning in a species, as its `policy.learn` requires."""
     nerves, wanted = table.species.nerves, table.species.policy.learn
     if nerves.brain is None and nerves.individuals is None:
         return  # a random policy, which cannot learn

@@ -19,16 +19,16 @@ TINY = np.float32(1e-30)  # [kg]
 
 
 def of_newborn(table: Table, values: Values, n: int) -> Values:
-    """Return the masses and radii of `n` newborns with the other columns `values`, where they differ from
-    these and from the species' values."""
+    """Return the masses and radii of `n` newborns whose other columns are `values`, where they differ from
+    `values` and from the species' values."""
     way, at = table.species.growth, table.species.traits.get("growth.newborn")
     share = 1.0 if way is None else way.newborn if at is None else values[Traits, "value"][:, at]
     return _bodies(table, values, n, share)
 
 
 def of_adults(table: Table, values: Values, n: int) -> Values:
-    """Return the masses and radii of `n` adults with the other columns `values`, where they differ from these
-    and from the species' values."""
+    """Return the masses and radii of `n` adults whose other columns are `values`, where they differ from
+    `values` and from the species' values."""
     return _bodies(table, values, n, 1.0)
 
 
@@ -45,7 +45,7 @@ def masses_differ(species: Species) -> bool:
 
 def radii_differ(table: Table) -> bool:
     """Return whether the bodies of a species may have different radii, because they grow or a gene codes for
-    it."""
+    the radius."""
     heredity = table.species.heredity
     return table.species.growth is not None or (
         heredity is not None and any(target[:2] == (Body, "radius") for target in heredity.targets.values())
@@ -72,8 +72,8 @@ def of_size(table: Table, store: Any) -> Any:
 
 
 def _bodies(table: Table, values: Values, n: int, share: Any) -> Values:
-    """Return bodies of the adult's shape with a share of its mass; the mass of adults is density × volume if
-    radius is heritable and mass is not."""
+    """Return bodies with the shape of an adult and a share of its mass; the mass of adults is density ×
+    volume if radius is heritable and mass is not."""
     grows = table.species.growth is not None
     adult: type = Stature if grows else Body
     out: Values = {}

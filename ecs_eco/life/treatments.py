@@ -1,7 +1,7 @@
 """Treatments applied when a world is built; each removes a factor to measure its contribution.
 
-A world's `controls=` and "controls" in manifests and checkpoints list their names; `ecs_eco.lab.treatments`
-contains these and all other treatments.
+Their names are listed in a world's `controls=` and under "controls" in manifests and checkpoints;
+`ecs_eco.lab.treatments` contains these and all other treatments.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def no_reflexes(species: Iterable[Kind]) -> None:
-    """Remove all reflexes, declared by the species or coded by genes."""
+    """Remove all reflexes, whether declared by the species or coded by genes."""
     for kind in species:
         if kind.nerves is not None:
             kind.nerves.reflex = None
@@ -35,16 +35,15 @@ def neutral_drift(species: Iterable[Kind]) -> None:
 def shuffled_genome(species: Iterable[Kind]) -> None:
     """Give a newborn the genes and inherited weights of random living members instead of its parents.
 
-    Genes that keep their carriers alive still become more common among the living; genes that make their
-    carriers breed more have no advantage.
+    Genes that keep their carriers alive still become more common; genes that make their carriers breed more
+    have no advantage.
     """
     for heredity in _heredities(species):
         heredity.shuffled = True
 
 
 def no_mutation(species: Iterable[Kind]) -> None:
-    """Switch off mutation of genomes and noise of inherited weights: lost alleles do not come
-    back."""
+    """Switch off mutation of genomes and noise in inherited weights: lost alleles do not come back."""
     for heredity in _heredities(species):
         heredity.mutation = False
 

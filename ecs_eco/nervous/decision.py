@@ -36,8 +36,8 @@ def all_finite(logits, values):
 
 @lone_njit
 def uniforms(first, last, key, uid, group, out):
-    """Draw the random numbers out f32[n, groups] that select actions in group number `group` and the groups
-    after it; they are the same for the same uid."""
+    """Draw the random numbers `out` f32[n, groups] that select actions in group number `group` and later
+    groups; each uid always gets the same numbers."""
     for g in range(out.shape[1]):
         for k in range(last - first):
             i = np.uint64(first + k)
@@ -81,7 +81,7 @@ def first_on(decision, row, start, n, neutral):
 
 @lone_njit
 def first_of(decision, first, size, start, n, neutral, way):
-    """Write `first_on` of the rows from `first` on to way i32[size]. Branch-free, because actions are
+    """Write `first_on` for the rows starting at `first` to way i32[size]. Branch-free, because actions are
     unpredictable."""
     for i in range(size):
         way[i] = neutral

@@ -26,12 +26,12 @@ if TYPE_CHECKING:
 
 
 class Sensed(NamedTuple):
-    """The observations of a species' members in a tick, and the outcome of their last choices.
+    """The observations of a species' members in one tick, and the outcome of their last choices.
 
     Attributes
     ----------
     x : array of float32, shape (n, channels)
-        Readings of the organisms that sense. The world overwrites this array in the next tick.
+        Readings of the organisms that sense. The world overwrites this array in the following tick.
     uid : array of uint64, shape (n,)
         uid of the organism in each row.
     reward : array of float32, shape (n,)
@@ -58,7 +58,7 @@ class Pending(Outside):
     """The choices of an external species for this tick, and the deaths among its members."""
 
     def __init__(self, some: bool) -> None:
-        self.some = some  # whether choices for some members are enough
+        self.some = some  # whether choices for only some of the members suffice
         self.given: Answer | None = None
         self.uid = np.zeros(0, np.uint64)  # organisms that sense in this tick
         self.place = np.zeros(0, np.int64)  # position of each row among them
@@ -107,17 +107,16 @@ class Pending(Outside):
 
 
 class External:
-    """Control of a species by your program: call `observe`, then `act`, once per tick.
-
-    `World.external` opens it. If several species are controlled, the tick continues when the last of them
-    acts. Between `observe` and `act` the tick is incomplete, so save and copy the world after `act`.
+    """Control of a species by your program, opened with `World.external`: call `observe`, then `act`, once
+    per tick. If several species are controlled, the tick continues when the last of them acts. Between
+    `observe` and `act` the tick is incomplete, so save or copy the world only after `act`.
 
     Attributes
     ----------
     channels : tuple of str
         Names of the readings, the columns of `Sensed.x`.
     options : dict of str to tuple of str
-        Names of the options of each action group; none for a continuous group.
+        Names of the options in each group of actions; none for a continuous group.
     low : array of float32, shape (groups,)
         Smallest valid choice in each group.
     high : array of float32, shape (groups,)
@@ -157,7 +156,8 @@ class External:
         )
 
     def observe(self) -> Sensed:
-        """Start the tick and return what the species senses; until `act`, further calls return the same.
+        """Start the tick and return what the species senses; until `act`, further calls return the same
+        result.
 
         Returns
         -------
@@ -184,7 +184,7 @@ class External:
         Parameters
         ----------
         actions : array, shape (n, groups)
-            For each group, the index of an option, or a number within the range of a continuous group.
+            For each group, the index of an option or, for a continuous group, a number within its range.
         uid : array of uint64, shape (n,), optional
             uid of the organism in each row; default: the rows of `observe`.
 
@@ -226,7 +226,7 @@ class External:
         return path
 
     def close(self) -> None:
-        """Return control to the species' own policy; not allowed between `observe` and `act`.
+        """Return control to the species' own policy. This is not allowed between `observe` and `act`.
 
         Raises
         ------
@@ -279,7 +279,7 @@ class External:
 
 
 class Awaited:
-    """The ticks of a world in which some species wait for choices from outside."""
+    """The ticks of a world in which some species wait for outside choices."""
 
     def __init__(self, world: SpatialWorld) -> None:
         self.world = weakref.proxy(world)
@@ -287,13 +287,13 @@ class Awaited:
         self.saves: list[Any] = []  # paths of checkpoints to write at the end of the current tick
 
     def require(self) -> None:
-        """Raise a ConfigError if a tick would find no choices; a hook before each tick."""
+        """A hook before each tick that raises a ConfigError if the tick would find no choices."""
         for name, nerves in self._waiting(self.world):
             if not (self.halves.beginning and isinstance(nerves.outside, Pending)):
                 nerves.outside.require(name)
 
     def begin(self, world: SpatialWorld) -> None:
-        """Run the tick until choices are needed; all waiting species record which organisms sense."""
+        """Run the tick until choices are needed; all species that wait record which organisms sense."""
         if self.halves.begun:
             return
         self.halves.begin(world)
@@ -332,7 +332,7 @@ def expect(world: SpatialWorld) -> Awaited:
 
 
 def _mourner(world: SpatialWorld, pending: Pending) -> Any:
-    """Return a hook through which `pending` records the dead, without a reference to the world."""
+    """Return a hook through which `pending` records deaths, without a reference to the world."""
     of = weakref.proxy(world)
 
     def mourn(table: Table, rows: np.ndarray) -> None:
@@ -342,7 +342,7 @@ def _mourner(world: SpatialWorld, pending: Pending) -> Any:
 
 
 def _spread(answer: Answer, places: np.ndarray, n: int) -> Answer:
-    """Return an answer for n organisms from an answer for the organisms at `places` i64[k]."""
+    """Expand an answer for the organisms at indices `places` i64[k] to one for all n organisms."""
     choice = np.zeros((n, answer.choice.shape[1]), np.int16)
     numbers, told = np.zeros((n, answer.numbers.shape[1]), np.float32), np.zeros(n, np.bool_)
     choice[places], numbers[places], told[places] = answer.choice, answer.numbers, True

@@ -11,11 +11,11 @@ import numpy as np
 
 from ecs_eco.compiled.jit import lone_njit
 
-BLOCK = 256  # organisms that take a step together
+BLOCK = 256  # organisms processed together in each step
 NUMBER, READ, ADD, SUBTRACT, MULTIPLY, DIVIDE, LEAST, MOST = range(8)
 OPERATIONS: dict[type[ast.AST], int] = {ast.Add: ADD, ast.Sub: SUBTRACT, ast.Mult: MULTIPLY, ast.Div: DIVIDE}
 FUNCTIONS = {"min": LEAST, "max": MOST}
-FEW = 8  # readings; numpy sums more of them in another order
+FEW = 8  # readings; numpy sums more of them in a different order
 
 Step = tuple[int, float]
 
@@ -24,7 +24,7 @@ class Steps(NamedTuple):
     """Steps in the order of execution; each pushes a number onto a stack or replaces the top two with one."""
 
     operation: np.ndarray  # i64[steps]
-    operand: np.ndarray  # f32[steps]: a number, or which channel is read
+    operand: np.ndarray  # f32[steps]: a number, or the index of the channel to read
     height: int  # maximum height of the stack
 
 
@@ -38,7 +38,7 @@ class _Unknown(Exception):
 
 def steps_of(text: str, readings: Mapping[str, tuple[int, ...]]) -> Steps | None:
     """Return the steps of a formula that `compile_formula` has accepted; None if a part of it has no step,
-    for example functions of the C library, which a kernel would not reproduce bit by bit."""
+    for example a function of the C library, which a kernel would not reproduce bit for bit."""
     try:
         steps = list(_steps(ast.parse(" ".join(text.split("\n")).strip(), mode="eval").body, readings))
     except (_Unknown, RecursionError):
@@ -101,8 +101,8 @@ def _read(channels: tuple[int, ...]) -> Iterator[Step]:
 
 @lone_njit
 def take_steps(x, start, size, operation, operand, pile):
-    """Execute the steps for organisms start … start + size − 1 of x f32[channels, n]; the result is
-    pile[0], f32[height + 1, BLOCK]."""
+    """Execute the steps for organisms start … start + size − 1 in x f32[channels, n]; the result is pile[0],
+    f32[height + 1, BLOCK]."""
     top = -1
     for s in range(operation.size):
         kind, number = operation[s], operand[s]

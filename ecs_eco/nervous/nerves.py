@@ -29,11 +29,11 @@ class Nerves:
 
     `groups` maps a group to its actions; `actions` lists them in the order of y, z and the decision. `rows`
     i64[n] and `x` f32[n, channels] are the organisms that sensed, in canonical order, and their observations;
-    `sensed` is the same by uid, for observers of the world, and empty while sensing is under way. Each
-    network is optional: without a reflex network y is 0, without a policy z is 0, and without a happiness
-    network the reward is 0. The policy is one `brain` for all, trained by `learner`, or one brain for each of
-    the `individuals`, in the columns of Policy and Experience. `ranges` are the limits of the continuous
-    groups, each of which has a single action with the group's name.
+    `sensed` contains the same by uid, for observers of the world, and is empty while sensing is under way.
+    Each network is optional: without a reflex network y is 0, without a policy z is 0, and without a
+    happiness network the reward is 0. The policy is one `brain` for all, trained by `learner`, or one brain
+    per individual (`individuals`), stored in the columns of Policy and Experience. `ranges` are the limits of
+    the continuous groups, each of which has a single action with the group's name.
     """
 
     def __init__(
@@ -91,12 +91,12 @@ class Nerves:
         self._later = np.zeros((0, 0), np.float32)  # the memories after the current observations
         self._x = np.zeros(0, np.float32)
         self._rows = (self.readout(0), self._x)  # x, and a copy that is contiguous by row
-        self.thoughts: Thoughts | None = None  # of the last tick, for observers
+        self.thoughts: Thoughts | None = None  # from the last tick, for observers
         self.reports: list[dict[str, float]] = []
 
     def heads(self) -> None:
-        """Lay out the policy's choices: one per group that is not automatic, continuous groups last; a single
-        action gets "not" as its alternative."""
+        """Lay out the policy's choices: one for each group that is not automatic, continuous groups last; a
+        single action gets the alternative "not"."""
         sizes, targets = [], []
         for group, (start, n) in self.columns.items():
             if self.automatic[start : start + n].all() or group in self.ranges.groups:
@@ -147,9 +147,8 @@ class Nerves:
         return does & table.alive
 
     def amount(self, table: Table, group: str) -> np.ndarray:
-        """Return the executed numbers of a continuous action, in its unit: f32[capacity].
-
-        Raises UnknownName for another group.
+        """Return the executed numbers of a continuous action, in its unit: f32[capacity]. Raises UnknownName
+        for any other group.
         """
         if group not in self.ranges.groups:
             raise UnknownName(
@@ -161,7 +160,7 @@ class Nerves:
         return amounts
 
     def reading(self, name: str, x: np.ndarray) -> np.ndarray:
-        """Return the value of a name in a formula, a channel or the mean of several: f32[n]."""
+        """Return the value of a name in a formula, which stands for a channel or the mean of several: f32[n]."""
         return mean_of(x, self.readings[name])
 
     # --- inference and learning, shared or individual --------------------------------------------------------
@@ -186,7 +185,7 @@ class Nerves:
         return thought
 
     def _ask(self, brain: PolicyNetwork, table: Table, world: SpatialWorld) -> tuple[np.ndarray, np.ndarray]:
-        """Run the shared brain, each organism with its own memory if there is one."""
+        """Run the shared brain, with a separate memory for each organism if the brain has one."""
         if not brain.memory:
             if world.bands.size == 1:
                 return brain.forward(self.x, world.split)
@@ -197,7 +196,7 @@ class Nerves:
     def _ask_each(
         self, table: Table, world: SpatialWorld, rows: np.ndarray, x: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Run the individual networks of these rows on x, each with its own memory."""
+        """Run the individual networks of these rows on x, with a separate memory for each organism."""
         minds = self.individuals
         assert minds is not None
         if not minds.memory:
@@ -294,8 +293,8 @@ class Nerves:
             self.learner.rollout.end(rows, reward)
 
     def leave(self, rows: np.ndarray) -> None:
-        """Close the records of rows i64[k] that emigrate: shared learners leave their experience behind,
-        individual learners take it with them."""
+        """Close the records of rows i64[k] that emigrate: experience stays behind if the learner is shared,
+        and leaves with the emigrants if each has its own."""
         if self.individuals is None and self.learner is not None:
             self.learner.rollout.leave(rows)
 
@@ -320,8 +319,8 @@ class Nerves:
                 self.reports.append({"tick": world.tick, **report})
 
     def _learn_alone(self, table: Table, world: SpatialWorld, due: np.ndarray) -> None:
-        """Train some of the organisms that sense now, each on its own experience; due i64[k] are their
-        positions among all that sense."""
+        """Train some of the organisms that sense now, each on its own experience; `due` i64[k] are their
+        positions among all organisms that sense."""
         minds = self.individuals
         assert minds is not None
         rows = self.rows[due]
@@ -366,7 +365,8 @@ class Nerves:
         return {f"learner.{k}": v for k, v in self.learner.by_uid(rows).items()}
 
     def reorder(self, order: np.ndarray) -> None:
-        """Follow organisms to other rows: the organism from row `order[i]`, i64[capacity], is now in row i."""
+        """Follow organisms that have moved to other rows: the organism from row `order[i]`, i64[capacity], is
+        now in row i."""
         if self.learner is not None:
             self.learner.rollout.reorder(order)
         place = np.empty_like(order)
@@ -374,8 +374,8 @@ class Nerves:
         self.rows = place[self.rows]
 
     def state(self) -> dict[str, np.ndarray]:
-        """Return everything that a run changes: the weights and, if the species learns, the optimizer state
-        and the rollout."""
+        """Return everything that a run can change: the weights and, if the species learns, the optimizer
+        state and the rollout."""
         out: dict[str, np.ndarray] = {}
         if self.brain is not None:
             out |= {f"brain.{k}": v for k, v in self.brain.state().items()}
@@ -397,7 +397,7 @@ def _divided(
     n: int,
     forward: Callable[[slice], tuple[np.ndarray, np.ndarray]],
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the logits and values of n organisms, of which each process computes its part if rows are
+    """Return the logits and values of n organisms, of which each process computes only its part if rows are
     independent."""
     if world.bands.size == 1 or not network.by_row:
         return forward(slice(None))

@@ -1,4 +1,4 @@
-"""The reflex and happiness networks that a species declares; organisms may have individual weights."""
+"""The reflex and happiness networks that a species declares; weights can differ between individuals."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ rows i64[n].
 class ReflexNetwork:
     """y, the sign of the sum of connections, formulas and a function: i8[n, actions] of −1, 0, 1.
 
-    For continuous actions, the sum itself is added, and a connection counts as the action's whole range.
+    For continuous actions, the sum itself is added, and a connection contributes the action's whole range.
     """
 
     def __init__(
@@ -84,7 +84,7 @@ class ReflexNetwork:
 
 
 class HappinessNetwork:
-    """Happiness f32[n] from weights, a formula or a function; at least the declared minimum."""
+    """Happiness f32[n] from weights, a formula or a function, never below the declared minimum."""
 
     def __init__(
         self,
@@ -143,7 +143,7 @@ def last_reward(table: Table, rows: np.ndarray) -> np.ndarray:
 
 
 def mean_of(x: np.ndarray, channels: tuple[int, ...]) -> np.ndarray:
-    """Return one channel of x f32[n, channels], or the mean of several: f32[n]."""
+    """Return one channel of x f32[n, channels] or the mean of several: f32[n]."""
     if len(channels) == 1:
         return x[:, channels[0]]
     if len(channels) < 8:
@@ -162,7 +162,7 @@ def _asked(
 ) -> np.ndarray:
     """Return the output of a function for x f32[n, channels]; a network with heritable weights uses each
     organism's weights."""
-    x = np.ascontiguousarray(x)  # the order of sums in libraries depends on the layout
+    x = np.ascontiguousarray(x)  # the order in which libraries sum depends on the layout
     if table is None or Instincts not in table or not (own := getattr(table[Instincts], word)).shape[1]:
         return np.asarray(function(x))
     return np.asarray(function.each(x, own[rows]))
@@ -199,7 +199,7 @@ def connect(x, channels, starts, actions, above, weight, threshold, rows, total)
 
 @njit
 def weigh(x, channels, starts, weight, rows, felt):
-    """Write the weighted sum of readings of each organism: felt f32[n]."""
+    """Write the weighted sum of each organism's readings to felt f32[n]."""
     for i in range(rows.size):
         total = np.float32(0.0)
         for c in range(starts.size - 1):

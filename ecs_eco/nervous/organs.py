@@ -38,7 +38,8 @@ def disable(table: Table, rows: np.ndarray) -> None:
 
 
 def _places(traits: Mapping[str, int], section: str) -> dict[str, int]:
-    """Return the positions in Traits of a section's switches, by the name of the sensor or action they switch."""
+    """Return the positions in Traits of a section's switches, by the name of the sensor or action that each
+    one switches."""
     return {
         key.removeprefix(section).removesuffix(".present"): at
         for key, at in traits.items()

@@ -27,13 +27,13 @@ class Answer(NamedTuple):
 
 
 class Outside:
-    """A decision maker that replaces a species' network; `partial` means that it decides for some organisms,
-    and the network for the rest."""
+    """A decision maker that replaces a species' network; `partial` means that it decides for some organisms
+    and the network decides for the rest."""
 
     partial = False
 
     def require(self, species: str) -> None:
-        """Raise a ConfigError if there will be no choices in the coming tick."""
+        """Raise a ConfigError if no choices will be made in the coming tick."""
 
     def answer(self, nerves: Nerves, table: Table, world: SpatialWorld) -> Answer:
         """Return the choices of this tick."""
@@ -41,7 +41,7 @@ class Outside:
 
 
 class Nobody(Outside):
-    """An external policy before its control is opened."""
+    """An external policy whose control has not been opened yet."""
 
     def require(self, species: str) -> None:
         """Raise a ConfigError."""
@@ -90,9 +90,9 @@ def options_of(nerves: Nerves) -> dict[str, tuple[str, ...]]:
 def taken(nerves: Nerves, table: Table, rows: np.ndarray, chosen: ArrayLike, source: str) -> Answer:
     """Return choices [k, groups] for rows i64[k] in the form in which they are executed.
 
-    `chosen` has a column for each group of `options_of`: the index of an option, or a number within the range
-    of a continuous group. Raises a ConfigError that names the organism, the group, the value and the expected
-    values.
+    `chosen` has a column for each group in `options_of`: the index of an option or, for a continuous group, a
+    number within its range. Raises a ConfigError that names the organism, the group, the value and the
+    expected values.
     """
     values, names = np.asarray(chosen), options_of(nerves)
     shape, discrete = (len(rows), len(names)), len(nerves.offsets) - 1

@@ -1,4 +1,4 @@
-"""Ranges of a species' continuous actions, and the execution of drawn numbers."""
+"""Ranges of a species' continuous actions, and the conversion of drawn numbers to executed ones."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Ranges:
-    """The limits of each continuous action, in the order of the columns of Motor.
+    """The limits of each continuous action, in the order of Motor's columns.
 
     Built from group: ((lowest, highest), column of its action in the decision, number if no choice is made;
     None: the number nearest to 0).

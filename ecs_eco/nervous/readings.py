@@ -57,7 +57,7 @@ class Readings(Columns):
         return column
 
     def _own(self, name: str) -> np.ndarray:
-        """Return a field of the sensors, individual or the same for the whole species: f32[capacity, sensors]."""
+        """Return a field of the sensors, whether individual or shared by the species: f32[capacity, sensors]."""
         table = self._table
         if Senses in table.columns:
             return np.asarray(table.field(Senses, name))
@@ -66,7 +66,7 @@ class Readings(Columns):
 
 
 def _of_species(sensor: Sensor, name: str) -> float:
-    """Return a species' value for one of its sensors; 0 if the sensor has none."""
+    """Return a species' value for a field of one of its sensors; 0 if the sensor lacks it."""
     if name == "radius":
         return float(getattr(sensor, "range", None) or 0.0)
     at = None if isinstance(sensor, Touch) else getattr(sensor, "at", None)

@@ -14,13 +14,13 @@ if TYPE_CHECKING:
 
 
 class Thoughts(NamedTuple):
-    """The results of `Decide` in a tick: the organisms that sensed, in the order of `nerves.rows`, and the
-    outputs of their networks."""
+    """The results of `Decide` in a tick: the organisms that sensed, in the order of `nerves.rows`, and their
+    networks' outputs."""
 
     tick: int
     uid: np.ndarray  # u64[n]
-    logits: np.ndarray | None  # f32[n, options] of the policy; None without one
-    y: np.ndarray | None  # i8[n, actions] of the reflex; None without one
+    logits: np.ndarray | None  # f32[n, options] from the policy; None without one
+    y: np.ndarray | None  # i8[n, actions] from the reflex; None without one
     choice: np.ndarray  # i16[n, categorical groups]
     numbers: np.ndarray | None = None  # f32[n, continuous groups] drawn, in units of half the range
     shift: np.ndarray | None = None  # f32[n, continuous groups] added by the reflex

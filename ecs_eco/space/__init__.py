@@ -1,6 +1,6 @@
 """Positions and surroundings: edges, neighbors, sight, fields, terrain, sun and water.
 
-Kernels of this package take views (named tuples of arrays), arrays and numbers. Code that uses them for
+Kernels in this package take views (named tuples of arrays), arrays and numbers. Code that uses them for
 organisms belongs in `ecs_eco.nervous` and `ecs_eco.systems`.
 """
 

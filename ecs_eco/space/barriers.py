@@ -21,7 +21,7 @@ POINT = np.array([[0, 0, 0, 0, 0, 0, 0, 1, 0]], np.float32)  # the form of a poi
 
 
 def barriers(world: "SpatialWorld", but: str = "") -> Solids | None:
-    """Return the immovable solid capsules and boxes of all tables except `but`; None if there are none."""
+    """Return the immovable solid capsules and boxes in all tables except `but`; None if there are none."""
     names = [
         n
         for n, t in world.tables.items()
@@ -38,7 +38,7 @@ def barriers(world: "SpatialWorld", but: str = "") -> Solids | None:
 def hold_back(
     world: "SpatialWorld", walls: Solids, x: np.ndarray, y: np.ndarray, z: np.ndarray, way: np.ndarray
 ) -> np.ndarray:
-    """Clip displacements f32[n, 3] [m] from places f32[n] at the edges of the space, and shorten those that
+    """Clip displacements f32[n, 3] [m] from positions f32[n] at the edges of the space, and shorten any that
     lead into a barrier so that they end just before it. Return the shortening factors f32[n].
 
     A body inside a barrier can leave it but cannot go deeper. On a torus, a displacement may be longer than
@@ -56,8 +56,8 @@ def hold_back(
 def stop(
     world: "SpatialWorld", table: "Table", walls: Solids, before: np.ndarray, way: np.ndarray
 ) -> np.ndarray:
-    """Stop the living members of a table, displaced by f32[n, 3] [m] from places f32[rows, 3] [m], in front
-    of barriers; return the shortening factors f32[n]."""
+    """Stop the living members of a table, displaced by f32[n, 3] [m] from positions f32[rows, 3] [m], in
+    front of barriers; return the shortening factors f32[n]."""
     p, space, rows = table[Position], world.space, table.rows()
     x, y, z = before[rows].T.copy()
     share = hold_back(world, walls, x, y, z, way)

@@ -1,4 +1,4 @@
-"""Checks of fields, ground and ambient values, which users may write between ticks."""
+"""Checks of fields, ground and ambient values, all of which users can set between ticks."""
 
 import numpy as np
 

@@ -13,9 +13,9 @@ def drained(height: np.ndarray, sea: np.ndarray) -> tuple[np.ndarray, np.ndarray
     """Return the level f64[ny, nx] [m] to which water would rise in each cell before it ran off, and the
     number of cells i64[ny, nx] that drain through each cell, including itself.
 
-    Water leaves at the edge of the map and into the `sea`, bool[ny, nx]. Hollows are filled from the lowest
-    outlet (priority flood: Barnes, Lehman & Mulla 2014, algorithm 2); each cell drains to the one of its
-    eight neighbors from which it was reached.
+    Water drains off at the edge of the map and into the `sea`, bool[ny, nx]. Hollows are filled from the
+    lowest outlet (priority flood: Barnes, Lehman & Mulla 2014, algorithm 2); each cell drains to the one of
+    its eight neighbors from which it was reached.
     """
     level = height.astype(np.float64)
     into, order = np.full(height.size, -1, np.int64), np.empty(height.size, np.int64)

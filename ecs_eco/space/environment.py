@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from ecs_eco.space.terrain import Terrain
 
 Quantity = Callable[..., np.ndarray]
-"""f(world, x, y, z), with coordinates f32[n] [m], returns a number for each place or one for all."""
+"""f(world, x, y, z), with coordinates f32[n] [m], returns one number per position or one for all."""
 
 
 class Environment(dict[str, Quantity]):
@@ -66,8 +66,7 @@ class Environment(dict[str, Quantity]):
 
 
 class Surroundings(LivingWorld, Protocol):
-    """The attributes of a world with positions that this module uses; `ecs_eco.space.world` implements
-    them."""
+    """The attributes that this module uses in a world with positions; `ecs_eco.space.world` implements them."""
 
     space: Space
     environment: Environment

@@ -61,13 +61,13 @@ class Field:
         self.source = np.zeros_like(self.value)
         self._next = np.zeros_like(self.value)
         self._steps: tuple[Any, ...] = ((), 0, (), 0.0, 0.0)
-        self.band: Any = None  # advances the rows of one process, if the world is divided
+        self.band: Any = None  # advances only one process's rows if the world is divided
         self.inverse = np.array(
             [n[i] / space.size[i] if i < len(space.size) else 0.0 for i in range(3)], np.float32
         )
 
     def emit(self, x: np.ndarray, y: np.ndarray, z: np.ndarray, amount: np.ndarray | np.float32) -> None:
-        """Add amounts to the cells at given places in the next `pass_time`.
+        """Add amounts to the cells at given positions during the next `pass_time`.
 
         Parameters
         ----------
@@ -78,8 +78,8 @@ class Field:
         _deposit(self.source, Places(x, y, z), amount, self.inverse)
 
     def contain(self, substance: str, depth: float, initial: np.ndarray, renewal: float) -> None:
-        """Make the field hold concentrations [mol/L] of a substance, initially `initial` f64[nz, ny, nx], as
-        float64 so that nothing is lost. A plane counts as a layer with this `depth` [m]."""
+        """Make the field hold concentrations [mol/L] of a substance, initially `initial` f64[nz, ny, nx];
+        they are float64 so that rounding loses nothing. A plane counts as a layer with this `depth` [m]."""
         size = [*self.space.size[:2], depth] if len(self.space.size) == 2 else self.space.size
         self.litres = 1000 * math.prod(size) / math.prod(self.shape)
         self.substance, self.initial, self.renewal = substance, initial, renewal
@@ -87,7 +87,7 @@ class Field:
         self.source, self._next = np.zeros_like(self.value), np.zeros_like(self.value)
 
     def give(self, x: np.ndarray, y: np.ndarray, z: np.ndarray, amount: np.ndarray) -> None:
-        """Add amounts of the field's substance to the cells at given places immediately.
+        """Add amounts of the field's substance to the cells at given positions immediately.
 
         Parameters
         ----------
@@ -109,8 +109,8 @@ class Field:
         return float(self.value.sum(dtype=np.float64) + self.source.sum(dtype=np.float64)) * self.litres
 
     def pass_time(self, dt: float, *emitted: Any) -> None:
-        """Advance the field by `dt` seconds: emissions flow in evenly while it diffuses, decays and is
-        renewed. You can pass the arguments of `emit` here.
+        """Advance the field by `dt` seconds: emissions are added evenly over this time, while the field
+        diffuses, decays and is renewed. You can also pass the arguments of `emit` here.
 
         Diffusion takes as many explicit steps as stability requires. Amounts follow dc/dt = source − decay c
         + renewal (initial − c), solved exactly.
@@ -152,7 +152,7 @@ class Field:
         return steps, (a[0], a[1], a[2]), kind(left), kind(arrives)
 
     def sample(self, x: np.ndarray, y: np.ndarray, z: np.ndarray, out: np.ndarray) -> None:
-        """Write the field at given places, interpolated linearly between cell centers.
+        """Write the field at given positions, interpolated linearly between cell centers.
 
         Parameters
         ----------
@@ -235,7 +235,7 @@ def _diffuse(now, new, a, torus):
 
 @njit
 def at(value, x, y, z, inverse, torus):
-    """Return the field at one place, interpolated linearly between cell centers."""
+    """Return the field at one position, interpolated linearly between cell centers."""
     nz, ny, nx = value.shape
     gx, gy, gz = (
         x * inverse[0] - np.float32(0.5),
@@ -276,7 +276,7 @@ def _plane(v, i0, i1, j0, j1, fx, fy):
 
 @njit
 def sample(value: np.ndarray, places: Places, inverse: np.ndarray, torus: bool, out: np.ndarray) -> None:
-    """Write the field at each place to `out`."""
+    """Write the field at each position to `out`."""
     x, y, z = places
     for i in range(x.size):
         out[i] = at(value, x[i], y[i], z[i], inverse, torus)

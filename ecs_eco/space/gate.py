@@ -1,11 +1,11 @@
-"""Checks of values from outside a tick: values must be finite and within their limits; others are brought
-within them or refused with an error that names them.
+"""Checks of values set outside a tick: values must be finite and within their limits; invalid values are
+wrapped or moved into range where possible, and otherwise rejected with an error that names them.
 
-They apply to everything that no system wrote within a tick: spawned organisms, values written to columns,
-handles, fields and ground between ticks, checkpoints, interventions. Places beyond the edge of a torus are
-wrapped, and so are headings; a place on a wall is moved just inside it. Within a tick nothing is checked:
-kernels stay within their arrays whatever the values, and debug mode reports the system that wrote a bad
-value.
+They apply to everything that is not written by a system within a tick: spawned organisms, values written to
+columns, handles, fields and ground between ticks, checkpoints and interventions. Positions beyond the edge of
+a torus are wrapped, and so are headings; a position on a wall is moved just inside it. No values are checked
+within a tick: kernels stay within their arrays whatever the values are, and debug mode reports the system
+that wrote a bad value.
 """
 
 from collections.abc import Iterator, Mapping
@@ -24,7 +24,7 @@ from ecs_eco.space.geometry import back_into
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
 
-# a place up to this many lengths of the world away is wrapped around a torus; float32 still resolves it
+# positions up to this many world lengths away are wrapped around a torus; float32 still resolves them
 FURTHEST = 1000
 TURN = np.float32(2 * np.pi)  # [rad] systems write values from 0 to this, inclusive
 
@@ -37,7 +37,7 @@ class Limits(NamedTuple):
     field: str
     low: Any
     high: Any
-    length: float = 0.0  # 0: neither a place along an axis nor a heading
+    length: float = 0.0  # 0: neither a coordinate nor a heading
     around: bool = False  # whether it wraps around
 
     @property
@@ -66,8 +66,8 @@ class Limits(NamedTuple):
         return wrong.any(axis=tuple(range(1, wrong.ndim)))
 
     def brought_back(self, values: np.ndarray) -> np.ndarray:
-        """Return places f32[k] [m] or headings [rad], wrapped into the space or the circle if they are
-        outside and wrapping is possible."""
+        """Return positions f32[k] [m] or headings [rad], wrapped into the space or the circle if they are
+        outside it and wrapping is possible."""
         if self.around:
             can = np.abs(values) <= FURTHEST * np.float32(self.length)
         else:
@@ -94,7 +94,7 @@ class Limits(NamedTuple):
 class Looked(NamedTuple):
     """The fields that the gate checks in every table of a world."""
 
-    key: list[Any]  # the values it was derived from
+    key: list[Any]  # the values from which it was derived
     tables: tuple["Table", ...]
     columns: list[scan.ColumnGroup]  # by type
     limits: list[list[Limits | None]]  # limits of these columns; None: causes of death
@@ -167,7 +167,7 @@ def _declared(component: type[Any], heavy: bool) -> list[tuple[str, Any, Any, An
 
 
 def admit(world: Surroundings, refuse: bool = True, known: Looked | None = None) -> Looked:
-    """Wrap or refuse the values written since the last tick: columns of living organisms, fields, ground,
+    """Wrap or reject the values written since the last tick: columns of living organisms, fields, ground,
     ambient values, requested births.
 
     Returns the checked fields; passing them to the next call saves time. Raises a ValueError that names the
@@ -213,8 +213,8 @@ def _admit_column(table: "Table", limits: Limits, column: np.ndarray, refuse: bo
 def newborn(
     world: Surroundings, table: "Table", values: Mapping[tuple[type, str], Any], label: str
 ) -> dict[tuple[type, str], np.ndarray]:
-    """Return the columns of newborns with their places wrapped into the space. Raises a ValueError for values
-    beyond their limits.
+    """Return the columns of newborns with their positions wrapped into the space. Raises a ValueError for
+    values beyond their limits.
 
     `label` names the newborn in the message, with {} for the index of the first invalid one.
     """
@@ -231,8 +231,8 @@ def newborn(
 
 
 def one_each(value: ArrayLike, n: int, where: str) -> np.ndarray:
-    """Return the result of a user's function for n places as an array of n numbers. Raises a ValueError for
-    any other result."""
+    """Return the result of a user-defined function for n positions as an array of n numbers. Raises a
+    ValueError for any other result."""
     array = np.asarray(value)
     if array.dtype.kind not in "fiub" or array.shape not in ((), (n,)):
         raise ValueError(

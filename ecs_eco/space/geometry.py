@@ -9,11 +9,11 @@ import numpy as np
 
 from ecs_eco.compiled.jit import lone_njit, njit
 
-BLOCK = 128  # places whose cells are computed together
+BLOCK = 128  # positions whose cells are computed together
 
 
 class Extent(NamedTuple):
-    """Extent of a space, for kernels: the cells of its neighbor index, its sides and edges."""
+    """Extent of a space, for kernels: the cells of its neighbor index, its side lengths and its edges."""
 
     nx: int  # cells along x, y and z
     ny: int
@@ -41,8 +41,8 @@ class Space:
         Extent along each axis [m], two or three numbers.
     edges : {"torus", "walls"}
     cell : float, optional
-        Desired side of the cells of the neighbor index [m]; cells may be slightly larger so that a whole
-        number fits.
+        Desired side length of the cells of the neighbor index [m]; cells may be slightly larger so that a
+        whole number fits.
 
     Raises
     ------
@@ -70,7 +70,7 @@ class Space:
         self.set_cell(cell if cell is not None else max(min(self.size[:2]) / 32, 1e-3))
 
     def set_cell(self, cell: float) -> None:
-        """Choose the side of the index cells [m]; there are at most 4 million cells."""
+        """Set the side length of the index cells [m]; there are at most 4 million cells."""
         if not cell > 0:
             raise ValueError(f"space.cell is {cell}; it must be a positive length [m]")
         # a smaller cell would not grow in the loop below, and the number of cells would overflow
@@ -88,12 +88,12 @@ class Space:
         self.n_cells = self.shape[0] * self.shape[1] * self.shape[2]
         self.extent = Extent(*self.shape, self.inverse, self.lengths, self.torus, self.volume)
         side = min(s / n for s, n in zip(self.size, self.shape, strict=False))  # the shortest side of a cell
-        # cells that a search radius [m] spans to each side; cached, because the same few radii recur
+        # cells that a search radius [m] spans on each side; cached, because the same few radii recur
         self.reach: Callable[[float], int] = lru_cache(256)(partial(cells_within, side, max(self.shape)))
 
 
 def cells_within(side: float, most: int, radius: float) -> int:
-    """Return how many cells with this side [m], at most `most`, a radius [m] spans; 0 for NaN."""
+    """Return how many cells of this side [m] a radius [m] spans, at most `most`; 0 for NaN."""
     cells = radius / side
     return max(math.ceil(cells - 1e-6), 0) if cells < most else most * (cells >= most)
 
@@ -144,8 +144,8 @@ def into(v, length, torus):
 
 @njit
 def cell_of(place, n):
-    """Return which of n cells contains a place given in units of cells; the nearest cell if it lies outside,
-    0 for NaN."""
+    """Return which of n cells contains a coordinate given in units of cells; the nearest cell if it lies
+    outside, 0 for NaN."""
     zero, end = np.float32(0.0), np.float32(n)
     place = place if place > zero else zero
     place = place if place < end else end
@@ -154,8 +154,8 @@ def cell_of(place, n):
 
 @lone_njit
 def cells_at(first, size, places, shape, inverse, cell):
-    """Write the cell index of each of `size` places from `first` on to cell i32[BLOCK], x fastest, as in
-    `cell_of`; `shape` is (nz, ny, nx). Branch-free, so that it vectorizes."""
+    """Write the cell index of each of `size` positions, starting at `first`, to cell i32[BLOCK], with x
+    varying fastest, as in `cell_of`; `shape` is (nz, ny, nx). Branch-free, so that it vectorizes."""
     (x, y, z), (nz, ny, nx) = places, shape
     ix, iy, iz = inverse[0], inverse[1], inverse[2]
     zero, one, nx, ny, nz = np.float32(0.0), np.int32(1), np.int32(nx), np.int32(ny), np.int32(nz)
@@ -171,7 +171,7 @@ def cells_at(first, size, places, shape, inverse, cell):
 
 @njit
 def floor_between(place, low, high):
-    """Return the floor of a place in units of cells, at least low and at most high; low for NaN."""
+    """Return the floor of a coordinate in units of cells, at least low and at most high; low for NaN."""
     least, most = np.float32(low), np.float32(high)
     place = place if place > least else least
     place = place if place < most else most
@@ -180,7 +180,8 @@ def floor_between(place, low, high):
 
 @njit
 def half_cells(way, inverse, lengths):
-    """Return the length of a path [m] in half cells of a map, at most the sum of both sides of the space."""
+    """Return the length of a path [m] in half cells of a map, at most the sum of the space's length and
+    width."""
     each = max(inverse[0], inverse[1]) * np.float32(2.0)
     n, most = np.ceil(way * each), np.ceil((lengths[0] + lengths[1]) * each)
     n = n if n > np.float32(0.0) else np.float32(0.0)

@@ -44,7 +44,7 @@ class Index:
 
     Notes
     -----
-    The order of entries depends only on places and uids. It is the canonical order for sums and ties, so
+    The order of entries depends only on positions and uids. It is the canonical order for sums and ties, so
     results do not depend on the order of rows.
     """
 
@@ -53,7 +53,7 @@ class Index:
         self.version = -1
         self.top = 0  # the largest uid so far
         self.flat = True
-        self.lock = threading.Lock()  # held by the thread that builds it
+        self.lock = threading.Lock()  # held by the thread that builds the index
         self._allocate(0)
 
     def _allocate(self, n: int) -> None:
@@ -64,8 +64,8 @@ class Index:
         self._spare: Entries | None = None
 
     def build(self, alive: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray, uid: np.ndarray) -> None:
-        """Sort the rows that are `alive` bool[rows]; the other arrays are at least as long. Places outside
-        [0, size) count as in the nearest cell."""
+        """Sort the rows that are `alive` bool[rows]; the other arrays must be at least as long. Positions
+        outside [0, size) are assigned to the nearest cell."""
         if alive.size > self._cell.size:
             self._allocate(max(alive.size + alive.size // 4, 2 * self._cell.size))  # spare rows for newborns
         if self.start.size != self.space.n_cells + 1:
@@ -77,7 +77,7 @@ class Index:
 
     def renew(self, table: Table, places: Columns) -> bool:
         """Remove entities that have died and insert newborns since the last build, if nothing else has
-        happened to the table; return False without any change if sorting everything is as fast."""
+        happened to the table; return False and change nothing if sorting everything is as fast."""
         gone, their, born, uids = changes(table, self.version)
         k = gone.size + born.size
         if (
@@ -116,12 +116,12 @@ class Index:
 
 
 def changes(table: Table, version: int) -> list[np.ndarray]:
-    """Return the rows i64[k] and uids u64[k] of entities that left a table after a version, then of entities
-    that joined it."""
+    """Return the rows i64[k] and uids u64[k] of entities that left a table after a version, then the rows and
+    uids of entities that joined it."""
     changed: list[np.ndarray] = []
     for noted in (table.gone, table.newborn):
         k = len(noted)
-        while k and noted[k - 1][0] > version:  # few changes are more recent
+        while k and noted[k - 1][0] > version:  # few changes have happened since
             k -= 1
         later = noted[k:]
         changed += (
@@ -138,10 +138,10 @@ def changes(table: Table, version: int) -> list[np.ndarray]:
 def sort_cells(
     alive: np.ndarray, places: Places, uid: np.ndarray, space: Extent, cell: np.ndarray, into: Entries
 ) -> tuple[bool, np.uint64]:
-    """Sort the living rows by cell (counting sort, x fastest), then by uid within a cell (insertion sort).
-    Return whether z is 0 everywhere, and the largest uid, 0 if the table is empty.
+    """Sort the living rows by cell (counting sort, with x varying fastest), then by uid within a cell
+    (insertion sort). Return whether z is 0 everywhere, and the largest uid, 0 if the table is empty.
 
-    Dead rows are sorted too, after the last cell, because a branch for each row would take longer.
+    Dead rows are sorted too, after the last cell, because a branch per row would take longer.
     """
     (x, y, z), (rows, sx, sy, sz, su, start) = places, into
     n_cells = space.nx * space.ny * space.nz
@@ -189,8 +189,8 @@ def put_in(
     before: Entries,
     after: Entries,
 ) -> bool:
-    """Copy the entries of an index into other arrays, without the dead and with newborns; return whether any
-    newborn's z is not 0. Both share the same `start`.
+    """Copy the entries of an index into other arrays, without dead entities and with newborns; return whether
+    any newborn's z is not 0. `before` and `after` share the same `start`.
 
     `gone` and `born` are rows, given with their uids. The uids of newborns are ascending and larger than all
     others, so each newborn comes last in its cell. Entities that were born and have died since are left out;

@@ -13,7 +13,7 @@ Value = Callable[[Any], float]
 
 
 class LandMaps:
-    """Maps f32[ny, nx] of the land classes' factors of growth, pace and cost (None: all are 1), and of their
+    """Maps f32[ny, nx] of the land classes' factors for growth, pace and cost (None: all are 1), and of their
     share of `shelter` (None: all are 0). `wet` bool[ny, nx] marks streams; `sha256` identifies the land."""
 
     def __init__(self, land: Any, classes: Sequence[Any]) -> None:
@@ -33,7 +33,7 @@ def _map(kinds: np.ndarray, classes: Sequence[Any], value: Value, usual: float) 
 
 
 def at_places(factors: np.ndarray, terrain: Any, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Return the values f32[n] of a terrain's map f32[ny, nx] at places f32[n] [m]."""
+    """Return the values f32[n] of a terrain's map f32[ny, nx] at positions f32[n] [m]."""
     out: np.ndarray = factors[
         cells_of(y, terrain.inverse[1], terrain.shape[0]), cells_of(x, terrain.inverse[0], terrain.shape[1])
     ]

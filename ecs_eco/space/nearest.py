@@ -1,6 +1,6 @@
-"""Nearest neighbors of all entries of one index in another, for 16 seekers in cell order at a time.
+"""Nearest neighbors in one index of all entries of another, computed for 16 seekers at a time in cell order.
 
-The lanes of a block are neighbors in a row of cells, so they share candidates; their positions, smallest
+The seekers in a block are neighbors in a row of cells, so they share candidates; their positions, smallest
 distances and nearest entries stay in vector registers. A search takes about 18 ns per seeker with four
 targets in reach.
 """
@@ -19,7 +19,7 @@ from ecs_eco.space.index import Entries, Index
 class Search(NamedTuple):
     """Range and targets of a search, for kernels."""
 
-    reach: int  # cells to each side
+    reach: int  # cells on each side
     radius2: np.float32  # [m^2]
     same: bool  # whether seekers are also targets
     flat: bool  # whether z is 0 everywhere
@@ -42,12 +42,13 @@ def nearest(
     kernel: Callable[..., None] | None = None,
     more: tuple[Any, ...] = (),
 ) -> None:
-    """Write the entry of each seeker's nearest target closer than `radius` [m] (−1: none), and its squared
+    """Write the entry of each seeker's nearest target within `radius` [m] (−1: none), and its squared
     distance.
 
-    `target` i32[n seekers] is exact up to 2^24 targets; `distance2` f32[n seekers] [m^2] is radius^2 without
-    a target. A seeker is not its own target if both indexes are the same. `split(kernel, n, *arguments)` runs
-    a kernel over 0…n in parts: `seek`, or a kernel with the same signature followed by `more`.
+    `target` i32[n seekers] is exact up to 2^24 targets; `distance2` f32[n seekers] [m^2] is radius^2 for a
+    seeker without a target. A seeker is not its own target if both indexes are the same. `split(kernel, n,
+    *arguments)` runs a kernel over 0…n in parts: `seek`, or a kernel with the same signature followed by
+    `more`.
     """
     space = seekers.space
     _, ny, nz = space.shape
@@ -119,7 +120,8 @@ def _compare_wrapped(a, b, i0, search, targets, shift_x, shift_y, space, block):
 
 @njit
 def _fill(block, mine, i0, m, radius2):
-    """Copy the places of m seekers from i0 on into a block, and repeat the last one in the remaining lanes."""
+    """Copy the positions of m seekers, starting at i0, into a block, and repeat the last one in the remaining
+    lanes."""
     store(block, 3 * LANES, spread(radius2))
     store(block, 4 * LANES, spread(np.float32(-1)))
     if m == LANES:

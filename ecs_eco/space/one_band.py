@@ -1,7 +1,7 @@
 """The bands of a world divided among processes, as systems see them; this class is for a single process.
 
 A system declares which part of its work may be divided, and which arrays hold the results; `ecs_eco.bands`
-divides that part among processes. Every process does the rest of the work itself.
+divides that part among processes. Every process does all of the remaining work.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class OneBand:
         """Complete arrays [n, …] in which each process has written the rows of its `part(n)`."""
 
     def gathered(self, n: int, part: np.ndarray) -> np.ndarray:
-        """Return the whole array [n, …] of which each process has the rows of its `part(n)`."""
+        """Return the whole array [n, …], given that each process has the rows of its `part(n)`."""
         return part
 
     def over(self, index: Index, *outputs: np.ndarray) -> AbstractContextManager[None]:
@@ -59,13 +59,13 @@ class OneBand:
         return list(names)
 
     def share(self, arrays: dict[str, np.ndarray]) -> None:
-        """Copy the array of each name from the process that owns it (`mine`) to all others."""
+        """Copy each named array from the process that owns it (`mine`) to all others."""
 
     # --- divided work if each process holds only a part of the world ---------------------------------------
 
     @property
     def common(self) -> OneBand:
-        """The processes that share work on data that all of them hold: policies and rollouts."""
+        """The processes that share work on data that all of them hold, such as policies and rollouts."""
         return self
 
     def own(self, index: Index, *outputs: np.ndarray) -> AbstractContextManager[None]:
@@ -85,7 +85,7 @@ class OneBand:
         return table.n
 
     def everyone(self, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Return arrays [n, …] concatenated over all processes, in canonical order if each part is."""
+        """Return the arrays [n, …] of all processes concatenated, in canonical order if each part is."""
         return arrays
 
     def litters(self, litters: Any, where: object) -> Any:
@@ -93,11 +93,11 @@ class OneBand:
         return litters
 
     def holds(self, y: np.ndarray) -> np.ndarray | None:
-        """Return which places f32[n] [m] are in the band of this process: bool[n]; None: all."""
+        """Return which positions f32[n] [m] are in the band of this process: bool[n]; None: all."""
         return None
 
     def either(self, flags: np.ndarray) -> np.ndarray:
-        """Return which flags bool[…] are set in any process."""
+        """Return which flags bool[…] are set in at least one process."""
         return flags
 
     def sites(self, table: Table, stands: np.ndarray) -> np.ndarray:
@@ -115,7 +115,7 @@ class OneBand:
         return world
 
     def ask(self, what: Callable[[Any], Any]) -> Any:
-        """Return in all processes the result of a function of the whole divided world."""
+        """Return, in all processes, the result of a function of the whole divided world."""
         raise NotImplementedError
 
     def collect(self, recorder: object) -> None:

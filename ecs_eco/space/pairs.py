@@ -1,7 +1,7 @@
-"""All pairs of a place and a body that are closer than a radius, found with the neighbor index.
+"""All pairs of a position and a body within a radius of it, found with the neighbor index.
 
-Two passes over the cells in reach, one that counts and one that writes, let threads divide the places among
-them. The order of the result depends only on the places and the index.
+Two passes over the cells in reach, one that counts and one that writes, allow threads to divide the positions
+among them. The order of the result depends only on the positions and the index.
 """
 
 from collections.abc import Callable
@@ -21,16 +21,16 @@ class Pairs(NamedTuple):
     Attributes
     ----------
     rows : array of int64, shape (k,)
-        Rows of the first table, or indices of places.
+        Rows of the first table, or indices of positions.
     others : array of int64, shape (k,)
         Rows of the other table.
     distance : array of float32, shape (k,)
-        Distance [m] between centers, the shorter way around on a torus.
+        Distance [m] between centers; on a torus, the shorter way around.
     """
 
-    rows: np.ndarray  # i64, rows of the first table, or indices of places
+    rows: np.ndarray  # i64, rows of the first table, or indices of positions
     others: np.ndarray  # i64, rows of the other table
-    distance: np.ndarray  # f32 [m], between centers, the shorter way around on a torus
+    distance: np.ndarray  # f32 [m], between centers; on a torus, the shorter way around
 
 
 def pairs(
@@ -41,11 +41,12 @@ def pairs(
     same: bool,
     split: Callable[..., None] | None = None,
 ) -> Pairs:
-    """Return every pair of a place and a target closer to it than its radius.
+    """Return every pair of a position and a target within the position's radius.
 
-    `places` x, y, z f32[n] [m] lie in the space, `rows` i64[n] label them in the result, and `radius` is
-    f32[n] [m]. Pairs are ordered by place, then by index entry. If places belong to the targets' own index
-    (`same`), no entity is paired with itself. `split(kernel, n, *arguments)` runs a kernel over 0…n in parts.
+    `places` x, y, z f32[n] [m] must lie in the space, `rows` i64[n] labels them in the result, and `radius`
+    is f32[n] [m]. Pairs are ordered by position, then by index entry. If the positions come from the targets'
+    own index (`same`), no entity is paired with itself. `split(kernel, n, *arguments)` runs a kernel over 0…n
+    in parts.
     """
     space, n = targets.space, len(rows)
     start, nothing = np.zeros(n + 1, np.int64), (np.empty(0, np.int64), np.empty(0, np.float32))
@@ -60,10 +61,10 @@ def pairs(
 
 
 def places_in(space: Space, places: ArrayLike) -> tuple[np.ndarray, ...]:
-    """Return places [n, axes] [m] as x, y, z f32[n] within the space: wrapped around a torus, unchanged
+    """Return positions [n, axes] [m] as x, y, z f32[n] within the space: wrapped around a torus, unchanged
     between walls.
 
-    Raises a ValueError for a wrong shape, numbers that are not finite, and places beyond the walls.
+    Raises a ValueError for a wrong shape, numbers that are not finite, or positions beyond the walls.
     """
     axes, array = len(space.size), np.asarray(places, np.float64)
     if array.ndim != 2 or array.shape[1] != axes:
@@ -92,7 +93,7 @@ def radii(radius: ArrayLike, n: int, rows: np.ndarray | None = None) -> np.ndarr
     """Return a radius for each of n seekers, f32[n] [m], from a number or an array.
 
     An array contains one radius per seeker or, if seekers are the `rows` i64[n] of a table, one per row of
-    the table. Raises a ValueError for other lengths, negative numbers and NaN.
+    the table. Raises a ValueError for other lengths, negative numbers or NaN.
     """
     array, least = np.asarray(radius, np.float32), n if rows is None else int(rows.max(initial=-1)) + 1
     if array.ndim > 1 or (array.ndim == 1 and (array.size != n if rows is None else array.size < least)):
@@ -116,7 +117,7 @@ def _run(split: Callable[..., None] | None, n: int, *arguments: object) -> None:
 def _cells(place, reach, length, inverse, n, torus):
     """Return the first and last cell of a search along one axis; on a torus, the first may be below 0 and the
     last beyond n, but no cell occurs twice."""
-    wider = reach + np.float32(1e-5) * length  # by more than rounding
+    wider = reach + np.float32(1e-5) * length  # by more than rounding errors
     low, high = (place - wider) * inverse, (place + wider) * inverse
     if not torus:
         return floor_between(low, 0, n), floor_between(high, -1, n - 1)
@@ -126,7 +127,7 @@ def _cells(place, reach, length, inverse, n, torus):
 
 @njit
 def _shorter(d, length):
-    """Return the difference of two places on a ring, the shorter way around."""
+    """Return the difference between two positions on a ring, the shorter way around."""
     half = np.float32(0.5) * length
     d = d - length if d > half else d
     return d + length if d < -half else d
@@ -134,7 +135,7 @@ def _shorter(d, length):
 
 @njit
 def _count(begin, end, own, x, y, z, radius2, targets, seam, lengths):
-    """Return how many of the targets begin … end − 1, except `own`, are near a place."""
+    """Return how many of the targets begin … end − 1, except `own`, are near a position."""
     n, tx, ty, tz = np.int64(0), targets.x, targets.y, targets.z
     for t in range(begin, end):  # branch-free, so that it vectorizes
         dx, dy, dz = tx[t] - x, ty[t] - y, tz[t] - z
@@ -146,10 +147,10 @@ def _count(begin, end, own, x, y, z, radius2, targets, seam, lengths):
 
 @njit
 def _write(begin, end, own, x, y, z, radius2, targets, seam, lengths, n, stop, entry, distance2):
-    """Write the targets that `_count` counts from position n on, until all are found at `stop`; return the
-    position after the last one.
+    """Write the targets that `_count` counts, starting at index n, until all are found at `stop`; return the
+    index after the last one.
 
-    Every target is written, and overwritten by the next one if it was not near, because that costs less than
+    Every target is written, then overwritten by the next one if it is not near, because this costs less than
     a branch.
     """
     tx, ty, tz = targets.x, targets.y, targets.z
@@ -178,8 +179,8 @@ def pair(
     entry: np.ndarray,
     distance2: np.ndarray,
 ) -> None:
-    """Count the targets near places first … last − 1 in start[place + 1] or, if `distance2` is not empty,
-    write them from start[place] on."""
+    """Count the targets near positions first … last − 1 in start[place + 1] or, if `distance2` is not empty,
+    write them beginning at start[place]."""
     (px, py, pz), (nx, ny, nz, inverse, lengths, torus, _) = places, space
     counts, tstart = distance2.size == 0, targets.start
     for i in range(first, last):

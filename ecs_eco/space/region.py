@@ -10,7 +10,7 @@ import numpy as np
 from ecs_eco.compiled.elementary import arrays
 from ecs_eco.space.geometry import Space
 
-CORNERS = 64  # corners of a circle's border
+CORNERS = 64  # number of corners that approximate a circle's border
 
 
 class Region:
@@ -22,7 +22,7 @@ class Region:
         self.numbers, self.round = [float(v) for v in numbers], len(numbers) == 3
 
     def has(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Return whether each place is in the region: bool[n]."""
+        """Return whether each position is in the region: bool[n]."""
         if not self.round:
             x0, y0, x1, y1 = self.numbers
             return (x >= x0) & (x <= x1) & (y >= y0) & (y <= y1)
@@ -32,8 +32,7 @@ class Region:
         return arrays.hypot(*away) <= self.numbers[2]
 
     def places(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Return the places f32[n, 2] in the region that pairs of numbers in [0, 1) select; all places are
-        equally likely."""
+        """Map pairs of numbers in [0, 1) to positions f32[n, 2] in the region, uniformly over its area."""
         if self.round:
             x, y, radius = self.numbers
             r, angle = radius * np.sqrt(u), 2 * np.pi * v

@@ -1,4 +1,4 @@
-"""Check the columns of all tables with one call per type, because a world may pay for it in every tick.
+"""Check the columns of all tables with one call per type, because the check may run in every tick.
 
 The kernel takes the addresses of the columns, which are valid until a column is replaced; see
 `engine.addresses`.
@@ -37,8 +37,8 @@ class ColumnGroup(NamedTuple):
         )
 
     def first_outside(self, start: int, rows: np.ndarray) -> int:
-        """Return the index of the first column from `start` on with a value outside low … high or NaN, -1 if
-        there is none; `rows` i64 is the number of rows of each table, including dead rows."""
+        """Return the index of the first column at or after `start` with NaN or a value outside low … high, -1
+        if there is none; `rows` i64 is the number of rows of each table, including dead rows."""
         outside: int = _first_outside(self.addresses, self.table, self.each, self.low, self.high, start, rows)
         return outside
 

@@ -1,5 +1,5 @@
-"""The living members of a table that look for neighbors: their positions, and each one's nearest member of
-another table."""
+"""The living members of a table that look for neighbors: their positions, and the nearest member of another
+table to each."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Seekers:
     n : int
     rows : array of int64, shape (n,)
     index : Index
-        Neighbor index, with uids and places.
+        Neighbor index, with uids and positions.
     heading : array of float32, shape (n,)
         [rad], counterclockwise from the x axis; `cos` and `sin` are its cosine and sine.
     radius : array of float32, shape (n,)
@@ -70,11 +70,11 @@ class Seekers:
             self.half = tuple((side / 2 + rounding).astype(np.float32) for side in sides)
 
     def poses_at(self, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> Poses:
-        """Return their poses at other positions, f32[n] [m]."""
+        """Return the seekers' poses at other positions, f32[n] [m]."""
         return Poses(x, y, z, *self.poses[3:])
 
     def nearest(self, other: Table | str, radius: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return the nearest member of another table for each organism.
+        """Return, for each organism, the nearest member of another table.
 
         Parameters
         ----------

@@ -2,10 +2,10 @@
 
 A body is a row of `form` f32[n, 9]: the position of its center x, y, z [m]; half the length, width and height
 of the box within it [m]; the radius of its rounding [m]; cosine and sine of its heading. A sphere has only a
-rounding, a capsule has a length and a rounding, and a box has no rounding. Two upright boxes, rotated about
-the vertical, are each the product of a rectangle and an interval: their squared distance is the sum of the
-squared distances between the rectangles and between the intervals. Methods follow Ericson, Real-Time
-Collision Detection (2005), sections 4.4, 4.5, 5.1 to 5.3 and 5.5. Calculations use float64.
+rounding, a capsule has a length and a rounding, and a box has no rounding. An upright box, rotated about the
+vertical, is the product of a rectangle and an interval, so the squared distance between two such boxes is the
+sum of the squared distances between the rectangles and between the intervals. Methods follow Ericson,
+Real-Time Collision Detection (2005), sections 4.4, 4.5, 5.1 to 5.3 and 5.5. Calculations use float64.
 """
 
 import math
@@ -23,8 +23,8 @@ TURNED = 2e-7  # relative error of a corner, because cosine and sine are float32
 
 
 def volume(length: Size, width: Size, height: Size, rounding: Size) -> Any:
-    """Return the volume [m^3] of a box with these sides [m], enlarged on all sides by a rounding [m]
-    (Steiner 1840); numbers or arrays."""
+    """Return the volume [m^3] of a box with these sides [m], enlarged on all sides by a rounding [m] (Steiner
+    1840); takes numbers or arrays."""
     flat = length * width + width * height + height * length
     return (
         length * width * height
@@ -131,8 +131,8 @@ def contact(form, i, other, e, dx, dy, dz, volume, tie):
     """Return the distance [m] between the surfaces of two bodies, and the direction, as a unit vector, of the
     shortest push on i that separates them. If they overlap, the distance is minus the length of that push.
 
-    (dx, dy, dz) [m] is the center of i relative to the center of e. On a plane, heights are ignored. `tie`, 1
-    or −1, decides the direction of i if both have the same center.
+    (dx, dy, dz) [m] is the center of i relative to the center of e. In two dimensions, heights are ignored.
+    `tie`, 1 or −1, decides the direction in which i is pushed if both have the same center.
     """
     rounding = np.float64(form[i, ROUND]) + np.float64(other[e, ROUND])
     apart, nx, ny = _part(form, i, other, e, dx, dy, tie)
@@ -154,8 +154,8 @@ def contact(form, i, other, e, dx, dy, dz, volume, tie):
 
 @njit
 def ray(form, e, ox, oy, oz, ux, uy, uz):
-    """Return how far along a ray a body begins, in lengths of (ux, uy, uz): 0 inside the body, infinite if
-    the ray misses it. The ray begins at (ox, oy, oz) [m] relative to the body's center.
+    """Return how far along a ray a body begins, in units of the length of (ux, uy, uz): 0 inside the body,
+    infinite if the ray misses it. The ray begins at (ox, oy, oz) [m] relative to the body's center.
 
     Boxes use the slab method (Ericson 2005, section 5.3.3); capsules are a cylinder and two spheres.
     """
@@ -203,8 +203,8 @@ def ray(form, e, ox, oy, oz, ux, uy, uz):
 
 @njit
 def shift_to(d, length, limit, image):
-    """Return the difference d along an axis of a torus for the nearest image (0) or the next one (1);
-    infinite if the next one is farther away than `limit` [m]."""
+    """Return the difference d along an axis of a torus for the nearest image (0) or the next-nearest one (1);
+    infinite if that one is farther away than `limit` [m]."""
     d = d - length * math.floor(d / length + 0.5)
     if image == 0:
         return d

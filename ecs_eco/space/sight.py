@@ -26,7 +26,7 @@ class Sight(NamedTuple):
     """Range and obstacles of sight, for kernels; heights may be numbers if no hill blocks sight."""
 
     radius: np.float32  # [m]
-    reach: int  # cells to each side
+    reach: int  # cells on each side
     cos_half_fov: Number  # f32, or f32[n]
     occlusion: bool
     eye: Number  # f32[n] [m], height of each seeker's eyes
@@ -46,7 +46,7 @@ class Rays(NamedTuple):
 
 @lone_njit
 def gather(x, y, z, reach, bodies, space, out):
-    """Write the entries in cells within `reach` cells of a place, each once, in a fixed order; return
+    """Write the entries in cells within `reach` cells of a position, each once, in a fixed order; return
     their number."""
     nx, ny, nz, inverse, torus, start = space.nx, space.ny, space.nz, space.inverse, space.torus, bodies.start
     cx, cy, cz = cell_of(x * inverse[0], nx), cell_of(y * inverse[1], ny), cell_of(z * inverse[2], nz)
@@ -168,10 +168,10 @@ def hidden(x, y, z, dx, dy, dz, me, it, bodies, space):
 
 @njit
 def nearest_visible(first, last, seekers, targets, space, bodies, sight, ground, found):
-    """Replace each seeker's nearest target with the nearest one that is in the field of view and not hidden
-    by a body, rock or hill (−1: none).
+    """Replace each seeker's nearest target with the nearest target in the field of view that is not hidden by
+    a body, rock or hill (−1: none).
 
-    Seekers without a target in reach do not change. Kernel over seekers first … last − 1.
+    Seekers without a target in reach are not changed. This is a kernel over seekers first … last − 1.
     """
     ox, oy, oz, ou, cos, sin = seekers
     _, tx, ty, tz, tu, _ = targets
@@ -241,8 +241,8 @@ def cast(
     ground: Ground,
     space: Extent,
 ) -> None:
-    """Write for each seeker and ray the kind of the first body hit within the rays' radius (−1 none,
-    −2 rock or wall) and its distance. Rays start at the seekers' positions; `reach` is in cells."""
+    """Write, for each seeker and ray, the kind of the first body hit within the rays' radius (−1 none, −2
+    rock or wall) and its distance. Rays start at the seekers' positions; `reach` is in cells."""
     ox, oy, oz, ou, cos, sin = seekers
     bx, by, bz, br, bu, bkind, _, _ = bodies
     ray_cos, ray_sin, radius, eye, hit, distance = rays

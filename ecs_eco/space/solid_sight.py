@@ -1,5 +1,5 @@
-"""Sight among capsules and boxes: rays that hit them, lines that they cut, and the nearest body of a kind,
-measured to its nearest point."""
+"""Sight among capsules and boxes: rays that hit them, lines of sight that they block, and the nearest body of
+a kind, with distance measured to its nearest point."""
 
 import numpy as np
 
@@ -16,8 +16,8 @@ from ecs_eco.space.terrain import Ground, hill_between
 
 @njit
 def meets(form, e, x, y, z, wx, wy, wz, space):
-    """Return the share of the displacement (wx, wy, wz) from (x, y, z) at which body e begins; infinite if it
-    is missed."""
+    """Return the share of the displacement (wx, wy, wz) from (x, y, z) at which body e begins; infinite if
+    the line misses it."""
     images, best = 2 if space.torus else 1, np.inf
     dx, dy, dz = x - form[e, 0], y - form[e, 1], z - form[e, 2]
     for image in range(images * images):
@@ -107,7 +107,7 @@ def nearest_in_sight(
     nearest: Places,
     found: Found,
 ) -> None:
-    """Write for each seeker the nearest point of the nearest target in the field of view that no sphere,
+    """Write, for each seeker, the nearest point of the nearest target in the field of view that no sphere,
     capsule, box, rock or hill hides; the entry found is the seeker's own, or −1 if there is no target.
     `spheres` and `solids` are opaque."""
     ox, oy, oz, ou, cos, sin = seekers

@@ -1,5 +1,5 @@
-"""Bodies of any shape in one index. Each is listed in all cells that it touches, so a search finds a long
-wall along its whole length but need not reach farther than a search for small bodies."""
+"""Bodies of any shape in one index. Each body is listed in all cells that it touches, so a search finds a
+long wall along its whole length without reaching farther than a search for small bodies."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -14,9 +14,9 @@ FEW = 4  # cells; if a body covers more, the corners of its bounds may not touch
 
 
 class Solids(NamedTuple):
-    """Bodies of any shape of several tables: entry e of table `kind[e]` has the form `form[e]`, as in
-    `ecs_eco.space.shapes`, and the row `rows[e]`; entry[start[c]:start[c + 1]] touch cell c. The entries of
-    each table are in the order of its index."""
+    """Bodies of any shape from several tables: entry e of table `kind[e]` has the form `form[e]`, as in
+    `ecs_eco.space.shapes`, and the row `rows[e]`; the entries entry[start[c]:start[c + 1]] touch cell c. The
+    entries of each table are in the order of its index."""
 
     form: np.ndarray  # f32[n, 9]
     rows: np.ndarray  # i64[n]
@@ -42,7 +42,7 @@ def listed_solids(space: Space, tables: Sequence[tuple[np.ndarray, ...]]) -> Sol
 def cells_between(low, high, inverse, length, n, torus):
     """Return the first and last cell along an axis that low … high [m] touches; on a torus, the first may be
     below 0 and the last beyond n, but no cell occurs twice."""
-    wider = 1e-5 * length  # by more than rounding
+    wider = 1e-5 * length  # by more than rounding errors
     low, high = np.float32((low - wider) * inverse), np.float32((high + wider) * inverse)
     if not torus:
         first = min(floor_between(low, 0, n), n - 1)
@@ -104,10 +104,11 @@ def listed(form: np.ndarray, space: Extent, start: np.ndarray, entry: np.ndarray
 
 @njit
 def around(x, y, z, ex, ey, ez, solids, space, seen, out):
-    """Write the entries in the cells touched by a box with these half sides [m] around a place, each once and
-    in a fixed order; return their number.
+    """Write the entries in the cells touched by a box with these half sides [m] around a position, each once
+    and in a fixed order; return their number.
 
-    `seen` i64[n + 1] is initially 0 and distinguishes calls; `out` i64[n] can hold all entries.
+    `seen` i64[n + 1] is initially 0 and records the call that last found each entry; `out` i64[n] can hold
+    all entries.
     """
     nx, ny, nz, inverse, lengths, torus, _ = space
     start, entry = solids.start, solids.entry

@@ -1,4 +1,4 @@
-"""Spherical bodies of several tables in one index."""
+"""Spherical bodies from several tables in one index."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -11,7 +11,7 @@ from ecs_eco.space.index import Entries, Index
 
 
 class Spheres(NamedTuple):
-    """Spheres of several tables in one index, for kernels: entry i belongs to table `kind[i]`."""
+    """Spheres from several tables in one index, for kernels: entry i belongs to table `kind[i]`."""
 
     x: np.ndarray  # f32[n] [m]
     y: np.ndarray
@@ -41,7 +41,7 @@ def merged_spheres(space: Space, tables: Sequence[tuple[Index, np.ndarray]]) -> 
     n, there = 0, 0
     for index, _ in tables:
         n += index.n
-    four = np.empty((4, n), np.float32)  # used row by row, because unpacking an array takes longer
+    four = np.empty((4, n), np.float32)  # accessed row by row, because unpacking an array takes longer
     start, largest = np.zeros(space.n_cells + 1, np.int64), np.float32(0.0)
     uid, kinds = np.empty(n, np.uint64), np.empty(n, np.int32)
     all_of_them = Spheres(four[0], four[1], four[2], four[3], uid, kinds, start, largest)

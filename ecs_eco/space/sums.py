@@ -1,7 +1,8 @@
-"""Distance-weighted sums over all bodies in reach of a place, for 16 places at a time as in `nearest`.
+"""Distance-weighted sums over all bodies in reach of a position, computed for 16 positions at a time, as in
+`nearest`.
 
-Seekers and bodies are taken in the order of their indexes, so sums are bit-identical for any order of rows
-and any number of threads. A sum takes up to twice as long as `nearest`.
+Seekers and bodies are processed in the order of their indexes, so sums are bit-identical for any order of
+rows and any number of threads. A sum takes up to twice as long as `nearest`.
 """
 
 from collections.abc import Callable
@@ -37,7 +38,7 @@ class Weighed(NamedTuple):
 
 
 class Sums(NamedTuple):
-    """Sums of each seeker, which kernels write: f64[n]."""
+    """Sums for each seeker, which kernels write: f64[n]."""
 
     total: np.ndarray
     weight: np.ndarray
@@ -57,12 +58,11 @@ def add_near(
 ) -> None:
     """Add each target's value times its weight to total f64[n], and its weight to weight f64[n].
 
-    `places` x, y, z f32[n] [m] are the seekers' positions or other places in the space; `radius` f32[n] [m]
-    is each seeker's range, from its place to the center of a body. `value` and `size`, the radius of the body
-    [m], are f32 arrays in the order of the targets' index. The weight at distance d is 1, 1 − d/radius, or
-    1/max(d, size)² [1/m^2]; sums are float32 within a row of cells and float64 over all rows. A seeker is not
-    its own target if both indexes are the same. `split(kernel, n, *arguments)` runs a kernel over 0…n in
-    parts.
+    `places` x, y, z f32[n] [m] are the seekers' or any other positions in the space; `radius` f32[n] [m] is
+    each seeker's range, measured to the center of a body. `value` and `size`, the radius of the body [m], are
+    f32 arrays in the order of the targets' index. The weight at distance d is 1, 1 − d/radius, or 1/max(d,
+    size)² [1/m^2]; sums are float32 within a row of cells and float64 over all rows. A seeker is not its own
+    target if both indexes are the same. `split(kernel, n, *arguments)` runs a kernel over 0…n in parts.
     """
     space = seekers.space
     _, ny, nz = space.shape
@@ -83,8 +83,8 @@ def add_near(
 
 @njit
 def _take(i0, m, mine, looking, space, block):
-    """Copy the places of m seekers from i0 on into a block; on a torus, a place may lie beyond the edge if
-    that is nearer to the seeker's body."""
+    """Copy the positions of m seekers, starting at i0, into a block; on a torus, a position may lie beyond
+    the edge if that is nearer to the seeker's body."""
     ox, oy, lengths = mine.x, mine.y, space.lengths
     px, py, pz, radius = looking
     hx, hy = np.float32(0.5) * lengths[0], np.float32(0.5) * lengths[1]
@@ -111,7 +111,7 @@ def cells_touched(block, axis, length, inverse, n, torus):
     for lane in range(LANES):
         place, reach = block[start + lane], block[7 * LANES + lane]
         low, high = min(low, place - reach), max(high, place + reach)
-    wider = np.float32(1e-5) * length  # by more than rounding
+    wider = np.float32(1e-5) * length  # by more than rounding errors
     low, high = (low - wider) * inverse, (high + wider) * inverse
     if not torus:
         return floor_between(low, 0, n), floor_between(high, -1, n - 1)

@@ -22,7 +22,7 @@ class Sun:
         spring: float = 0.0,
     ) -> None:
         self.kind, self.day, self.start, self.year, self.moon = kind, day, start, year, moon
-        self.spring = spring  # share of the year that has passed since spring at the start
+        self.spring = spring  # share of the year since spring that has passed at the start
         self.latitude, self.declination = math.radians(latitude), math.radians(declination)
 
     def season(self, time: float) -> float:
@@ -34,7 +34,7 @@ class Sun:
         )
 
     def light(self, time: float) -> float:
-        """Return the light at a time [s]; seasons also apply without a daily cycle."""
+        """Return the light at a time [s]; seasons apply even without a daily cycle."""
         season = self.season(time)
         if self.kind == "constant":
             return daily_mean(self.latitude, season) + self.moon * daily_mean(self.latitude, -season)
@@ -53,8 +53,7 @@ def sine_of_elevation(share: float, latitude: float, declination: float) -> floa
 
 
 def daily_mean(latitude: float, declination: float) -> float:
-    """Return the daily mean of the sine of the sun's elevation, which counts as 0 at night (Iqbal 1983, eq.
-    4.2.15)."""
+    """Return the daily mean of the sine of the sun's elevation, taken as 0 at night (Iqbal 1983, eq. 4.2.15)."""
     up = scalars.sin(latitude) * scalars.sin(declination)
     swing = scalars.cos(latitude) * scalars.cos(declination)
     # [rad] hour angle; π in the polar day, 0 in the polar night

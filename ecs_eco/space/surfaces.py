@@ -1,4 +1,4 @@
-"""The nearest body of a kind by the distance between surfaces, if some bodies are capsules or boxes."""
+"""The nearest body of a kind by the distance between surfaces, for when some bodies are capsules or boxes."""
 
 from typing import TYPE_CHECKING
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 def nearest_surface(
     world: "SpatialWorld", table: "Table", other: "Table", reach: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return for each member of a table, in the order of its index, the entry of the nearest member of
+    """Return, for each member of a table in the order of its index, the entry of the nearest member of
     another table in that table's index, i32[n] (−1: none within `reach` [m]), and the squared distance f32[n]
     [m^2], 0 for bodies that touch."""
     mine, theirs, space = solids(world, [table.name]), solids(world, [other.name]), world.space
@@ -33,8 +33,8 @@ def nearest_surface(
 def seek_surface(
     first: int, last: int, mine: Solids, theirs: Solids, space: Extent, reach: np.float32, found: Found
 ) -> None:
-    """Run `nearest_surface` for entries first … last − 1; among overlapping bodies, the one with the deepest
-    overlap counts as nearest, and ties go to the lower uid."""
+    """Run `nearest_surface` for entries first … last − 1; the nearest of several overlapping bodies is the
+    one with the deepest overlap, and ties go to the lower uid."""
     form, uid, other, other_uid = mine.form, mine.uid, theirs.form, theirs.uid
     near, seen = np.empty(len(other), np.int64), np.zeros(len(other) + 1, np.int64)
     for i in range(first, last):

@@ -83,8 +83,7 @@ class Terrain:
         return Ground(self.ground, self.height, self.inverse)
 
     def _closeness(self, place: Mapping[str, Any]) -> np.ndarray:
-        """Return a map f64[ny, nx] that falls from 1 at the center of a round place to 0 at its radius and
-        beyond."""
+        """Return a map f64[ny, nx] that falls from 1 at the center of a circle to 0 at its radius and beyond."""
         ny, nx = self.height.shape
         x = (np.arange(nx) + 0.5) / self.inverse[0] - place["at"][0]
         y = (np.arange(ny) + 0.5) / self.inverse[1] - place["at"][1]
@@ -94,7 +93,7 @@ class Terrain:
         return np.clip(1 - arrays.hypot(x[None, :], y[:, None]) / place["radius"], 0, 1)
 
     def free(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Return whether an animal can stand at each place.
+        """Return whether an animal can stand at each position.
 
         Parameters
         ----------
@@ -110,7 +109,7 @@ class Terrain:
         return (self.ground[j, i] == OPEN) | (self.ground[j, i] == FENCE)
 
     def wet(self) -> np.ndarray:
-        """Return the cells with water to drink: lakes, sea and streams.
+        """Return the cells with drinking water: lakes, sea and streams.
 
         Returns
         -------
@@ -122,8 +121,8 @@ class Terrain:
     def within_sites(
         self, x: np.ndarray, y: np.ndarray, centre_x: np.ndarray, centre_y: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return places f32[n] [m] within sites whose centers f32[n] [m] are open; a place blocked by the
-        edge of a rock or lake is replaced by the center of its site."""
+        """Return positions f32[n] [m] within sites whose centers f32[n] [m] are open; a position blocked by
+        the edge of a rock or lake is replaced with the center of its site."""
         free = self.free(x, y)
         return np.where(free, x, centre_x), np.where(free, y, centre_y)
 
@@ -186,7 +185,7 @@ class Terrain:
         width : float
             [m]
         pace, cost : float
-            Factors of walkers' speed on the road and of their costs per second.
+            Factors that multiply walkers' speed on the road and their costs per second.
         """
         self.roads.append(Road(np.asarray(corners, float), float(width), float(pace), float(cost)))
         self.draw_roads()
@@ -247,7 +246,7 @@ class Terrain:
         }
 
     def load(self, state: Mapping[str, np.ndarray]) -> None:
-        """Load a `state()`. Raises a ValueError if the ground has another size."""
+        """Load a `state()`. Raises a ValueError if the ground has a different size."""
         if state["ground"].shape != self.ground.shape:
             raise ValueError(f"terrain has {self.ground.shape} cells, its state {state['ground'].shape}")
         corners, lengths, far = state["corners"], state["lengths"], 4 * max(self.space.size)
@@ -330,7 +329,7 @@ def cells_along(corners: np.ndarray) -> np.ndarray:
 def _hills(
     space: Space, nx: int, ny: int, seed: float = 0, amplitude: float = 5.0, scale: float = 30.0
 ) -> np.ndarray:
-    """Return smooth hills: a sum of 32 plane waves of random direction and phase that are periodic on the
+    """Return smooth hills: a sum of 32 plane waves with random directions and phases that are periodic on the
     torus."""
     u = random.draw_many(random.tick_key(int(seed), 0), np.arange(96, dtype=np.uint64), random.PLACE).reshape(
         3, 32
@@ -349,8 +348,8 @@ def _hills(
 
 @njit
 def closed_between(x, y, dx, dy, ground, space):
-    """Return whether a fence, rock or water other than the one at its start begins along the displacement
-    (dx, dy); checks every half cell."""
+    """Return whether a fence, rock or water begins along the displacement (dx, dy), other than one at its
+    start; checks every half cell."""
     on = ground_at(ground, x, y)
     steps = half_cells(np.sqrt(dx * dx + dy * dy), ground.inverse, space.lengths)
     for s in range(1, steps + 1):
@@ -385,14 +384,14 @@ def along(x, y, dx, dy, space):
 
 @njit
 def ground_at(ground, x, y):
-    """Return the kind of ground at a place."""
+    """Return the kind of ground at a position."""
     (ny, nx), inverse = ground.kind.shape, ground.inverse
     return ground.kind[cell_of(y * inverse[1], ny), cell_of(x * inverse[0], nx)]
 
 
 @njit
 def height_at(ground, x, y, torus):
-    """Return the height [m] at a place, interpolated linearly between cell centers."""
+    """Return the height [m] at a position, interpolated linearly between cell centers."""
     height, inverse = ground.height, ground.inverse
     ny, nx = height.shape
     gx, gy = x * inverse[0] - np.float32(0.5), y * inverse[1] - np.float32(0.5)

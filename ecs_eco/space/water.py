@@ -1,4 +1,4 @@
-"""A column of water: light, temperature and pressure with depth, and its currents.
+"""A column of water: its light, temperature and pressure by depth, and its currents.
 
 The surface is at z = height.
 """
@@ -41,8 +41,8 @@ class Water:
         self.optical = attenuation * self.layer * np.arange(self.n + 1)
 
     def shade(self, shadows: Iterable[tuple[np.ndarray, np.ndarray, float]]) -> None:
-        """Shade the water below bodies, given as (alive bool[n], z f32[n] [m], shaded area per body [m^2])
-        for each kind.
+        """Shade the water below bodies; each kind of body is given as (alive bool[n], z f32[n] [m], shaded
+        area per body [m^2]).
 
         The optical depth of a layer is attenuation × thickness + bodies × shade / area of the water
         (Beer-Lambert).
@@ -103,7 +103,8 @@ def drift(
     space: Extent,
     places: Places,
 ) -> None:
-    """Move living bodies with a current f32[k, 3] of (depth, u, v) and sink them between surface and bottom."""
+    """Move living bodies with a current f32[k, 3] of (depth, u, v), and let them sink or rise between surface
+    and bottom."""
     (x, y, z), lengths, torus = places, space.lengths, space.torus
     height = lengths[2]
     for row in range(first, last):

@@ -56,9 +56,9 @@ class SpatialWorld(World):
         self.fields: dict[str, Field] = {}
         self.terrain: Terrain | None = None
         self.substances: list[str] = []
-        self.bodiless: set[str] = set()  # causes of death that leave no body, in addition to being eaten
+        self.bodiless: set[str] = set()  # causes of death other than being eaten that leave no body
         self.reproduction = True  # switched off during pre-training
-        self.config: Any = None  # the WorldConfig that the world was built from
+        self.config: Any = None  # the WorldConfig from which the world was built
         self.recorder: Any = None
         self.own_systems: list[Any] = []  # systems that the configuration lists, in its order
         self.reporters: dict[str, Any] = {}  # values measured in every tick, by name
@@ -72,7 +72,7 @@ class SpatialWorld(World):
         self._kept_merged: dict[tuple[str, tuple[str, ...]], tuple[tuple[int, ...], Any]] = {}
         super().__init__(dt=dt, seed=seed, threads=threads, name=name)
         tables = self.tables  # `self` would create a reference cycle
-        # addresses of alive, uid, x, y and z of each table, for kernels
+        # addresses of the columns alive, uid, x, y and z in each table, for kernels
         self.whereabouts = Addresses(lambda: [_whereabouts(table) for table in tables.values()])
 
     def _repr_html_(self) -> str:
@@ -85,7 +85,8 @@ class SpatialWorld(World):
         return grid(("table", "alive", "components"), rows, caption)
 
     def stop(self) -> None:
-        """Make `run` return after the current tick, or before the next one; `stopped` is then true.
+        """Make `run` return after the current tick or, between ticks, before the next one; `stopped` is then
+        true.
 
         Examples
         --------
@@ -103,7 +104,7 @@ class SpatialWorld(World):
         Returns
         -------
         list of str
-            `tables` lists them in alphabetical order, on which results depend.
+            `tables` has them in alphabetical order, on which results depend.
 
         Examples
         --------
@@ -127,13 +128,13 @@ class SpatialWorld(World):
         self.environment.ambient = values
 
     def _admit(self, refuse: bool = True) -> None:
-        """Wrap or refuse the values written between ticks; see `ecs_eco.space.gate`."""
+        """Wrap or reject the values written between ticks; see `ecs_eco.space.gate`."""
         self._looked = gate.admit(self, refuse, self._looked)
 
     def _admit_newborn(
         self, table: Table, values: dict[tuple[type, str], Any], label: str
     ) -> dict[tuple[type, str], Any]:
-        """Return the values of newborns with their places wrapped into the space. Raises a ValueError for
+        """Return the values of newborns with their positions wrapped into the space. Raises a ValueError for
         values beyond their limits."""
         return gate.newborn(self, table, values, label)
 
@@ -197,14 +198,15 @@ class SpatialWorld(World):
         return index
 
     def pairs(self, table: Table | str, other: Table | str, radius: ArrayLike) -> Pairs:
-        """Return all pairs of entities from two tables that are closer than a radius.
+        """Return all pairs of entities from two tables that are closer to each other than a radius.
 
         Parameters
         ----------
         table, other : Table or str
-            Both may be the same: an organism is never paired with itself, and two neighbors are two pairs.
+            The two can be the same table: an organism is never paired with itself, and two neighbors form two
+            pairs.
         radius : float or array of float, shape (rows,)
-            Distance [m] between centers, the shorter way around on a torus; a number, or one for each row of
+            Distance [m] between centers, the shorter way around on a torus: a number, or one per row of
             `table`.
 
         Returns
@@ -244,7 +246,7 @@ class SpatialWorld(World):
         )
 
     def within(self, table: Table | str, places: ArrayLike, radius: ArrayLike) -> Pairs:
-        """Return all entities of a table that are closer than a radius to given places.
+        """Return all entities of a table within a radius of given positions.
 
         Parameters
         ----------
@@ -252,19 +254,19 @@ class SpatialWorld(World):
         places : array of float, shape (n, axes)
             Coordinates [m].
         radius : float or array of float, shape (n,)
-            Distance [m]: a number, or one for each place.
+            Distance [m]: a number, or one per position.
 
         Returns
         -------
         Pairs
-            Indices of places, rows of the table, and distances f32[k] [m], in the order of places.
+            Indices of positions, rows of the table, and distances f32[k] [m], in the order of positions.
 
         Raises
         ------
         UnknownName
             For an unknown table.
         ValueError
-            For an invalid radius or place.
+            For an invalid radius or position.
 
         Examples
         --------
@@ -283,12 +285,12 @@ class SpatialWorld(World):
         return near.pairs(xyz, np.arange(n), near.radii(radius, n), targets, False, self.split)
 
     def nearest(self, table: Table | str, other: Table | str, radius: float | None = None) -> Pairs:
-        """Return, for each entity of a table, the nearest entity of another one.
+        """Return, for each entity of a table, the nearest entity of another table.
 
         Parameters
         ----------
         table, other : Table or str
-            Both may be the same: an organism is never its own neighbor.
+            The two can be the same table: an organism is never its own neighbor.
         radius : float, optional
             Search distance [m]; default: the whole world.
 
@@ -325,8 +327,8 @@ class SpatialWorld(World):
         return [self.index(self.table(table) if isinstance(table, str) else table) for table in tables]
 
     def _merged(self, names: tuple[str, ...], build: Callable[[], T], kind: str = "spheres") -> T:
-        """Return the current bodies of several tables in one index of a kind: the last result of `build()` if
-        it is still valid, otherwise a new one."""
+        """Return the current bodies of several tables in one index of a given kind: the last result of
+        `build()` if it is still valid, otherwise a new one."""
         with self.lock:  # several threads may need it at once
             version: tuple[int, ...] = ()
             for name in names:
@@ -337,18 +339,18 @@ class SpatialWorld(World):
             return kept[1]
 
     def _forget_neighbours(self) -> None:
-        """Make all indexes rebuild, because the cells or all positions have changed."""
+        """Force all indexes to be rebuilt, because the cells or all positions have changed."""
         self._indexes.clear()
         self._kept_merged.clear()
         self._touch()
 
     def surroundings(self, quantity: str, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
-        """Return light, temperature or pressure at given places.
+        """Return light, temperature or pressure at given positions.
 
         Parameters
         ----------
         quantity : {"light", "temperature", "pressure"}
-            Light is 1 in full daylight; temperature in [K], pressure in [Pa].
+            Light is 1 in full daylight; temperature is in [K] and pressure in [Pa].
         x, y, z : array of float32, shape (n,)
             Coordinates [m].
 

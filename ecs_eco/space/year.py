@@ -6,8 +6,8 @@ from ecs_eco.compiled.elementary import scalars
 
 
 class Year:
-    """A year of `length` [s]; a share of 0 is the spring equinox, 0.25 midsummer, 0.5 the autumn equinox;
-    see `ecs_eco.config.models.water.Year` for the values."""
+    """A year of `length` [s]; a share of 0 is the spring equinox, 0.25 is midsummer and 0.5 is the autumn
+    equinox; see `ecs_eco.config.models.water.Year` for the values."""
 
     def __init__(
         self, length: float, start: float = 0.0, temperature: float = 0.0, warmest: float = 0.25
@@ -19,5 +19,5 @@ class Year:
         return (time / self.length + self.start) % 1.0
 
     def warming(self, time: float) -> float:
-        """Return how much warmer [K] than the annual mean it is at a time [s], as a sine wave."""
+        """Return the deviation [K] from the annual mean temperature at a time [s], a sine wave."""
         return self.temperature * scalars.cos(2 * math.pi * (self.share(time) - self.warmest))

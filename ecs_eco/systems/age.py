@@ -46,12 +46,12 @@ class Age(System):
 
 @njit
 def grow_old(first, last, alive, born, tick, dt, age, head_start):
-    """Set the age [s] of living organisms in rows first … last − 1 at the end of a tick; adjust `head_start`
-    if an age was set from outside."""
+    """Set the end-of-tick age [s] of living organisms in rows first … last − 1; adjust `head_start` if an age
+    was set from outside."""
     for k in range(last - first):
         row = np.uint64(first + k)
         if alive[row]:
-            # a newborn has age 0 in its tick of birth, because births follow this system
+            # newborns have age 0 in their tick of birth, because births follow this system
             before = (tick - born[row] - 1) * dt
             if age[row] != np.float32(before + head_start[row]):
                 head_start[row] = age[row] - before

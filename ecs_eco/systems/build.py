@@ -29,9 +29,9 @@ class Build(System):
     """An animal that decides to build and has more energy than the cost builds an object at its position,
     such as a nest, a dam or a honey store.
 
-    It pays the cost, and the object receives the energy that objects of its type hold. New objects respect
-    the minimum spacing and the maximum number; if too many animals want to build, random draws decide which
-    ones do. The objects appear at the end of the tick.
+    The animal pays the cost, and the object receives the energy defined for its type. New objects respect the
+    minimum spacing and the maximum number; if too many animals want to build, random draws decide which of
+    them do. The objects appear at the end of the tick.
     """
 
     needs = (Position, Body, Metabolism)
@@ -92,8 +92,8 @@ class Build(System):
 
 
 def free(thing: Table, places: np.ndarray, spacing: np.ndarray, world: SpatialWorld) -> np.ndarray:
-    """Return whether each place f32[k, 3] [m] is at least `spacing` f64[k] [m] from all existing and
-    requested objects of a type and from earlier accepted places: bool[k]."""
+    """Return whether each position f32[k, 3] [m] is at least `spacing` f64[k] [m] from all existing and
+    requested objects of a type and from previously accepted positions: bool[k]."""
     out = np.ones(len(places), np.bool_)
     if thing.n:
         out[world.within(thing, places[:, : len(world.space.size)], spacing).rows] = False
@@ -111,7 +111,7 @@ def free(thing: Table, places: np.ndarray, spacing: np.ndarray, world: SpatialWo
 def keep_apart(
     places: np.ndarray, before: np.ndarray, spacing: np.ndarray, space: Extent, out: np.ndarray
 ) -> None:
-    """Clear `out` for places closer than the spacing to a place in `before` or to an accepted place."""
+    """Clear `out` for positions closer than the spacing to a position in `before` or to an accepted position."""
     for i in range(len(places)):
         for j in range(len(before) + i):
             if out[i] and (j < len(before) or out[j - len(before)]):

@@ -51,7 +51,7 @@ class Carry(System):
     world: SpatialWorld
 
     def start(self, world: SpatialWorld) -> None:
-        """Drop the objects of dying animals and of emigrants, which arrive empty-handed."""
+        """Drop the objects carried by dying animals and by emigrants, which arrive empty-handed."""
         world.on_death.append(self.let_fall)
         world.on_departure.append(lambda table, rows, to: self.let_fall(table, rows))
         world.on_arrival.append(lambda table, rows, origin: put_down(table, rows))
@@ -121,8 +121,7 @@ def put_down(table: Table, rows: np.ndarray) -> None:
 
 
 def where(things: list[Table], uids: np.ndarray) -> np.ndarray:
-    """Return the index of each uid's table among `things` and its row, i64[k, 2], for uids u64[k]; −1 if not
-    found."""
+    """For uids u64[k], return the index of the table among `things` and the row, i64[k, 2]; −1 if not found."""
     out = np.full((uids.size, 2), -1, np.int64)
     for number, thing in enumerate(things):
         rows = thing.by_uid()
@@ -134,8 +133,8 @@ def where(things: list[Table], uids: np.ndarray) -> np.ndarray:
 
 
 def does(table: Table, action: str, otherwise: bool) -> np.ndarray:
-    """Return which animals execute an action of the group `carry`, bool[capacity]; if the species lacks this
-    group, all living animals do if `otherwise` is true."""
+    """Return which animals execute an action of the group `carry`, bool[capacity]; in a species without this
+    group, all living animals do so if `otherwise` is true."""
     nerves: Any = table.species.nerves
     if nerves is None or "carry" not in nerves.groups:
         return table.alive & otherwise
@@ -147,7 +146,7 @@ def does(table: Table, action: str, otherwise: bool) -> np.ndarray:
 
 def reachable(table: Table, thing: Table, reach: Number, empty: np.ndarray, world: SpatialWorld) -> Wishes:
     """Return the pairs of an empty-handed animal (`empty` bool[capacity]) and an object of one type within
-    its `reach` [m], a number or f64[high]."""
+    reach; `reach` [m] is a number or f64[high]."""
     mine, theirs = table[Body].radius, thing[Body].radius
     widest = float(mine[table.rows()].max() + theirs[thing.rows()].max()) + highest(reach, table.alive)
     takers, objects, distance = world.pairs(table, thing, max(np.nextafter(np.float32(widest), np.inf), 1e-6))
@@ -180,7 +179,7 @@ def hand_out(key: np.uint64, wishes: list[Wishes]) -> None:
 
 @njit
 def first_come(who, what):
-    """Return which pairs are accepted if pairs are taken in order and each member at most once."""
+    """Return which pairs are accepted when they are processed in order and each member is used at most once."""
     out, has, gone = np.zeros(who.size, np.bool_), np.zeros(who.size, np.bool_), np.zeros(who.size, np.bool_)
     for i in range(who.size):
         if not has[who[i]] and not gone[what[i]]:

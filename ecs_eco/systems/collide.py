@@ -90,13 +90,13 @@ class Collide(System):
 
 
 def moves(table: Table) -> bool:
-    """Return whether a table's bodies give way: they move, or are objects that can be pushed."""
+    """Return whether a table's bodies give way: either they move or they are objects that can be pushed."""
     return Velocity in table or table.species.pushed
 
 
 def push_solids(world: SpatialWorld, table: Table, other: Table, share: np.float32, push: np.ndarray) -> None:
-    """Add to push f32[n, 3] [m] each body's displacement out of the bodies of another table, if some are not
-    spheres; rows follow the table's index."""
+    """Add each body's displacement out of another table's bodies, some of which are not spheres, to push
+    f32[n, 3] [m]; rows follow the table's index."""
     mine, theirs = solids(world, [table.name]), solids(world, [other.name])
     world.split(push_shapes, len(push), mine, theirs, world.space.extent, share, push)
 
@@ -144,8 +144,8 @@ def push_apart(
     share: np.float32,
     push: np.ndarray,
 ) -> None:
-    """Add to push[i] the displacement out of every body that overlaps i; concentric bodies separate in a
-    direction set by their uids."""
+    """Add to push[i] the displacement of body i out of every body that overlaps it; concentric bodies
+    separate in a direction set by their uids."""
     rows, ox, oy, oz, ou, _ = mine
     bx, by, bz, br, bu, _, _, _ = bodies
     near = np.empty(bx.size, np.int64)

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
 
 class Diffuse(System):
-    """Bodies emit into the fields, either at a given rate or in proportion to their content. The fields
-    diffuse, decay and are renewed."""
+    """Bodies emit smells and substances into the fields, either at a given rate or in proportion to their
+    content. The fields diffuse, decay and are renewed."""
 
     phase = "environment"
     divisible = True

@@ -27,8 +27,8 @@ STILL = np.zeros((0, 3), np.float32)
 
 
 class Drift(System):
-    """Currents move all bodies in the water, but none into rock and no solid body through an immovable solid
-    capsule or box. Heavy bodies sink to the bottom; light bodies rise to the surface."""
+    """Currents move all bodies in the water. They push no body into rock, and no solid body through an
+    immovable solid capsule or box. Heavy bodies sink to the bottom; light bodies rise to the surface."""
 
     needs = (Position,)
     phase = "move"
@@ -81,7 +81,7 @@ class Drift(System):
 def stay_off_rock(
     alive: np.ndarray, before: np.ndarray, ground: Ground, space: Extent, places: Places
 ) -> None:
-    """Move living bodies back to places f32[rows, 3] [m] if their displacements lead into rock."""
+    """Move living bodies back to positions f32[rows, 3] [m] if their displacements lead into rock."""
     x, y, _ = places
     for row in range(len(before)):
         ax, ay = before[row, 0], before[row, 1]

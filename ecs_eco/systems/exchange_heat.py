@@ -31,11 +31,11 @@ KEYS = (  # in the order of the fields of `Heat`
     "heat.regulate.cooling",
     "heat.regulate.cost",
 )
-LEAST_CAPACITY = 1e-60  # [J/K] of a massless body, which adopts the temperature of its surroundings at once
+LEAST_CAPACITY = 1e-60  # [J/K] heat capacity of a massless body, which adopts the ambient temperature at once
 
 
 class Heat(NamedTuple):
-    """Exchange and production of heat, for kernels: numbers, or arrays [rows] with a value per body."""
+    """Heat exchange and production, for kernels: numbers, or arrays [rows] with one value per body."""
 
     specific_heat: Number  # [J/(kg K)]
     conductance: Number  # [W/(m^2 K)]
@@ -51,10 +51,10 @@ class ExchangeHeat(System):
     """A body cools or warms toward the temperature of its surroundings, and its metabolism warms it; an
     animal that regulates its temperature pays to stay at its set point.
 
-    Newton's law of cooling, C dT/dt = k (T_surroundings − T) + P, is solved exactly, so the course of
-    temperature does not depend on the length of a tick. C is mass × specific heat, k is surface /
-    (1/conductance + insulation), and P is the heat from metabolism and regulation. An animal without energy
-    does not regulate its temperature.
+    Newton's law of cooling, C dT/dt = k (T_surroundings − T) + P, is solved exactly, so the temperature curve
+    does not depend on the length of a tick. C is mass × specific heat, k is surface / (1/conductance +
+    insulation), and P is the heat from metabolism and regulation. An animal without energy does not regulate
+    its temperature.
     """
 
     needs = (Position, Body, Physical, HeatExchange)
@@ -123,7 +123,7 @@ class ExchangeHeat(System):
 
 
 def round_as(table: Table) -> np.ndarray:
-    """Return the radius of a sphere with the same surface area as each body: f32[capacity] [m]."""
+    """Return, for each body, the radius of the sphere with the same surface area: f32[capacity] [m]."""
     if Shape not in table:
         return table[Body].radius
     return np.sqrt(surface(*extents(table)) / (4 * math.pi)).astype(np.float32)
@@ -160,7 +160,7 @@ def exchange(
         own = of_row(metabolic_heat, row) * burnt[row] / dt if burnt.size else 0.0
         now, left, spent = np.float64(temperature[row]) + residue[row], dt, 0.0
         if shivers > 0 or pants > 0:
-            # [J] the heat it can pay for
+            # [J] heat that the body can pay for
             most = max(np.float64(energy[row]), 0.0) / costs if costs > 0 else np.inf
             if now != goal:
                 power = shivers if now < goal else -pants

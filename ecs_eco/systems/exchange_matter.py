@@ -40,7 +40,7 @@ class Cells(NamedTuple):
 
 
 class Mouths(NamedTuple):
-    """Position of mouths on bodies, for kernels: arrays [rows], or numbers shared by all."""
+    """Positions of mouths on bodies, for kernels: arrays [rows], or numbers shared by all."""
 
     heading: np.ndarray  # [rad]
     radius: np.ndarray  # [m]
@@ -57,7 +57,7 @@ class ExchangeMatter(System):
 
     All bodies of all kinds do so simultaneously. Uptake is limited by the content of a cell; if there is not
     enough, all bodies get the same share of their demand. Equilibration is solved exactly for a body and its
-    part of the cell. Everything runs in canonical order.
+    part of the cell. All steps run in canonical order.
     """
 
     needs = (Position, Body, Chemistry, Matter)
@@ -68,7 +68,8 @@ class ExchangeMatter(System):
     _asked: dict[tuple[int, int, str], list[Asked]]
 
     def process(self, *_args: object) -> None:
-        """Exchange the substances that species list for all bodies, one process and one field at a time."""
+        """Exchange, for all bodies, the substances that their species list, one process and one field at a
+        time."""
         self._asked, world = {}, self.world
         super().process()
         for (kind, _, field), asked in sorted(self._asked.items(), key=lambda one: one[0]):
@@ -89,7 +90,7 @@ class ExchangeMatter(System):
             )
 
     def take_up(self, world: SpatialWorld, field: Field, asked: list[Asked]) -> None:
-        """Take up what bodies of all kinds demand from one field, or their share of its content."""
+        """Take up the amounts that bodies of all kinds demand from one field, or their shares of its content."""
         s, value = world.substances.index(field.substance or ""), field.value.reshape(-1)
         total, wants = np.zeros(value.size), []
         for table, way, key in asked:
@@ -273,7 +274,7 @@ def pass_skin(
     value: np.ndarray,
     litres: float,
 ) -> float:
-    """Pass a substance between bodies and their parts of a cell, which are proportional to body volume;
+    """Exchange a substance between bodies and their parts of a cell, which are proportional to body volume;
     `total` f64[cells] is the volume of all bodies in a cell. Return the amount [mol] that has entered bodies."""
     volume, moved = bodies.volume, 0.0
     for i in range(rows.size):
@@ -300,8 +301,8 @@ def give(
     value: np.ndarray,
     litres: float,
 ) -> float:
-    """Move a share of the substance that bodies hold above a concentration into the cells of a field, or out
-    of the world if there is no field; return the total [mol]."""
+    """Move a share of the substance that bodies hold in excess of a concentration into the cells of a field,
+    or out of the world if there is no field; return the total [mol]."""
     volume, moved = bodies.volume, 0.0
     for i in range(rows.size):
         row = rows[i]

@@ -223,7 +223,7 @@ class Feed(System):
         world, table, prey, food = self.world, meals.table, meals.prey, meals.food
         eaters, foods, m = meals.eaters, meals.foods, table[Metabolism]
         own = before = NOBODY
-        if world.bands.divided:  # the gains of ghosts count in their own process
+        if world.bands.divided:  # the gains of ghosts are counted in their own process
             own = eaters.rows[world.bands.entries(eaters)]
             before = m.energy[own].astype(np.float64)
         gained: float = ingest(
@@ -267,8 +267,8 @@ class Feed(System):
 
 
 def meal(table: Table, food: Diet, dt: float) -> tuple[Any, Any, Effect]:
-    """Return the reach and the probability of success per tick for one kind of food, then `Meals.effect`:
-    numbers, or arrays [high] if a gene codes for any of them."""
+    """Return the reach and the probability of success per tick for one kind of food, followed by
+    `Meals.effect`: numbers, or arrays [high] if a gene codes for any of them."""
     metabolism, kind = table.species.metabolism, f"diet.{food.eats}."
     keys: dict[str, Any] = {
         kind + field: np.float32(getattr(food, field)) for field in ("reach", "gain", "efficiency")
@@ -316,7 +316,8 @@ def of_body(prey: Table) -> tuple[np.ndarray, np.ndarray]:
 
 
 def sheltered(terrain: Terrain, prey: Table, toughness: np.ndarray) -> np.ndarray:
-    """Return the share of bites that fail, f32[high], including the shelter that the land gives mobile prey."""
+    """Return the share of bites that fail, f32[high], including the effect of shelter that the land gives
+    mobile prey."""
     high = prey.high
     if terrain.land is None or terrain.land.shelter is None or Velocity not in prey:
         return toughness
@@ -359,7 +360,7 @@ def propose(
     key: np.uint64,
     purpose: int,
 ) -> None:
-    """Reject food that eaters first … last − 1 cannot eat, by setting its entry to −1."""
+    """Reject food that eaters first … last − 1 cannot eat by setting its entry to −1."""
     rows, uid, food_rows, (target, distance2) = mine.rows, mine.uid, targets.rows, found
     radius, reach, chance, until, decision, column, eater_cause, energy, digesting = eaters
     food_radius, toughness, food_cause = foods
@@ -399,8 +400,8 @@ def widest(reach, radius, alive, other, alive_other):
 
 @njit
 def top(bits, alive):
-    """Return the highest value among living rows. Radii are not negative, so their bits have the same order,
-    and comparing bits vectorizes."""
+    """Return the highest value among living rows. Radii are not negative, so their bit patterns sort in the
+    same order, and comparing bits vectorizes."""
     most = np.int32(0)
     for k in range(bits.size):
         row = np.uint64(k)

@@ -26,8 +26,8 @@ class Feel(System):
     the last decision.
 
     Happiness at t is a function of the observations at t, so feeling follows sensing. A newborn has no
-    previous happiness and gets no reward. Your own systems in the phase `feel` run after this one and may
-    write `Nervous.reward`; the learner reads it at the end of the phase.
+    previous happiness and gets no reward. Custom systems in the phase `feel` run after this one and may write
+    `Nervous.reward`; the learner reads it at the end of the phase.
     """
 
     needs = (Nervous,)
@@ -46,7 +46,7 @@ class Feel(System):
     )
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Update happiness and reward of one species."""
+        """Update the happiness and reward of one species."""
         nerves = table.species.nerves
         if (source := _source(nerves, table)) is None:
             return
@@ -82,8 +82,8 @@ def _source(nerves: Nerves, table: Table) -> tuple[np.ndarray, Steps, np.float32
 
 @njit
 def feel(first, last, rows, x, operation, operand, height, least, happiness, reward, awake):
-    """Store the happiness of entries first … last − 1, which is the result of a formula's steps but at least
-    `least`, and its change; an organism's first happiness is not a change."""
+    """Store the happiness of entries first … last − 1 (the result of a formula's steps, raised to at least
+    `least`) and the reward, its change; the reward is 0 for an organism's first happiness."""
     pile = np.empty((height + 1, BLOCK), x.dtype)
     for start in range(first, last, BLOCK):
         size = min(BLOCK, last - start)

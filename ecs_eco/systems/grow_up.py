@@ -27,11 +27,11 @@ class Law(NamedTuple):
     step: Number  # rate × dt, or f32[rows]
     standard: float  # [kg] adult mass to which `step` applies; 0: any
     cost: Number  # energy per kilogram
-    reserve: Number  # energy that growth must leave
+    reserve: Number  # energy that growth must not use
 
 
 class GrowUp(System):
-    """A body that is smaller than the adult's grows as far as its owner can pay for new tissue.
+    """A body smaller than an adult's grows to the extent that its owner can pay for new tissue.
 
     The cube root of its mass approaches the adult's at a constant rate (von Bertalanffy 1957), or its fourth
     root does so (West, Brown & Enquist 2001) at a rate that falls with the fourth root of the adult's mass.

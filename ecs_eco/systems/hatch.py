@@ -25,12 +25,12 @@ HATCHED = "hatched"  # the cause of death of a hatched egg
 
 
 class Hatch(System):
-    """An egg develops faster in warmth and hatches at the end of its incubation: a newborn with the egg's
-    energy, genome and parents replaces it.
+    """An egg develops faster at higher temperatures and hatches at the end of its incubation: a newborn with
+    the egg's energy, genome and parents replaces it.
 
-    The rate is proportional to the degrees above a threshold (degree-days, Réaumur 1735), measured in the egg
-    if it has a temperature, otherwise in its surroundings. Eaten eggs do not hatch, and no egg hatches during
-    pre-training.
+    The rate is proportional to the number of degrees above a threshold (degree-days, Réaumur 1735), measured
+    in the egg if it has a temperature, otherwise in its surroundings. Eaten eggs do not hatch, and no egg
+    hatches during pre-training.
     """
 
     needs = (Position, Metabolism, Parentage, Incubation)
@@ -44,7 +44,7 @@ class Hatch(System):
         world.bodiless.add(HATCHED)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Advance development of one species' eggs and hatch those that are ripe."""
+        """Advance the development of one species' eggs and hatch those that are ripe."""
         way = table.species.hatch
         if way is None or not table.n or not world.reproduction:
             return

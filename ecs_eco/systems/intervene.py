@@ -1,5 +1,5 @@
-"""Interventions: cull, add organisms, put up fences, lay roads, dose, set values, switch reproduction and
-learning."""
+"""Interventions: cull, add organisms, put up fences, lay roads, dose, set values, and switch reproduction or
+learning on or off."""
 
 from __future__ import annotations
 
@@ -39,8 +39,8 @@ CELL = 1.0  # [m] cell side of fences in a world without ground; smaller in a sm
 class Intervene(System):
     """Carries out interventions from the world file and from `World.intervene` at the start of their tick.
 
-    Culled organisms die at the end of the phase `die` of this tick, newcomers live from the end of the phase
-    `reproduce` on, and everything else takes effect at once. `world.intervened` lists the interventions
+    Culled organisms die at the end of the phase `die` of this tick, newcomers are alive from the end of the
+    phase `reproduce`, and everything else takes effect at once. `world.intervened` lists the interventions
     carried out so far.
     """
 
@@ -200,7 +200,8 @@ def flat_ground(space: Space) -> Terrain:
 def checked(
     world: SpatialWorld, order: dict[str, Any] | Intervention, requests: Sequence[dict[str, Any]]
 ) -> Any:
-    """Return a valid intervention for the next tick from a dict or a model; it will follow earlier `requests`."""
+    """Validate an intervention for the next tick, given as a dict or a model, that will follow earlier
+    `requests`."""
     fields = (
         order if isinstance(order, dict) else {k: v for k, v in order.model_dump().items() if v is not None}
     )
@@ -212,7 +213,7 @@ def checked(
         )
     if world.config is not None:
         fences = [done for _, done in world.intervened if done["kind"] in ("fence", "road")]
-        # it depends on these; values set so far are in the config
+        # the check depends on these; values set so far are in the config
         waiting = [done for done in requests if done["kind"] in ("fence", "road", "set")]
         return intervention(world.config, data, [*fences, *waiting])
     try:

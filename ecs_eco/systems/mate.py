@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 CHOOSES, SIRES = 1, 2  # bits for the roles of a ready organism
 MEET, TASTE, TIE = random.MATE, random.MATE + (1 << 8), random.MATE + (2 << 8)  # purposes of random draws
 NO_DECISION = np.zeros((1, 1), np.uint8)
-SPHERES = np.zeros((0, 9), np.float32)  # forms if all bodies are spheres
+SPHERES = np.zeros((0, 9), np.float32)  # empty `form`: all bodies are spheres
 WILLING = {"none": 0, "one": 1, "both": 2}
 
 
@@ -42,11 +42,11 @@ class Wishes(NamedTuple):
 
     column: int  # column of the action `mate`; −1: none
     decision: np.ndarray  # u8[rows, actions]
-    consent: int  # how many of the two must be willing
+    consent: int  # number of partners that must be willing
 
 
 class Sires(NamedTuple):
-    """Possible sires, for kernels; form f32[k, 9] is empty if all are spheres."""
+    """Possible sires, for kernels; `form` f32[k, 9] is empty if all are spheres."""
 
     can: np.ndarray  # u8[rows], roles
     radius: np.ndarray  # f32[rows] [m]
@@ -57,14 +57,14 @@ class Sires(NamedTuple):
 
 
 class Mate(System):
-    """Each female that is ready and willing chooses one ready and willing male within reach, and may conceive
-    by him.
+    """Each female that is ready and willing chooses one ready and willing male within reach, and may
+    conceive.
 
     An organism is ready if it is old enough, well fed, rested and not pregnant; a male must also be able to
     pay his share, and pays it at conception. In a species without sexes, any two members can mate, and the
     chooser bears the young. No organism mates twice in a tick; nearer pairs have precedence, and ties are
     broken at random. The probability of conception is `chance` per second of contact, multiplied by the
-    fertility of both.
+    fertility of both partners.
     """
 
     needs = (Position, Body, Metabolism, Biology, Gestation)
@@ -164,7 +164,7 @@ class Mate(System):
         distance2: np.ndarray,
         world: SpatialWorld,
     ) -> None:
-        """Choose mates with a user's function, one chooser at a time, in uid order."""
+        """Choose mates with a user-defined function, one chooser at a time, in uid order."""
         chosen, far = np.empty(i.n, np.int64), np.empty(i.n, np.float32)
         energy, age = table[Metabolism].energy, table[Biology].age
         state = pyrandom.getstate()
@@ -223,8 +223,8 @@ class Mate(System):
 def agreed(
     table: Table, world: SpatialWorld, i: Index, partner: np.ndarray, distance2: np.ndarray
 ) -> np.ndarray:
-    """Return the pairs that mate if each process knows only its own organisms' choices: rows i64[n, 2] of the
-    pairs in this process, ghosts included."""
+    """Return the pairs that mate when each process knows only its own organisms' choices: rows i64[n, 2] of
+    the pairs in this process, ghosts included."""
     here = world.bands.entries(i)
     mine = here.start + np.flatnonzero(partner[here] >= 0)
     uid, chosen, far = world.bands.everyone(i.uid[mine], i.uid[partner[mine]], distance2[mine])
@@ -261,8 +261,8 @@ def action(table: Table) -> tuple[int, np.ndarray]:
 
 
 def select_mate(table: Table) -> tuple[int, Any] | None:
-    """Return the mating rule in the species' toolbox: its number (−1: a user's function) and its function;
-    None without a toolbox."""
+    """Return the mating rule in the species' toolbox: its number (−1: user-defined) and its function; None
+    without a toolbox."""
     operators = getattr(table.species.heredity, "operators", None)
     return None if operators is None else (operators.choice, operators.toolbox.select_mate)
 
@@ -286,7 +286,7 @@ def ready(
     wishes: Wishes,
     can: np.ndarray,
 ) -> tuple[int, int]:
-    """Write each row's roles to can u8[rows]; return how many organisms can choose and how many can sire."""
+    """Write each row's roles to `can` u8[rows]; return how many organisms can choose and how many can sire."""
     n_chooses, n_sires, carrying, rest = 0, 0, wombs.carrying, wombs.rest
     own, age_min, energy_min, litter = lives.own, lives.age_min, lives.energy_min, lives.litter
     for row in range(can.size):

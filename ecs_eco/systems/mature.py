@@ -35,8 +35,8 @@ class Fertility(NamedTuple):
 
 
 class Mature(System):
-    """An organism becomes fertile at maturity, is most fertile in its prime and least in old age; outside the
-    season it is less fertile.
+    """An organism becomes fertile at maturity; it is most fertile in its prime and least fertile in old age
+    and out of season.
 
     When a share u of the time from maturity to the end of fertility has passed, fertility is proportional to
     u^(3 m) (1 − u)^(3 (1 − m)), a beta curve with its peak at m; m = 1/3 gives Brass's polynomial u (1 − u)²

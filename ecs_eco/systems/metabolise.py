@@ -24,8 +24,8 @@ NO_SCALE = np.zeros(0, np.float32)
 
 
 class Metabolise(System):
-    """An organism burns its basal rate plus the cost of locomotion; its energy may fall below 0 before it
-    starves. An organism that can fall into torpor burns no more than it has.
+    """An organism burns energy at its basal rate plus the cost of locomotion; its energy may fall below 0
+    before it starves. An organism that can fall into torpor burns no more than it has.
 
     If mass is heritable, directly or through radius and density, or if the young grow, the basal rate scales
     with mass to the power of 3/4 (Kleiber 1932): large bodies burn more, but less per kg.

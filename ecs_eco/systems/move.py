@@ -1,4 +1,4 @@
-"""Organisms move as they have decided."""
+"""Organisms move as they decided."""
 
 from __future__ import annotations
 
@@ -135,7 +135,7 @@ class Move(System):
 
 def ways(table: Table, space: Space, before: np.ndarray, gone: np.ndarray) -> np.ndarray:
     """Return the displacements f32[rows, 3] [m] of organisms that have moved forward by f32[rows] [m] from
-    places f32[rows, 3] [m], possibly several times around a torus."""
+    positions f32[rows, 3] [m], possibly several times around a torus."""
     p, n = table[Position], len(before)
     way = np.stack([p.x, p.y, p.z], 1)[:n] - before
     if space.torus:
@@ -145,7 +145,7 @@ def ways(table: Table, space: Space, before: np.ndarray, gone: np.ndarray) -> np
 
 
 def _on_roads(table: Table, terrain: Terrain) -> tuple[np.ndarray, np.ndarray]:
-    """Return the factors of speed and cost at each position, f32[high] each; the cost factor cancels the
+    """Return the factors for speed and cost at each position, f32[high] each; the cost factor cancels the
     squared pace by which `move` multiplies costs."""
     p, high, (ny, nx) = table[Position], table.high, terrain.shape
     i, j = cells_of(p.x[:high], terrain.inverse[0], nx), cells_of(p.y[:high], terrain.inverse[1], ny)
@@ -186,7 +186,7 @@ def move(
     """Move the living rows first … last − 1. `gone` f32[rows] receives the distance [m] that each has moved
     forward, unless it is empty.
 
-    Rows are processed in blocks, so that sines and cosines are computed many at a time.
+    Rows are processed in blocks, so that many sines and cosines are computed at a time.
     """
     if first >= last:
         return
@@ -234,8 +234,8 @@ def move(
 
 @lone_njit
 def go_ahead(start, size, ahead, sine, cosine, drag, dt, space, ground, slope_cost, bodies):
-    """Move a block of rows from `start` on along their headings at speeds `ahead`, which are reduced if the
-    path is blocked. `sine` and `cosine` are scratch arrays."""
+    """Move a block of rows, starting at `start`, along their headings at speeds `ahead`, which are reduced
+    where the path is blocked. `sine` and `cosine` are scratch arrays."""
     x, y, heading, lengths, torus = bodies.x, bodies.y, bodies.heading, space.lengths, space.torus
     for i in range(size):
         sine[i], cosine[i] = sine_and_cosine(heading[start + i])
@@ -276,7 +276,7 @@ def over_land(row, v, sine, cosine, drag, dt, space, ground, slope_cost, bodies)
 
 @njit
 def climbing(decision, command, row, layout, climbs, pitches, v):
-    """Return the upward speed, and the forward part of the gait's speed v."""
+    """Return the upward and forward components of the gait's speed v."""
     way = first_on(decision, row, layout[2, 0], layout[2, 1], layout[2, 2])
     up, angle = (climbs[way], pitches[way]) if way >= 0 else (np.float32(0.0), np.float32(0.0))
     if layout[2, 1] < 0:
@@ -314,7 +314,7 @@ def cost_between(v, speeds, costs):
 @njit
 def free_way(x, y, sine, cosine, v, dt, ground, space):
     """Return the speed at which a step of dt [s] ends just before water, rock or a fence; checks every half
-    cell of the path, up to the sum of both sides of the space.
+    cell of the path, up to the sum of the space's length and width.
 
     An animal on the line of a new fence can walk off it.
     """

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 NO_DECISION = np.zeros((1, 1), np.uint8)
-SPHERES = np.zeros((0, 9), np.float32)  # forms if all bodies are spheres
+SPHERES = np.zeros((0, 9), np.float32)  # empty `form`: all bodies are spheres
 PARENTS = {"mother": ("mother",), "father": ("father",), "both": ("mother", "father")}
 
 
@@ -104,10 +104,10 @@ class Nurse(System):
 
 
 class Caring(NamedTuple):
-    """Feeding of young, for kernels: numbers, or arrays [rows] with a value per parent."""
+    """Feeding of young, for kernels: numbers, or arrays [rows] with one value per parent."""
 
     reach: Number  # [m]
-    most: Number  # energy per young animal and tick
+    most: Number  # energy per young animal per tick
     reserve: Number  # energy that a parent keeps
     efficiency: Number  # share that arrives
     full: Number  # maximum energy of young

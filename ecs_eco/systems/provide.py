@@ -55,7 +55,7 @@ def divide(young: np.ndarray, mothers: np.ndarray, bodies: Bodies, given: np.nda
     """Equalize the concentrations of mothers and their young; add the amounts that mothers give to `given`
     f64[substances] [mol]."""
     volume, substances = bodies.volume, bodies.molarity.shape[1]
-    together = np.zeros(volume.size)  # [L] of all newborns of a mother
+    together = np.zeros(volume.size)  # [L] total volume of a mother's newborns
     for i in range(young.size):
         together[mothers[i]] += volume[young[i]]
     for i in range(young.size):

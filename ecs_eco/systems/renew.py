@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 class Renew(System):
     """Each object missing from the type's initial number comes back at a random place with a given
-    probability per second, like fruit that falls or stones that a stream carries."""
+    probability per second, like falling fruit or stones carried by a stream."""
 
     needs = (Position,)
     phase = "reproduce"

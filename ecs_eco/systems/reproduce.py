@@ -123,7 +123,7 @@ def ready(
     number: np.ndarray,
     given: np.ndarray,
 ) -> int:
-    """List the parents (in uid order if there are at most FEW), the maximum number of newborns of each, and
+    """List the parents (in uid order if there are at most FEW), each one's maximum number of newborns, and
     its payment per newborn; return the number of parents."""
     own, age_min, energy_min, energy_given, litter, _ = lives
     n = 0

@@ -74,7 +74,7 @@ SCHEDULE: dict[str, tuple[type[System], ...]] = {
     "metabolise": (Metabolise, ExchangeMatter, React, Decay, Decompose, ExchangeHeat, Compress, GrowUp, Age),
     "die": (Hatch, Perish, LeaveRemains),  # at its end, the rows of dying organisms are freed
     "reproduce": (Provide, Renew, Reproduce, GiveBirth, Spread),  # at its end, newborns get rows
-    "record": (),  # a recorded world has its recorder here
+    "record": (),  # the recorder of a recorded world runs here
 }
 """The shipped systems by phase. A world's own systems run after the shipped systems of the same phase."""
 

@@ -82,7 +82,7 @@ def shared_out(senses: Sequence[tuple[Any, int]], alone: bool) -> tuple[Share, S
     shared: Share = []
     undivided: Share = []
     for sense, _, first in sorted(joined(senses), key=lambda one: -one[1]):
-        # user functions, and readings that are the same for all
+        # user-defined functions, and readings that are the same for all
         own = (
             not sense.__module__.startswith(SHIPPED)
             or sense.__qualname__.startswith("ambient")

@@ -66,15 +66,15 @@ class Spread(System):
     each, so growth is logistic.
 
     In each tick, a free site draws a site at random, anywhere or within `dispersal`, with probability
-    rate·dt, and receives a seed if there is a plant on it; with probability seed_rain·dt it receives a
-    seed from the seed rain. If seeds fall anywhere on uniform ground and newborns bear seeds like other
-    plants, dt is replaced by the time with which the share of taken sites exactly follows the logistic curve
-    for the plants' mean rate. The share of a plant's seeds that sprout depends on its genes and is smaller
-    the more it spends on defense. A site is closed if rock or water covers its center; if they cover a
-    plant's place within an open site, the plant grows at the center instead. Land-cover classes multiply both
-    rates. Seeds need neither light nor substances to sprout, unless plants are born with substances from the
-    soil: then a seed sprouts only if the soil holds enough. If substances are scarce or `max_count` is
-    reached, random draws decide which seeds sprout.
+    rate·dt, and receives a seed if there is a plant on it; with probability seed_rain·dt it receives a seed
+    from the seed rain. If seeds fall anywhere on uniform ground and newborns bear seeds like other plants, dt
+    is replaced by the time that makes the share of taken sites follow the logistic curve for the plants' mean
+    rate exactly. The share of a plant's seeds that sprout depends on its genes and is smaller the more it
+    spends on defense. A site is closed if rock or water covers its center; if they cover a plant's position
+    within an open site, the plant grows at the center instead. Land-cover classes multiply both rates. Seeds
+    need neither light nor substances to sprout, unless plants are born with substances from the soil: then a
+    seed sprouts only if the soil holds enough. If substances are scarce or `max_count` is reached, random
+    draws decide which seeds sprout.
     """
 
     needs = (Position, Metabolism)
@@ -285,9 +285,9 @@ def stands(alive, x, y, now, gone, born, uids, anew, inverse, taken, site):
     """Write the row of the plant on each site to taken i64[ny, nx] (−1: none), and the site of each row;
     return whether no site holds two plants.
 
-    Unless `anew`, only the rows that are `gone` and those `born` since, with uids, are updated; `now`
-    contains the current uid of each row. If two plants share a site, everything is recomputed, and the site
-    gets the last row.
+    Unless `anew`, only rows freed (`gone`) or filled (`born`, with uids) since the last call are updated;
+    `now` contains the current uid of each row. If two plants share a site, everything is recomputed, and the
+    site gets the last row.
     """
     ny, nx = taken.shape
     flat, cell, single = taken.reshape(-1), np.empty(BLOCK, np.int32), True
@@ -384,9 +384,9 @@ def sprout(
 
 @njit
 def lucky(begin, size, flat, key, purpose, most, luck, near):
-    """Among `size` sites from `begin` on, at most SITES, list the free sites that draw a number below `most`:
-    the offset from `begin`, and the number. Return how many there are. Branch-free, because the branches
-    would be unpredictable."""
+    """Among `size` sites (at most SITES) starting at `begin`, list the free sites that draw a number below
+    `most`, as the offset from `begin` and the number. Return how many there are. Branch-free, because the
+    branches would be unpredictable."""
     free = few = 0
     for k in range(size):
         near[np.uint64(free)] = k
@@ -402,7 +402,8 @@ def lucky(begin, size, flat, key, purpose, most, luck, near):
 
 @njit
 def on_site(i, u, inverse, length):
-    """Return where [m] in column or row i of the sites a seed sprouts, given a number u in [0, 1)."""
+    """Return the coordinate [m] at which a seed sprouts within column or row i of the sites, given a number u
+    in [0, 1)."""
     return min(
         (np.float64(i) + np.float64(u)) / np.float64(inverse),
         np.float64(np.nextafter(length, np.float32(0.0))),

@@ -29,7 +29,7 @@ class UseLand(System):
 
     Each individual of the right size in the region is taken with probability 1 − exp(−rate dt); if a quota
     would be exceeded, the individuals with the lowest draws are taken. They die at the end of the phase `die`
-    of this tick; newcomers live from the end of the phase `reproduce` on.
+    of this tick; newcomers are alive from the end of the phase `reproduce`.
     """
 
     phase = "environment"
@@ -49,7 +49,7 @@ class UseLand(System):
     world: Any
 
     def __init__(self) -> None:
-        self.taken = np.zeros((0, 2), np.int64)  # for each land use: the year, and the number taken in it
+        self.taken = np.zeros((0, 2), np.int64)  # for each land use: the year, and the number taken that year
 
     def start(self, world: SpatialWorld) -> None:
         """Register the causes of death."""
@@ -104,7 +104,7 @@ class UseLand(System):
         return rows if use.region is None else rows[Region(world.space, use.region).has(p.x[rows], p.y[rows])]
 
     def state(self) -> dict[str, np.ndarray]:
-        """Return the number taken and its year for each land use."""
+        """Return the number taken and the year of that count for each land use."""
         return {"taken": self.taken.copy()}
 
     def load(self, state: dict[str, np.ndarray]) -> None:

@@ -24,8 +24,8 @@ WHOLE = np.float32(2 * math.pi)
 
 
 class Wander(System):
-    """An animal that does not decide to turn changes its heading by a normal angle of variance turn² dt: a
-    correlated random walk whose statistics do not depend on the length of a tick."""
+    """An animal that does not decide to turn changes its heading by a normally distributed angle of variance
+    turn² dt. This is a correlated random walk whose statistics do not depend on the length of a tick."""
 
     needs = (Position, Nervous)
     phase = "move"

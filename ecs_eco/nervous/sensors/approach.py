@@ -1,4 +1,4 @@
-"""The sensor of the flow that an approaching body pushes ahead of itself."""
+"""The sensor for the flow that an approaching body pushes ahead of itself."""
 
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -79,7 +79,8 @@ def close_in(
     out: np.ndarray,
     column: int,
 ) -> None:
-    """Write the direction to the target found, and the speed at which the target's own motion brings it nearer."""
+    """Write the direction to the target that was found, and the speed at which the target's own motion brings
+    it nearer."""
     ox, oy, oz, _, cos, sin = seekers
     rows, tx, ty, tz, _, _ = targets
     (heading, speed, climb), volume = motion, space.volume

@@ -1,4 +1,4 @@
-"""The sensor of the gradient of a smell."""
+"""The sensor for the gradient of a smell."""
 
 from typing import TYPE_CHECKING
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def smell_gradient(field: str, span: float, scale: float, number: int = 0) -> Sense:
-    """Compare a field at two places `span` [m] apart along each axis of the body: (a − b)/(a + b + scale)."""
+    """Compare a field at two points `span` [m] apart along each axis of the body: (a − b)/(a + b + scale)."""
 
     def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         width, least = of_sensor(table, seekers, number, span=np.float32(span), scale=np.float32(scale))

@@ -1,5 +1,5 @@
 """Kin sensing: which nearby bodies are the organism's mother, father, child or sibling, and which relative is
-nearest to a place on the body."""
+nearest to a point on the body."""
 
 from __future__ import annotations
 
@@ -54,10 +54,9 @@ def nearest_kin(
     cos_half_fov: Number,
     split: Callable[..., None],
 ) -> Found:
-    """Return the entry of the relative (without a relation: of the member) nearest to each seeker's place x,
-    y, z f32[n] [m], −1 if there is none, and the squared distance: i32[n], f32[n] [m²].
-
-    The search covers `own` f32[n] [m] and the field of view; ties go to the lower uid.
+    """Return the entry of the relative (or, without a relation, of any member) nearest to each seeker's
+    position x, y, z f32[n] [m], −1 if there is none, and the squared distance: i32[n], f32[n] [m²]. The
+    search is limited to the distance `own` f32[n] [m] and the field of view; ties go to the lower uid.
     """
     found = Found(np.full(seekers.n, -1, np.int32), np.full(seekers.n, np.inf, np.float32))
     if seekers.n and targets.n:

@@ -35,7 +35,7 @@ NO_HEIGHTS: tuple[Number, Number] = NO_HEIGHT, NO_HEIGHT
 class Bearings(NamedTuple):
     """Output of a sensor, for kernels: direction and nearness."""
 
-    reach: Number  # range f32[n] [m], or one for all
+    reach: Number  # range f32[n] [m], or one value for all
     out: np.ndarray  # f32[channels, n]
     column: int  # first channel of the sensor
 
@@ -54,9 +54,9 @@ def see_nearest(
     """See the nearest body of a kind: its direction in the body's frame, as a unit vector, and 1 −
     distance/reach.
 
-    Both are measured from a place on the body, `at`, to the center of a sphere, or to the nearest point of a
+    Both are measured from a point on the body, `at`, to the center of a sphere, or to the nearest point of a
     box or of a capsule's axis. With `by_light` [m], the range is blind + by_light × light at the eye, but
-    never more than without it. With `kin`, only relatives count.
+    never more than without it. With `kin`, it sees only relatives.
     """
     shared: Any = np.float32(reach)
     view, centred = half_view(fov), not any(map(np.float32, at[:3]))
@@ -121,15 +121,16 @@ def see_nearest(
 
 
 def half_view(fov: Number) -> Any:
-    """Return the cosine of half a field of view [rad]: f32, or f32[n] for n fields of view; −2 for all
-    directions."""
+    """Return the cosine of half the angle of a field of view [rad]: f32, or f32[n] for n fields of view; −2
+    for all directions."""
     if isinstance(fov, np.ndarray):
         return np.where(fov >= 2 * math.pi - 1e-5, -2.0, arrays.cos(fov / 2)).astype(np.float32)
     return np.float32(-2.0 if fov >= 2 * math.pi - 1e-5 else scalars.cos(fov / 2))
 
 
 def narrow(cos_half_fov: Number) -> bool:
-    """Return whether any field of view, given by the cosine of half of it, covers less than all directions."""
+    """Return whether any field of view, given by the cosine of half its angle, covers less than all
+    directions."""
     return bool((cos_half_fov.max(initial=-2) if isinstance(cos_half_fov, np.ndarray) else cos_half_fov) > -1)
 
 
@@ -141,9 +142,9 @@ def look(
     hiding: tuple[tuple[str, ...], tuple[str, ...]],
     found: Found,
 ) -> Places:
-    """Return the point of the nearest body of a kind that is nearest to each seeker's eye, if some bodies are
-    capsules or boxes; write its entry, which is i for seeker i, or −1 if it sees none. `hiding` are the kinds
-    of bodies that block sight."""
+    """Return, for each seeker, the point of the nearest body of a kind that is nearest to the seeker's eye,
+    if some bodies are capsules or boxes; write its entry, which is i for seeker i, or −1 if it sees none.
+    `hiding` are the kinds of bodies that block sight."""
     n = found.entry.size
     places = Places(*(np.zeros(n, np.float32) for _ in range(3)))
     world.split(
@@ -210,8 +211,8 @@ def see(
 def _bearings(
     first: int, last: int, seekers: Poses, targets: Places, space: Extent, found: Found, seen: Bearings
 ) -> None:
-    """Write direction and nearness, 0 if no target is in range. Branch-free and with unsigned indices, so
-    that it vectorizes."""
+    """Write direction and nearness, both 0 if no target is in range. Branch-free and with unsigned indices,
+    so that it vectorizes."""
     ox, oy, oz, _, cos, sin = seekers
     tx, ty, tz, (entries, distance2), (radius, out, column) = targets.x, targets.y, targets.z, found, seen
     zero, one, near = np.float32(0.0), np.float32(1.0), column + (3 if space.volume else 2)

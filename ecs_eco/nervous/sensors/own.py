@@ -1,4 +1,4 @@
-"""The sensor of a property of the organism's own body (interoception)."""
+"""The sensor for a property of the organism's own body (interoception)."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -53,7 +53,7 @@ def own_column(table: "Table", name: str, substances: list[str]) -> np.ndarray:
 def own(
     property: str, scale: float, substances: list[str], number: int = 0, at: Sequence[float] = ()
 ) -> Sense:
-    """Feel a property of the organism's own body at a place on it, as a share of `scale`.
+    """Feel a property of the organism's own body at a point on it, as a share of `scale`.
 
     A body is uniform, except that the pressure in a compressible body depends on depth.
     """
@@ -93,7 +93,7 @@ class Plain(NamedTuple):
     arrays: tuple[np.ndarray, ...] = ()  # keep the arrays alive
     addresses: np.ndarray = np.empty(0, np.uint64)
     steps: np.ndarray = np.empty(0, np.int64)  # stride between rows
-    sizes: np.ndarray = np.empty(0, np.int64)  # spanned numbers, from the first row to the last
+    sizes: np.ndarray = np.empty(0, np.int64)  # numbers from the first to the last spanned row
     factors: np.ndarray = np.empty(0, np.float32)
     columns: np.ndarray = np.empty(0, np.int64)  # of the observations
 

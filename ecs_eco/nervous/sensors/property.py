@@ -1,4 +1,4 @@
-"""The sensor of a property of nearby bodies: heat, light, electric current, a substance, age."""
+"""The sensor for a property of nearby bodies: heat, light, electric current, a substance, age."""
 
 from typing import TYPE_CHECKING
 
@@ -31,12 +31,12 @@ def feel_property(
     number: int = 0,
     kin: str | None = None,
 ) -> Sense:
-    """Feel a property of bodies of some kinds around a place on the organism's own body, which is excluded: Σ
+    """Feel a property of bodies of some kinds around a point on the organism's own body, which is excluded: Σ
     weight × (value − zero)/scale or, as a mean, this sum divided by Σ weight; 0 if there are no bodies.
 
-    A body counts if its center is nearer than `radius` [m]. Its weight at distance d is 1 with decay "none",
-    1 − d/radius with "linear", 1/d² [1/m²] with "inverse_square", where d is at least its own radius. With
-    `kin`, only relatives count.
+    A body is included if its center is nearer than `radius` [m]. Its weight at distance d is 1 with decay
+    "none", 1 − d/radius with "linear", and 1/d² [1/m²] with "inverse_square", where d is at least its own
+    radius. With `kin`, only relatives are included.
     """
 
     def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:

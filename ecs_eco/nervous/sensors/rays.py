@@ -37,7 +37,7 @@ def cast_rays(
     """Cast rays that stop at the first body, rock or wall; report closeness per ray, or the closest hit of
     each type.
 
-    They start at a place on the body, `at`, and spread to both sides of a direction at `angle` from the
+    They start at a point on the body, `at`, and spread to both sides of a direction at `angle` from the
     heading. With `by_light` [m], they reach blind + by_light × light at the eye [m], but never farther than
     without it.
     """
@@ -97,7 +97,7 @@ def trace(
     ray_sin: np.ndarray,
 ) -> tuple[list[str], np.ndarray, np.ndarray]:
     """Return the kinds of bodies and, for each seeker and ray, the index of the kind that is hit first,
-    i32[n, rays] (−1: none, −2: rock or wall), and its distance, f32[n, rays] [m]."""
+    i32[n, rays] (−1: none, −2: rock or wall), and the distance of the hit, f32[n, rays] [m]."""
     space, ground, eye = world.space, opaque_ground(world), tops(table, seekers.rows)
     shaped = [n for n in kinds if Shape in world.tables[n]]
     spheres = [n for n in kinds if n not in shaped]

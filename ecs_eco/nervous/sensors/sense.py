@@ -35,7 +35,7 @@ call takes as long as reading hundreds of bodies.
 
 
 def of_sensor(table: Table, seekers: Seekers, number: int, **shared: object) -> tuple[Any, ...]:
-    """Return numbers of a sensor, unchanged or, if a gene codes for any of them, one for each seeker."""
+    """Return some numbers of a sensor: unchanged or, if a gene codes for any of them, one per seeker."""
     if not table.species.traits:
         return tuple(shared.values())
     name = table.species.sensors[number].name
@@ -97,7 +97,7 @@ def place_of(
 
 
 def nose(seekers: Seekers, forward: Number, left: Number, space: Space) -> tuple[np.ndarray, np.ndarray]:
-    """Return x and y f32[n] of a place on each body, given in radii forward and to the left; for a capsule or
+    """Return x and y f32[n] of a point on each body, given in radii forward and to the left; for a capsule or
     box, in halves of its length and width."""
     radius: Any = seekers.radius
     if seekers.half is not None:

@@ -1,4 +1,4 @@
-"""The sensor that smells a scalar field at a place on the body."""
+"""The sensor that smells a scalar field at a point on the body."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +21,7 @@ AT_CENTRE = np.zeros((1, 2), np.float32)
 
 
 def smell(field: str, at: list[float], scale: float, number: int = 0) -> Sense:
-    """Smell a field at a place on the body: c/(c + scale), the occupancy of receptors that are half bound at
+    """Smell a field at a point on the body: c/(c + scale), the occupancy of receptors that are half bound at
     `scale`."""
     forward, left, up = (np.float32(v) for v in [*at, 0.0, 0.0, 0.0][:3])
     shared = np.float32(scale)
@@ -121,8 +121,8 @@ def _sniff_plane(
     out: np.ndarray,
     columns: np.ndarray,
 ) -> None:
-    """Read the field f32[ny, nx] at the noses, which are at places f32[k, 2] on each body, with scales f32[k]
-    or f32[k, n]. Branch-free and with unsigned indices, so that it vectorizes."""
+    """Read the field f32[ny, nx] at the noses, which are at positions f32[k, 2] on each body, with scales
+    f32[k] or f32[k, n]. Branch-free and with unsigned indices, so that it vectorizes."""
     ox, oy, _, _, cos, sin = seekers
     ny, nx = value.shape
     flat = value.reshape(-1)

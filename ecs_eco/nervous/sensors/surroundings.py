@@ -1,4 +1,4 @@
-"""The sensor of light, temperature or pressure around the body."""
+"""The sensor for light, temperature or pressure around the body."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -22,7 +22,7 @@ def ambient(
     number: int = 0,
     dark: float | None = None,
 ) -> Sense:
-    """Read the ambient light, temperature or pressure at a place on the body, as (value − zero)/scale.
+    """Read the ambient light, temperature or pressure at a point on the body, as (value − zero)/scale.
 
     With `dark`, the value is log10(1 + value/dark).
     """

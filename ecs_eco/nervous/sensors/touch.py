@@ -1,4 +1,4 @@
-"""The sensor of bodies and walls that touch the organism's body."""
+"""The sensor for bodies and walls that touch the organism's body."""
 
 from typing import TYPE_CHECKING
 
