@@ -20,7 +20,7 @@ These hypotheses were written before the final runs (a pilot with seed 91 set th
 share of goats with two or more copies of red and yellow together, "diverged" the share with a red and a
 yellow gene that both prevent eating; both are measured for blue and white as well. Values are means over the
 last quarter of a run; differences are paired by seed with a 95% t interval:
-    1. Diverged duplicates are more frequent in `use` than in `no use`.
+  1. Diverged duplicates are more frequent in `use` than in `no use`.
   2. They are also more frequent in `use` than in `neutral drift`.
   3. Doubled genes are more frequent in `use` than in `no use`.
   4. In `use`, red and yellow are doubled, and diverged, more often than blue and white in the same goats.
