@@ -34,7 +34,7 @@ PARTS = ("think", "choose", "remember", "learn")
 
 
 class Herd:
-    """Animals with random observations and rewards, which measure how long each part of a tick takes."""
+    """A population with random observations and rewards that times each part of its ticks."""
 
     def __init__(
         self, n: int, n_observations: int, hidden: tuple[int, ...], actions: int, threads: int
