@@ -26,7 +26,7 @@ def pin_threads() -> None:
 
 
 def machine() -> dict[str, Any]:
-    """Describe the processor, its cores and load before the benchmark, and the versions in use."""
+    """Describe the processor, its cores, its load before the benchmark, and the versions in use."""
     from ecs_eco.engine.versions import versions
     from ecs_eco.record.folder import git_commit
 
@@ -47,7 +47,7 @@ def machine() -> dict[str, Any]:
 
 
 def best_of(work: Callable[[], None], repeats: int = 5) -> float:
-    """Return the shortest of several timings [s], which was disturbed least by other work."""
+    """Return the shortest of several timings [s], the one that other work disturbed least."""
     times = []
     for _ in range(repeats):
         start = time.perf_counter()

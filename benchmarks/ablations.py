@@ -1,5 +1,5 @@
-"""Measure the gain from each trick in `ecs_eco.compiled`: the same jobs run with all tricks and with all but
-one, in turns.
+"""Measure the gain from each trick in `ecs_eco.compiled`: the same jobs run in turns with all tricks and with
+all but one.
 
     python benchmarks/ablations.py [--pairs 7] [--firsts 3] [--at-once 1] [--tricks NAME …]
 
@@ -176,8 +176,8 @@ def start(trick: str, cache: Path, folder: Path, code: str = START) -> tuple[flo
 def turn(
     trick: str, caches: Path, first: bool, learners: Sequence[str]
 ) -> tuple[dict[str, float], list[str]]:
-    """Do every job once without a trick; return seconds by job, and digests. Individual learners, which take
-    long to compile, are a job only for the `learners`."""
+    """Do every job once without a trick; return the seconds by job and the digests. Individual learners,
+    which take long to compile, are a job only for the `learners`."""
     cache, out = caches / (ALL if trick in SAME_KERNELS else trick), {}
     if first and trick not in SAME_KERNELS:
         with tempfile.TemporaryDirectory(dir=caches) as empty:
@@ -192,7 +192,7 @@ def turn(
 
 
 def table(took: dict[str, list[dict[str, float]]]) -> list[dict[str, Any]]:
-    """Return a row for each trick, with how many times as long each job takes without it."""
+    """Return a row for each trick, which shows how many times as long each job takes without it."""
     rows = []
     for trick, turns in took.items():
         row: dict[str, Any] = {"without": trick}
@@ -224,11 +224,11 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
 
         def each(some: Sequence[str], number: int, at_once: int = 1) -> None:
-            """Run a turn for some variants."""
+            """Run one turn for some variants."""
             with ThreadPoolExecutor(at_once) as pool:
                 done = pool.map(lambda one: turn(one, Path(folder), number < options.firsts, learners), some)
                 for variant, (seconds, digests) in zip(some, done, strict=True):
-                    if number == 0:  # some variants have compiled, which also warms up their processes
+                    if number == 0:  # some variants have just compiled, which also warms up their processes
                         seconds = {job: seconds[job] for job in seconds if job.startswith("first")}
                     took[variant].append(seconds)
                     ends[variant] = digests

@@ -2,12 +2,13 @@
 
     python benchmarks/animals_pairs.py --before COMMIT [--rows 10000:2:1:0 …] [--turns 60]
 
-Two processes with the same world run a few ticks in turn, `--turns` times. With this commit as the other one
-and `10000:2:1:0` for rows, they show the gain from a second thread; with `--beside 1`, the loss if the second
-core has other work. The ratio is this commit's processor time (wall-clock time with several threads) divided
-by the other's, turn by turn (median and quartiles). `quiet` is the ratio between means over the shortest
-tenth of turns, which other work disturbed least. Times are per animal, because worlds with different digests
-diverge after some ticks; `same end` reports whether they agree. GiB is the process's peak memory.
+Two processes with the same world take turns running a few ticks, `--turns` times. With this commit as the
+other one and `10000:2:1:0` for rows, the table shows the gain from a second thread and, with `--beside 1`,
+the loss if the second core has other work. The ratio is this commit's processor time (wall-clock time with
+several threads) divided by the other's, turn by turn (median and quartiles). `quiet` is the ratio between
+means over the shortest tenth of turns, which other work disturbed least. Times are per animal, because worlds
+with different digests diverge after some ticks; `same end` reports whether they agree. GiB is the process's
+peak memory.
 """
 
 import argparse
@@ -89,7 +90,7 @@ def turn(process: subprocess.Popen[str], last: bool) -> list[Any]:
 
 def measure(before: Path, animals: int, threads: int, others: int, learn: bool, turns: int) -> dict[str, Any]:
     """Return one world's row: this commit on the given number of threads, the other commit on `others`."""
-    # processes are slow after waiting, especially on several threads, so use long turns
+    # processes are slow after waiting, especially with several threads, so turns are long
     ticks = 64 if learn else max(1, (20_000 if max(threads, others) == 1 else 2_000_000) // animals)
     worlds = [start(before, [animals, others, learn, ticks]), start(ROOT, [animals, threads, learn, ticks])]
     took: list[list[list[Any]]] = [[], []]

@@ -1,4 +1,5 @@
-"""Measure one world on several processes: speed-up, bytes, and a model's predictions for more processes.
+"""Measure one world split across several processes: speed-up, bytes, and a model's predictions for more
+processes.
 
     python benchmarks/bands.py [--animals 20000] [--processes 1 2] [--short]
 
@@ -10,15 +11,15 @@ times are meaningless. Work is therefore measured in processor time without exch
 for work that bands share and work that every process repeats. All processes must end with a single process's
 digest.
 
-The cost of a band's halo is measured in the divided savanna, for several numbers of organisms per band: the
-number of ghosts, their bytes, and the processor time to pack, unpack and remove them.
+The cost of a band's halo (the number of ghosts, their bytes, and the processor time to pack, unpack and
+remove them) is measured in the divided savanna, for several numbers of organisms per band.
 
 The model for whole worlds: t(N, P) = N (shared / P + alike) + calls · latency · log2 P + N · bytes · (1 −
 1/P) / bandwidth. The model for divided state: t(N, P) = N shared / P + told(N) + halo(ghosts) + calls ·
 latency · log2 P + bytes of the halo / bandwidth, where ghosts and their bytes grow only with the map's width;
-told is the work that every process does for births and plant sites anywhere. Both models are linear fits to
-measurements at several sizes. Costs per animal of shared work are from single-process runs, latency and
-bandwidth from messages between two processes.
+told is the work that every process does for births and plant sites, wherever they are. Both models are linear
+fits to measurements at several sizes. Costs per animal of shared work are from single-process runs, latency
+and bandwidth from messages between two processes.
 """
 
 import argparse
@@ -36,7 +37,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 import _bench
 
 _bench.pin_threads()
-SIZES = 1250, 2500, 5000, 10_000, 20_000  # animals per band when its halo is measured
+SIZES = 1250, 2500, 5000, 10_000, 20_000  # numbers of animals per band for which its halo is measured
 
 
 def work(animals: int, ticks: int, learn: bool, state: bool) -> dict[str, Any]:
@@ -92,7 +93,7 @@ def work(animals: int, ticks: int, learn: bool, state: bool) -> dict[str, Any]:
 
 
 def clock(world: Any, bands: Any, spent: dict[str, float]) -> None:
-    """Sum the processor seconds of shared work (sensing, networks, food, fields and gradients), and of
+    """Sum the processor seconds spent on shared work (sensing, networks, food, fields and gradients), and on
     exchanges and waiting for them."""
     from ecs_eco.systems.decide import Decide
     from ecs_eco.systems.diffuse import Diffuse
@@ -108,8 +109,9 @@ def clock(world: Any, bands: Any, spent: dict[str, float]) -> None:
 
 
 def clock_divided(world: Any, bands: Any, spent: dict[str, float]) -> None:
-    """Sum the processor seconds of work that all processes repeat, of ghosts and animals that move to another
-    process, and of exchanges and waiting for them; each process does all other work for its part."""
+    """Sum the processor seconds spent on work that all processes repeat, on ghosts and animals that move to
+    another process, and on exchanges and waiting for them; each process does all other work for its own
+    part."""
     from ecs_eco.systems.respawn import Respawn
     from ecs_eco.systems.spread import Spread
 
@@ -185,7 +187,7 @@ def row(kind: str, n: int, learn: bool, state: bool, animals: int, ticks: int) -
 
 
 def best_row(results: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return a table row for the best of some turns of one measurement."""
+    """Return a table row for the best turn of one measurement."""
     best = min(results, key=lambda r: r["cpu"]) | {"seconds": min(r["seconds"] for r in results)}
     ns = 1e9 / best["ticks"] / best["animals"]
     alike = best["cpu"] - best["shared"] - best["halo"]
@@ -209,7 +211,7 @@ def best_row(results: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def halo_row(results: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return the halo cost of a savanna's band in two processes."""
+    """Return the halo cost of a band of the savanna in two processes."""
     best = min(results, key=lambda r: r["halo"])
     return {
         "organisms in a band": best["held"],

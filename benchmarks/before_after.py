@@ -1,4 +1,4 @@
-"""Compare another commit with this one: are the results the same, and how fast are both?
+"""Compare another commit with this one: are the results the same, and how fast is each?
 
     python benchmarks/before_after.py digests --before COMMIT
     python benchmarks/before_after.py times --before COMMIT [--sets 8] [--worlds NAME …]
@@ -154,8 +154,8 @@ print(json.dumps({"modules": len(sys.modules), "of these": [name for name in hea
 
 
 def environment(place: Path) -> dict[str, str]:
-    """Return the environment for a process that imports the package at a commit, with bytecode cached as for
-    a user."""
+    """Return the environment for a process that imports the package at a commit, with bytecode cached as on a
+    user's machine."""
     return {k: v for k, v in os.environ.items() if k not in ("ECS_ECO_DEBUG", "PYTHONDONTWRITEBYTECODE")} | {
         "PYTHONPATH": str(place)
     }
@@ -262,7 +262,7 @@ def systems(before: Path, sets: int, worlds: list[str]) -> dict[str, Any]:
 @contextmanager
 def living(places: list[Path], asked: Any, code: str = TIME) -> Iterator[Callable[[int], list[Any]]]:
     """Yield a function that runs each process's next world for a turn, in an order that depends on the turn
-    number, and returns their output in seconds."""
+    number, and returns the seconds that they report."""
     worlds = [
         subprocess.Popen(
             [sys.executable, "-c", code, json.dumps(asked)],
@@ -337,7 +337,7 @@ def start(place: Path, cache: Path, report: bool) -> tuple[float, dict[str, Any]
 
 
 def first(place: Path) -> float:
-    """Return the seconds that a run without a report takes from an empty cache."""
+    """Return the seconds that a run without a report takes with an empty cache."""
     with tempfile.TemporaryDirectory() as folder:
         return start(place, Path(folder) / "cache", False)[0]
 
@@ -368,7 +368,7 @@ def interval(ratios: list[float]) -> dict[str, float]:
 
 
 def main() -> int:
-    """Compare and store; return 1 if results differ."""
+    """Compare the commits and store the results; return 1 if they differ."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("what", choices=["digests", "times", "systems", "starts"])
     parser.add_argument("--before", required=True, metavar="COMMIT")

@@ -37,7 +37,7 @@ def births_per_second(loci: int, n: int, at_once: bool, repeats: int) -> float:
 
 
 def main() -> None:
-    """Measure both methods at two lengths."""
+    """Measure both methods at two genome lengths."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--births", type=int, default=100_000)
     n = parser.parse_args().births

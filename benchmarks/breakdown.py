@@ -49,8 +49,8 @@ def timed(world: World) -> Counter[str]:
 
 
 def networks_alone(n: int = 20_000, repeats: int = 9) -> str:
-    """Return how many times as fast two threads run networks alone, each with half of the animals, which is
-    the possible gain on this machine's processors."""
+    """Return how many times as fast two threads run the networks alone, each with half of the animals: the
+    possible gain on this machine's processors."""
     import threading
 
     from ecs_eco.learning import Brain
@@ -91,7 +91,7 @@ def nothing(first: int, last: int, a: Any, b: Any, c: Any, d: Any, e: Any, f: An
 
 
 def handing_over(repeats: int = 2000) -> str:
-    """Return the time to divide an empty kernel between two threads and wait for it: median and 90th
+    """Return the time it takes to divide an empty kernel between two threads and wait for it: median and 90th
     percentile [µs]."""
     workers, arrays, took = Workers(2), [np.zeros(100) for _ in range(8)], []
     for _ in range(repeats):

@@ -62,7 +62,7 @@ def sizes(animals: int, place: Path) -> list[dict[str, Any]]:
 
 
 def overheads(pairs: int, place: Path) -> list[dict[str, Any]]:
-    """Run the same world plain, with recording to disk, and also with checkpoints, in turns; return median
+    """Run the same world in turns: plain, with recording to disk, and also with checkpoints; return median
     ratios."""
 
     def run(record: bool, every: int, ticks: int) -> float:

@@ -3,10 +3,10 @@ PettingZoo.
 
     python benchmarks/doors.py [--agents 500] [--steps 200] [--rounds 5]
 
-Agents act at random. `external` passes arrays, `slots` is a Gymnasium vector of all agents, `parallel_env` uses
-PettingZoo's dicts; `within` is the same world without an interface, with random choices. MAgent2's battle, with
-about as many agents, is stepped through its parallel environment in the same run: each round uses all
-interfaces in turn, and the median over rounds counts. Times are processor seconds of one thread. Needs
+Agents act at random. `external` passes arrays, `slots` is a Gymnasium vector of all agents, `parallel_env`
+uses PettingZoo's dicts; `within` is the same world without an interface, with random choices. MAgent2's
+battle, with about as many agents, is stepped through its parallel environment in the same run: each round
+uses every interface once, and the median over rounds counts. Times are processor seconds of one thread. Needs
 ecs-eco[rl]; MAgent2 is skipped if it is not installed. The worlds differ: a deer senses 14 numbers, an
 MAgent2 agent 845.
 """
@@ -34,7 +34,7 @@ Steps = Iterator[int]  # number of agents in each step
 
 
 def world_of(agents: int) -> Any:
-    """Return a world of grass and deer without wolves, where population sizes are held constant."""
+    """Return a world of grass and deer without wolves, in which population sizes are held constant."""
     side = 240.0 * (agents / 700) ** 0.5
     return load(
         "predator_prey",
@@ -114,8 +114,8 @@ def _map(agents: int) -> int:
 
 
 def speed(door: Steps, steps: int) -> float:
-    """Return agent-steps per second of this process's processor time, which other work on the machine does
-    not affect."""
+    """Return agent-steps per second of this process's processor time, which is not affected by other work on
+    the machine."""
     start, done = time.process_time(), 0
     for _ in range(steps):
         done += next(door)

@@ -58,7 +58,7 @@ KINDS: dict[str, Callable[[World, int], Any]] = {
 
 
 def compare(world: World, ticks: int, turns: int) -> dict[str, list[float]]:
-    """Return the duration [s] of each turn, by kind."""
+    """Return the durations [s] of turns, by kind."""
     draws = random.Random(1)
     took: dict[str, list[float]] = {kind: [] for kind in KINDS}
     for _ in range(turns):

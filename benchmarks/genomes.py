@@ -1,5 +1,5 @@
-"""Measure the cost of genomes: the same world with and without genomes whose genes are not read, tick by tick
-in turns.
+"""Measure the cost of genomes: the same world runs with genomes whose genes are not read and without genomes,
+in turns of a tick.
 
     python benchmarks/genomes.py [--sizes 1000 10000] [--pairs 9]
 
@@ -69,7 +69,7 @@ def meadow(animals: int, genes: list[dict[str, Any]] | None) -> dict[str, Any]:
 
 
 def build(animals: int, genes: str | None) -> World:
-    """Return a world with founders of all ages, shortly after its start."""
+    """Return a world whose founders have all ages, shortly after its start."""
     controls = () if genes is None else ("neutral-drift",)
     config = meadow(animals, None if genes is None else GENES[genes])
     world = World.from_config(config, seed=1, policies="untrained", controls=controls)

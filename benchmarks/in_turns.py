@@ -5,9 +5,9 @@
 
 `learners`: individual_ppo.py, 1,000 animals with a network each, on two threads. `wolves`: wolf_sheep.py
 without Mesa, at all its sizes. `memory`: memory.py, after a request for all of esper's ids. One process waits
-while the other works; each does the work of its own commit's script. `before` and `now` are medians over
-turns, and `best` the minimum or maximum; the ratio is this commit's figure divided by the other's, turn by
-turn: median and quartiles.
+while the other works; each runs its own commit's script. `before` and `now` are medians over turns, and
+`best` the minimum or maximum; the ratio is this commit's figure divided by the other's, turn by turn: median
+and quartiles.
 """
 
 import argparse
@@ -102,7 +102,7 @@ def start(place: Path, code: str) -> subprocess.Popen[str]:
 
 
 def turn(process: subprocess.Popen[str]) -> float:
-    """Have one process work once; return its figure."""
+    """Make one process work once; return its figure."""
     assert process.stdin is not None
     assert process.stdout is not None
     process.stdin.write("\n")

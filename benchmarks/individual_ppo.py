@@ -4,8 +4,9 @@
 
 Each animal has its own weights, Adam optimizer and 32-tick rollout, and uses each transition in 4 epochs; all
 were born in the same tick. For comparison, the same run uses the same networks and loss in torch (baddbmm and
-autograd over the whole population, torch.optim.Adam); all animals learn in every 32nd tick. One thread is
-timed by processor time, which other work disturbs less; more threads by wall-clock time.
+autograd over the whole population, torch.optim.Adam); all animals learn every 32 ticks. Work on one thread is
+measured in processor time, which other processes disturb less, and work on several threads in wall-clock
+time.
 """
 
 import argparse
@@ -33,7 +34,7 @@ PARTS = ("think", "choose", "remember", "learn")
 
 
 class Herd:
-    """Animals with random observations and rewards, and the duration of the parts of their ticks."""
+    """A population with random observations and rewards that times each part of its ticks."""
 
     def __init__(
         self, n: int, n_observations: int, hidden: tuple[int, ...], actions: int, threads: int
@@ -150,7 +151,7 @@ def shortest(work: Callable[[], object], repeats: int, threads: int) -> float:
 
 
 def measure(n: int, network: tuple[int, tuple[int, ...], int], threads: int, repeats: int) -> dict[str, Any]:
-    """Time one population with our code and with plain torch, in turn."""
+    """Time one population alternately with our code and with plain torch."""
     torch.set_num_threads(threads)
     herd, plain, horizon = Herd(n, *network, threads), Plain(n, *network), SETTINGS.horizon
     for _ in range(horizon):

@@ -50,7 +50,7 @@ LISTEN = """() => {
 
 
 class Wander(System):
-    """Animals that walk straight ahead on a torus: a tick with almost no cost."""
+    """Makes animals walk straight ahead on a torus, so that a tick costs almost nothing."""
 
     needs = Position, Velocity
     phase = "move"
@@ -82,7 +82,7 @@ def made(organisms: int) -> World:
 
 @contextmanager
 def watched(organisms: int) -> Iterator[Server]:
-    """Yield the page's server and its world, which runs in a separate thread at 20 ticks per second."""
+    """Yield the page's server and its world; the world runs in a separate thread at 20 ticks per second."""
     ready, started = threading.Event(), []
 
     def live() -> None:
@@ -174,7 +174,7 @@ def memory(minutes: float, looks: int = 10) -> tuple[list[dict[str, Any]], dict[
 
 
 def main() -> None:
-    """Measure, and store the results."""
+    """Measure and store the results."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--organisms", type=int, default=50_000)
     parser.add_argument("--frames", type=int, default=150)

@@ -1,14 +1,14 @@
 """Compare frameworks: organism-steps per second of grazers that search for their nearest neighbor, move, eat
-and breed, in ecs-eco, in other frameworks and as a bare loop, in one run on one machine.
+and breed, in ecs-eco, in other frameworks and in a bare loop, all in one run on one machine.
 
     python benchmarks/peers.py [--sizes 1000 10000 100000] [--peers ecs-eco Mesa …] [--rounds 3] [--short]
     python benchmarks/peers.py --others PYTHON --frames PYTHON   # interpreters with the frameworks installed
 
 Each framework implements the task in its own idiom (`peers_grazing.py`, `peers_others.py`); frameworks that
 cannot express it run a different task, named in the table, to indicate their cost per tick. Each runs in a
-process with one thread; they take turns, and the best round counts; setup and the first tick are not timed. A
-process is stopped after `--limit` seconds. In the common task, numbers of animals must agree with the bare
-loop's.
+process with one thread; processes take turns, and the best round counts. Setup and the first tick are not
+timed. A process is stopped after `--limit` seconds. In the common task, the numbers of animals must agree
+with those of the bare loop.
 """
 
 import argparse
@@ -27,7 +27,7 @@ import _bench
 _bench.pin_threads()
 
 ROOT = Path(__file__).parents[1]
-PEERS = {  # module, function, and whether it runs the common task
+PEERS = {  # module, function, and whether the peer runs the common task
     "bare loop": ("peers_grazing", "bare", True),
     "ecs-eco": ("peers_grazing", "ecs_eco", True),
     "Mesa": ("peers_others", "mesa", True),
@@ -143,7 +143,7 @@ def figure(rows: list[dict[str, Any]], path: Path) -> None:
 
 
 def main() -> None:
-    """Measure, print and store."""
+    """Measure, print and store the results."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--sizes", nargs="+", type=int, default=[1000, 10_000, 100_000])
     parser.add_argument("--peers", nargs="+", choices=PEERS, default=list(PEERS))

@@ -123,8 +123,8 @@ def turned(agents: Any, size: float) -> Any:
 
 
 def eaters(walked: Any, ripe: np.ndarray, sites: int) -> np.ndarray:
-    """Return bool[n], which grazers get a tuft (the first at each ripe site within BITE), and remove the
-    tufts."""
+    """Return, as bool[n], which grazers get a tuft (the first at each ripe site within BITE), and remove
+    these tufts."""
     x, y = walked["x"].to_numpy(), walked["y"].to_numpy()
     i, j = (np.minimum((a / SITE).astype(int), sites - 1) for a in (y, x))
     site = i * sites + j

@@ -1,4 +1,4 @@
-"""The common task of `peers.py`: grazers that flee each other, as a bare loop and in ecs-eco.
+"""The common task of `peers.py`: grazers that flee from each other, in a bare loop and in ecs-eco.
 
 The space is a torus with one tuft per 3 m site. In each tick (1 s), every grazer finds the nearest other
 grazer within REACH, turns away from it by TURN, walks SPEED, pays COST, eats the tuft that it touches and

@@ -43,13 +43,14 @@ class Meadow:
 
 
 def away(heading: float, offset: Any) -> float:
-    """Return the turn away from a neighbor at a given offset."""
+    """Return the turn that leads away from a neighbor at a given offset."""
     left = math.cos(heading) * offset[1] - math.sin(heading) * offset[0]
     return -TURN if left > 0 else TURN
 
 
 def live(one: Any, place: Any, meadow: Meadow, rng: np.random.Generator) -> bool:
-    """Pay, and eat at the agent's position; return whether it divides, which is then already paid for."""
+    """Subtract the cost of the tick and eat at the agent's position; return whether the agent divides, whose
+    cost is then already subtracted."""
     one.energy -= COST
     if meadow.bite(*place):
         one.energy = min(1.0, one.energy + GAIN)
@@ -169,8 +170,8 @@ def agentpy(n: int, seed: int) -> Model:
 
 
 def magent2(n: int, seed: int, arrays: bool = False) -> Model:
-    """Run MAgent2's battle with random actions, which has neither births nor energy, through PettingZoo's
-    dicts or its arrays."""
+    """Run MAgent2's battle, which has neither births nor energy, with random actions through PettingZoo's
+    dicts or its own arrays."""
     from magent2.environments import battle_v4
 
     width = max(12, round(math.sqrt(n / 0.04)))  # agents fill about this share of battle's map

@@ -1,4 +1,4 @@
-"""Measure plant-steps per second: plants grow, spread and die of old age, with ledger and recorder on.
+"""Measure plant-steps per second: plants grow, spread and die of old age, with ledger and recorder enabled.
 
 python benchmarks/plants.py [--sizes 10000 100000 1000000]
 """

@@ -1,4 +1,5 @@
-"""Measure the cost of portable mode: each shipped world in both modes, in turn, in separate processes.
+"""Measure the cost of portable mode: each shipped world runs alternately in both modes, in separate
+processes.
 
     python benchmarks/portable.py [--worlds reflexes lamb] [--pairs 3]
 

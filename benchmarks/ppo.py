@@ -1,11 +1,11 @@
-"""Measure the cost of inference and learning: ns per row and tick, and µs per transition with all its epochs.
+"""Measure the cost of inference and learning: ns per row per tick, and µs per transition with all its epochs.
 
     python benchmarks/ppo.py [--sizes 1000 10000 100000] [--threads 1 2]
 
 The network has 24 observations, two layers of 64 tanh units shared by policy and value, and two groups of
-three actions; an update has 3 epochs with minibatches of 8,192. For comparison, the same network and loss use
-torch's autograd and torch.optim.Adam. One thread is timed by processor time, which other work disturbs less;
-more threads by wall-clock time.
+three actions; an update has 3 epochs with minibatches of 8,192. For comparison, the same network and loss are
+also run with torch's autograd and torch.optim.Adam. Work on one thread is measured in processor time, which
+other processes disturb less, and work on several threads in wall-clock time.
 """
 
 import argparse
@@ -74,7 +74,7 @@ def plain(brain: Brain) -> torch.nn.Module:
 
 
 def plain_update(net: torch.nn.Module, adam: torch.optim.Optimizer, learner: Learner) -> None:
-    """Learn from a rollout with known advantages, by autograd."""
+    """Learn by autograd from a rollout with known advantages."""
     rollout = learner.rollout
     seen, choices = torch.from_numpy(rollout.observations), torch.from_numpy(rollout.choices.astype(np.int64))
     then, old, gain = (
@@ -98,7 +98,7 @@ def plain_update(net: torch.nn.Module, adam: torch.optim.Optimizer, learner: Lea
 
 
 def measure(n: int, threads: int) -> dict[str, Any]:
-    """Time inference and learning of n rows, with our code and with plain torch, in turn."""
+    """Time inference and learning for n rows, alternately with our code and with plain torch."""
     learner = Learner(Brain(WIDTH, GROUPS), SETTINGS, 0, threads)
     brain, ticks = learner.brain, max(4, min(64, 640_000 // n))
     split = Workers(threads).split
@@ -141,7 +141,7 @@ def measure(n: int, threads: int) -> dict[str, Any]:
 
 
 def breakdown(n: int = 10_000, ticks: int = 64) -> dict[str, float]:
-    """Return the parts of the time [ns] for one use of a transition."""
+    """Return how long [ns] each part of one use of a transition takes."""
     learner = Learner(Brain(WIDTH, GROUPS), SETTINGS, 0)
     brain, rollout = learner.brain, learner.rollout
     batch = fill(learner, n, ticks)

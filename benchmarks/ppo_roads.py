@@ -3,8 +3,8 @@
     python benchmarks/ppo_roads.py --folder CHECKOUT [--turns 9]
 
 The jobs are an update of a shared 24-64-64-6 network from 16-tick rollouts of 10,000 animals, and a horizon
-of 32 ticks for 1,000 animals that each have a 24-32-8 network, without inference. One thread is timed by
-processor time. The ratio is this commit's time divided by the checkout's, turn by turn.
+of 32 ticks, without inference, for 1,000 animals that each have a 24-32-8 network. Work on one thread is
+measured in processor time. The ratio is this commit's time divided by the checkout's, turn by turn.
 """
 
 import argparse

@@ -1,5 +1,5 @@
 """Measure plankton-steps per second in one sea: the world diel-migration with a wider surface, active
-policies, and ledger and recorder on.
+policies, and ledger and recorder enabled.
 
     python benchmarks/sea.py [--sizes 1000 10000 100000]
     python benchmarks/sea.py --life        # the shipped world: training from random weights, 20 days to disk
@@ -22,8 +22,8 @@ from ecs_eco.config import WorldConfig, load
 
 
 def sea(plankton: int) -> WorldConfig:
-    """Return the sea at its original density, wide enough for this initial number of phytoplankton, copepods
-    and krill."""
+    """Return the sea, wide enough to hold this initial number of phytoplankton, copepods and krill at their
+    original density."""
     shipped = load("diel-migration")
     now = {name: s.count for name, s in shipped.species.items()}
     factor = plankton / sum(now.values())

@@ -37,7 +37,7 @@ def seconds(arguments: list[str], cache: Path) -> float:
 def main() -> None:
     """Time each command several times; the first run compiles into an empty cache."""
     rows = []
-    compileall.compile_dir(Path(__file__).parents[1] / "ecs_eco", quiet=2)  # as pip does when it installs
+    compileall.compile_dir(Path(__file__).parents[1] / "ecs_eco", quiet=2)  # as pip does during installation
     with tempfile.TemporaryDirectory() as folder:
         cache, out = Path(folder) / "cache", Path(folder) / "run"
         for arguments, goal in (

@@ -4,7 +4,7 @@ inserted, deleted and changed letters; all at once, or one by one through functi
     python benchmarks/variable_births.py [--births 50000]
 
 Parents come from 30 generations of random mating, so that their strings differ in length and gene copies.
-They alternate with births with the same genes on strings of fixed length.
+They alternate with births in which the same genes are on strings of fixed length.
 """
 
 import argparse
@@ -43,7 +43,7 @@ def section(letters: int, ploidy: int, variable: bool) -> GenomeSection:
 
 
 def parents(operators: Any, n: int, seed: int) -> np.ndarray:
-    """Return n genomes after 30 generations of random mating."""
+    """Return n genomes produced by 30 generations of random mating."""
     keys, rng = np.arange(n, dtype=np.uint64), np.random.default_rng(seed)
     loci = operators.layout.random(keys + np.uint64(seed * n))
     for generation in range(30 if operators.layout.longest is not None else 0):
@@ -105,7 +105,7 @@ def one_by_one(letters: int, n: int) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Measure two lengths, one and two strings."""
+    """Measure two lengths, each with one and with two strings."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--births", type=int, default=50_000)
     n = parser.parse_args().births

@@ -88,8 +88,8 @@ def run(world: World, ticks: int) -> tuple[float, float]:
 
 
 def cost(organisms: int, pairs: int) -> tuple[dict[str, float], dict[str, Any]]:
-    """Run two copies of a world, alternating every 0.4 s: one alone, one with a server and a page that reads
-    all frames.
+    """Run two copies of a world, alternating every 0.4 s: one on its own, the other with a server and a page
+    that reads all frames.
 
     A loaded machine exaggerates the ratios, because frames arrive 20 times per second regardless of the
     world's share of the core. The viewer's share of a core does not depend on the load.
@@ -138,7 +138,8 @@ def cost(organisms: int, pairs: int) -> tuple[dict[str, float], dict[str, Any]]:
 
 
 def costs(organisms: int, pairs: int, processes: int) -> tuple[list[dict[str, Any]], dict[str, Any]]:
-    """Measure the cost in consecutive processes, because a process's memory layout shifts a ratio by 1%."""
+    """Measure the cost in several processes one after another, because a process's memory layout shifts a
+    ratio by 1%."""
     words = [sys.executable, __file__, "--cost", str(organisms), str(pairs)]
     done = [
         json.loads(subprocess.run(words, check=True, stdout=subprocess.PIPE, text=True).stdout)
@@ -214,7 +215,7 @@ def deaf(server: Server) -> socket.socket:
 
 
 def frozen(server: Server, until: threading.Event) -> None:
-    """Act as a page whose browser answers pings while its script is stalled: it reads but never
+    """Act as a page whose browser answers pings while its script is stalled: the page reads but never
     acknowledges."""
     from websockets.exceptions import ConnectionClosed
     from websockets.sync.client import connect

@@ -2,9 +2,9 @@
 
     python benchmarks/wolf_sheep.py [--seeds 20] [--short]
 
-Both run in turn in one process, with data collection on; the model is wolf_sheep_model.py. Times are
-processor times, which other work on the machine affects less. The script needs Python 3.12 and Mesa: pip
-install -e '.[bench]'.
+Both take turns in one process, with data collection enabled; the model is wolf_sheep_model.py. Times are
+processor times, which are less affected by other work on the machine. The script needs Python 3.12 and Mesa:
+pip install -e '.[bench]'.
 """
 
 import argparse
@@ -70,7 +70,7 @@ def mesa(width, ticks, seed, p):
 
 
 def ours(width, ticks, seed, p, enough=0.0):
-    """Return ecs-eco's counts and the mean seconds of equal runs, repeated until they take `enough`
+    """Return ecs-eco's counts and the mean duration [s] of identical runs, repeated until they take `enough`
     seconds."""
     spent, runs = 0.0, 0
     while runs == 0 or spent < enough:
@@ -142,8 +142,8 @@ def case(regime, width, ticks, seeds):
 
 
 def profile(regime, width=20, ticks=60, repeats=40):
-    """Return the time of each part of a tick: the shortest of equal calls in equal runs, minus the clock's
-    overhead."""
+    """Return the time of each part of a tick: the shortest of identical calls in identical runs, minus the
+    clock's overhead."""
     clock = time.perf_counter
     own = min(-(clock() - clock()) for _ in range(1000))
 

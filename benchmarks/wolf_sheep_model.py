@@ -102,7 +102,7 @@ def live(
     wolf_gain,
     regrowth,
 ):
-    """Run all actions once, mark the rows that gave birth, and return the number of ripe cells."""
+    """Execute all actions once, mark the rows that gave birth, and return the number of ripe cells."""
     order, pack = shuffled(alive, key, SHEEP_ORDER), shuffled(w_alive, key, WOLF_ORDER)
     n, n_ripe, now, again = order.size, 0, np.int32(tick), np.int32(tick + regrowth + 1)
     after = np.full(2 * n + ripe.size, -1, np.int32)  # chains of sheep: order[i] is i, and its lamb is n + i

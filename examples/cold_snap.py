@@ -6,7 +6,7 @@ from ecs_eco import World
 from ecs_eco.components import Coat
 from ecs_eco.config import load
 
-YEAR, WINTER = 60, 30  # [ticks] of one minute
+YEAR, WINTER = 60, 30  # [ticks], each one minute long
 HARE = {
     "count": 150,
     "max_count": 300,

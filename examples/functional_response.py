@@ -52,7 +52,7 @@ def measured(handling: float, scent: bool, ticks: int) -> np.ndarray:
 
 
 def holling(n: np.ndarray, a: float, h: float, power: float = 1.0) -> np.ndarray:
-    """Return the seeds eaten per second at density n: search rate a, handling time h [s]."""
+    """Return the seeds eaten per second at density n, with search rate a and handling time h [s]."""
     return a * n**power / (1 + a * h * n**power)
 
 

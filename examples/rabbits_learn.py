@@ -1,4 +1,4 @@
-"""The rabbits of meadow.toml, with and without learning: draw how many are alive, over several seeds.
+"""Draw how many rabbits of meadow.toml are alive over time, with and without learning, for several seeds.
 
 python examples/rabbits_learn.py [SEEDS] [FILE]
 """

@@ -1,7 +1,7 @@
 """A hand-written policy: a function of all deer's readings and uids.
 
 The same function decides inside the world, as `policy = { kind = "function", … }`, and outside it, through
-`world.external`, which exchanges arrays once per tick. Both give the same world.
+`world.external`, which exchanges arrays once per tick. The resulting worlds are identical.
 """
 
 from pathlib import Path

@@ -1,5 +1,5 @@
-"""Vision for a custom torch module: rays form a small image, with a row for each species,
-processed by a convolution."""
+"""Vision for a custom torch module: rays form a small image with a row for each species, which a convolution
+processes."""
 
 import torch
 from torch import nn

@@ -2,7 +2,7 @@
 killed?
 
 The archipelago is a grid of eight islands where goats act by reflex and eat three kinds of grass; one island
-overrides a value. The goats have individual policies, learn by PPO, and migrate. Each case runs the same
+overrides one value. The goats have individual policies, learn by PPO, and migrate. Each case runs the same
 archipelago in a different way and stores its digest, a hash of all islands' digests:
 
   plain           one worker, in this process
@@ -44,8 +44,7 @@ CODE = (
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Run the archipelago as specified by the case; return its digest, seconds, barriers and number of
-    kills."""
+    """Run one case's archipelago; return its digest, duration [s], number of barriers and number of kills."""
     from ecs_eco.config import load
     from ecs_eco.lab import Archipelago
 
@@ -122,8 +121,7 @@ def worker_killed(made: Any, config: dict[str, Any], case: dict[str, Any]) -> in
 
 
 def all_killed(made: Any, config: dict[str, Any], case: dict[str, Any]) -> int:
-    """Run the archipelago in a separate process group, killing the whole group until the number of kills is
-    reached."""
+    """Run the archipelago in a separate process group, killing the whole group as many times as required."""
     chance, kills = random.Random(case["seed"]), 0
     while True:
         process = subprocess.Popen([sys.executable, "-c", CODE, str(made.folder)], start_new_session=True)

@@ -1,12 +1,12 @@
 """Do wolves and deer enter an arms race if their pace, range of sight and policies can change?
 
-Genes encode the pace of all gaits (whose cost grows with the square of the pace) and how far deer see wolves
-and wolves see deer; founders' genes are drawn at random. Policies are pre-trained and continue to learn
-during life. At four times during a run, the study stores the mean genes and policies of deer and wolves.
-Hunters from each time then meet prey from each time (Gandon et al. 2008) in the training world, where
-population sizes are held constant: K[i, j] is the logarithm of kills per wolf per second by hunters from time
-i among prey from time j. In an arms race, K rises with the hunters' time and falls with the prey's; the
-double-centered diagonal shows whether hunters do best against contemporary prey. The hypotheses are in
+Genes encode the pace of all gaits (a gait's cost grows with the square of its pace) and how far deer see
+wolves and wolves see deer; founders' genes are drawn at random. Policies are pre-trained and continue to
+learn during life. At four times during a run, the study stores the mean genes and policies of deer and
+wolves. Hunters from each time then meet prey from each time (Gandon et al. 2008) in the training world, where
+population sizes are held constant: K[i, j] is the logarithm of the kills per wolf per second when hunters
+from time i meet prey from time j. In an arms race, K rises with the hunters' time and falls with the prey's;
+the double-centered diagonal shows whether hunters do best against contemporary prey. The hypotheses are in
 registered/arms_race.toml.
 """
 
@@ -76,8 +76,8 @@ def world(config: Mapping[str, Any], arm: Mapping[str, Any], values: Mapping[str
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Run one world of an arm; return its genes over time and the kill rates of hunters from each time
-    among prey from each time."""
+    """Run one world of an arm; return its genes over time and the kill rate for each pair of hunters' and
+    prey's times."""
     from ecs_eco import World
     from ecs_eco.config import load
 
@@ -116,7 +116,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def kept(made: Any, folder: Path) -> dict[str, Any]:
-    """Return means and standard deviations of genes by species, and the policies' folder."""
+    """Return each gene's mean and standard deviation by species, and the folder of the policies."""
     from ecs_eco.components import Genome
     from ecs_eco.learning.weights import save
 
@@ -137,7 +137,7 @@ def kept(made: Any, folder: Path) -> dict[str, Any]:
 def meetings(
     config: Mapping[str, Any], case: Mapping[str, Any], times: list[dict[str, Any]]
 ) -> list[list[float]]:
-    """Return K by hunters' time and prey's time."""
+    """Return K, indexed by the hunters' and the prey's time."""
     from ecs_eco import World
 
     shift, middle = (
@@ -187,7 +187,7 @@ def contemporary(tests: list[list[float]], ticks: float = 0.0) -> float:
 
 
 def shifts(entries: Entries, arm: str, of: str, ticks: float) -> list[float]:
-    """Return, by training seed, the mean slope, or the mean of `contemporary`, over its tested runs."""
+    """Return, for each training seed, the mean of `slope` or `contemporary` over its tested runs."""
 
     def value(tests: list[list[float]]) -> float:
         return contemporary(tests) if of == "contemporary" else slope(tests, of, ticks)
@@ -201,7 +201,7 @@ def shifts(entries: Entries, arm: str, of: str, ticks: float) -> list[float]:
 
 
 def changed(entries: Entries, arm: str, species: str, gene: str) -> dict[int, float]:
-    """Return, by training seed, the change in a gene's mean, averaged over the runs that persist."""
+    """Return, for each training seed, the change in a gene's mean, averaged over the runs that persist."""
     out = {}
     for seed, results in by_training(entries, arm).items():
         own = [
@@ -228,8 +228,8 @@ def persisting(entries: Entries, arm: str) -> float:
 
 
 def summarise(entries: Entries) -> dict[str, Any]:
-    """Test the registered hypotheses; return them with K by arm and a line for each arm."""
-    if {e["case"]["arm"] for e in entries} < set(REGISTERED.arms):  # the short form omits arms
+    """Test the registered hypotheses; return the verdicts, K for each arm and a line for each arm."""
+    if {e["case"]["arm"] for e in entries} < set(REGISTERED.arms):  # the short form omits some arms
         return {"verdicts": [verdict("cases that ran", len(entries), "reported", True)]}
     ticks = REGISTERED.content["ticks"]
     both = [e["case"] | e["result"] for e in entries if e["case"]["arm"] == "both"]
@@ -281,7 +281,7 @@ def summarise(entries: Entries) -> dict[str, Any]:
 
 
 def moved(entries: Entries) -> list[dict[str, Any]]:
-    """Return lines on how far learning moved the policies."""
+    """Return the lines that report how far learning moved the policies."""
     out = []
     for arm in ("both", "learning"):
         nats = [r["moved"] for of in by_training(entries, arm).values() for r in of if r["moved"]]
@@ -299,7 +299,7 @@ def moved(entries: Entries) -> list[dict[str, Any]]:
 
 
 def course(results: list[dict[str, Any]], species: str, gene: str) -> str:
-    """Return a gene's mean over runs, at the start and at the end."""
+    """Return a gene's mean over runs at the start and at the end."""
     own = [
         [t[species][gene][0] for t in (r["genes"][0], r["genes"][-1])]
         for r in results
@@ -309,7 +309,7 @@ def course(results: list[dict[str, Any]], species: str, gene: str) -> str:
 
 
 def kills(tests: list[list[list[float]]]) -> str:
-    """Return the table of kills per wolf per 1,000 s: geometric means over runs, with a row for each hunters'
+    """Return a table of kills per wolf per 1,000 s (geometric means over runs), with one row per hunters'
     time."""
     return "; ".join(" ".join(f"{v:.1f}" for v in row) for row in 1000 * np.exp(np.mean(tests, 0)))
 

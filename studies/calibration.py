@@ -15,7 +15,7 @@ REGISTERED = registration("calibration")
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Test the registered hypotheses; return them with a table of the trials."""
+    """Test the registered hypotheses; return the verdicts and a table of the trials."""
     candidates, truths = split(cases)
     found = [posterior(CONFIG, candidates, truth["statistics"])[0] for truth in truths]
     lines, rows = [], []

@@ -323,7 +323,7 @@ def _finished(folder: Path) -> set[Path]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Count the outcomes of attempts, by kind of container."""
+    """Count the outcomes of attempts by kind of container."""
     from studies.common.malicious.ground import KINDS as ENDS
     from studies.common.malicious.ground import REFUSED, TRACEBACK, UNNAMED
 

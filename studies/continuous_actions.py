@@ -2,14 +2,14 @@
 
     python -m studies.continuous_actions [--short]
 
-These hypotheses were written before the deciding run. The task counts as learned if the mean return of the
-last 100 episodes is at least −250. Both programs run in turn, in one thread, with the same settings,
-environments and seeds (rewards are divided by 10, which changes no policy; returns are reported undivided).
+These hypotheses were written before the final run. The task counts as learned if the mean return of the last
+100 episodes is at least −250. Both programs take turns in one thread, with the same settings, environments
+and seeds (rewards are divided by 10, which changes no policy; returns are reported undivided).
 1. PPO as shipped learns the task within 100,000 steps for at least 9 of 10 seeds.
 2. Its median number of steps over seeds is at most that of Stable-Baselines3's PPO.
 
 The settings were tuned for Stable-Baselines3 (rl-baselines3-zoo) and omit its state-dependent exploration;
-seed 100 had been seen before. Cases with Stable-Baselines3 require stable-baselines3.
+results for seed 100 were already known. Cases with Stable-Baselines3 require stable-baselines3.
 """
 
 import os
@@ -37,7 +37,8 @@ SETTINGS = PPO(
 
 
 def environments(seed: int | None = None) -> Any:
-    """Return Pendulum-v1 with rewards divided by ten, with this seed for Stable-Baselines3 or for our PPO."""
+    """Return Pendulum-v1 with rewards divided by ten: for Stable-Baselines3 if a seed is given, otherwise for
+    our PPO."""
     import gymnasium
 
     def scaled(env: Any) -> Any:
@@ -96,7 +97,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Report the steps each arm took to learn the task, and its speed."""
+    """Report how many steps each arm took to learn the task, and its speed."""
     rows, medians, verdicts = [], {}, []
     for arm in ARMS:
         runs = [c["result"] for c in cases if c["case"]["arm"] == arm]

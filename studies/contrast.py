@@ -1,8 +1,8 @@
 """Does learning affect how long a world persists?
 
-The study compares trained with random deer and wolves, for two costs of running. Mass action alone can make
-populations cycle, so only this contrast shows the effect of learned policies. Arms are named deer/wolf; a
-world's lifetime is the tick at which deer or wolves first go extinct, censored at the end of the run.
+The study compares trained deer and wolves with random ones, at two costs of running. Mass action alone can
+make populations cycle, so only this contrast shows the effect of learned policies. Arms are named deer/wolf;
+a world's lifetime is the tick at which deer or wolves first go extinct, censored at the end of the run.
 Policies are trained separately for each cost, from the training seed of the bundled policies.
 """
 

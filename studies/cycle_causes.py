@@ -1,7 +1,7 @@
 """What causes the cycles of grass, deer and wolves: learning, seeing wolves, flight, or the population sizes
 alone?
 
-Each arm searches the same world parameters with the same number of candidates; policies of fresh training
+Each arm searches the same world parameters with the same number of candidates; policies from fresh training
 seeds then live in the best world found, on fresh world seeds. The hypotheses are in
 registered/cycle_causes.toml. A map around each arm's best world shows where worlds persist and cycle. The
 world has half the area of the shipped one; policies are trained in the unchanged world, because training
@@ -123,7 +123,7 @@ def cell(
     seed: int,
     ticks: int,
 ) -> dict[str, Any]:
-    """Run a world with these values and a training seed's policies; return the outcome."""
+    """Run a world with these values and the policies of a training seed; return the outcome."""
     from ecs_eco.config import load
 
     policies = (
@@ -172,8 +172,8 @@ def shares(lives: list[dict[str, Any]]) -> list[float]:
 
 
 def gap(one: list[dict[str, Any]], other: list[dict[str, Any]]) -> list[float]:
-    """Return the difference between the shares that cycle and its 95% interval, with training seeds as
-    replicates.
+    """Return the difference between the shares of runs that cycle and its 95% interval, with training seeds
+    as replicates.
 
     It equals the mean over pairs of training seeds, because all have the same number of world seeds.
     """
@@ -183,7 +183,7 @@ def gap(one: list[dict[str, Any]], other: list[dict[str, Any]]) -> list[float]:
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     """Return the registered comparisons, and a row for each arm."""
     lives = {e["case"]["arm"]: e["result"]["lives"] for e in cases}
-    if set(lives) < set(REGISTERED.arms):  # the short form omits arms
+    if set(lives) < set(REGISTERED.arms):  # the short form omits some arms
         return {"verdicts": [verdict("arms that ran", len(lives), "reported", True)]}
     own = float(np.mean(shares(lives["learned"])))
     lines = [REGISTERED.verdict("learned", share_of_lives(lives["learned"], "cycled"), own >= 0.8)]

@@ -13,8 +13,8 @@ import numpy as np
 from studies.common.predator_prey import first_extinction, identity, live, numbers, packed, unpacked
 from studies.common.study import Study, verdict
 
-FRESH = tuple(range(1001, 1011))  # world seeds not used to make any choice
-BLOCK = 40  # [ticks] averaged per stored mean
+FRESH = tuple(range(1001, 1011))  # world seeds that played no part in any choice
+BLOCK = 40  # [ticks] averaged into each stored mean
 LAGS = {"deer→wolf": (0.20, 0.35), "grass→deer": (0.28, 0.50)}
 
 

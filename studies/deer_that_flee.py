@@ -2,10 +2,10 @@
 
 Wolf approaches are scripted: a wolf sees a deer 5 m away and runs at it; the deer walks or runs away as soon
 as it sees the wolf. The benefit of running is mapped over its cost, the deer's range of sight and the wolves'
-speed. Policies are then trained with the world's own recipe, in the shipped world and in a world where
+speed. Policies are then trained with the world's training recipe, in the shipped world and in a world where
 running pays. A third arm moves deer that learned where running is expensive into the second world with its
 wolves: the parameters are the same, but the deer walk. The hypotheses are in registered/deer_that_flee.toml.
-Worlds have half the area of the shipped one, also in training.
+Worlds have half the area of the shipped one, including in training.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def scripted(config: dict[str, Any], seed: int) -> dict[str, Any]:
-    """Return survival and happiness after an approach, by response, for each grid cell and for both
+    """Return survival and happiness after an approach for each response, in each grid cell and both
     worlds."""
     from studies.common.hunts import approaches
 
@@ -66,7 +66,7 @@ def scripted(config: dict[str, Any], seed: int) -> dict[str, Any]:
 
 
 def world(config: Mapping[str, Any], name: str) -> Any:
-    """Return the named world at half the area, also in training."""
+    """Return the named world at half the area, including in training."""
     from ecs_eco.config import load
 
     content = without_policies(load("predator-prey", {**config["small"], **config["worlds"][name]}))
@@ -120,8 +120,8 @@ def gain(place: Mapping[str, Any], what: str = "happiness") -> float:
 def running(
     entries: Entries, arm: str, who: str, low: float, high: float, column: str = "run"
 ) -> dict[int, float]:
-    """Return, by training seed, the share of animals running at distances from `low` to `high` [m] over all
-    world seeds, or the mean of another column of studies.common.pursuit."""
+    """Return, for each training seed, the share of animals running at distances from `low` to `high` [m] over
+    all world seeds, or the mean of another column of studies.common.pursuit."""
     out = {}
     for seed, results in by_training(entries, arm).items():
         counts = np.sum([r["pursuit"][who] for r in results], axis=0)
@@ -130,8 +130,8 @@ def running(
 
 
 def mean_of(entries: Entries, arm: str, what: str) -> dict[int, float]:
-    """Return, by training seed, a species' mean swing over the runs that persist, or the mean log2 period
-    over those that also cycle; training seeds without such runs are omitted."""
+    """Return, for each training seed, a species' mean swing over the runs that persist, or the mean log2
+    period over those that also cycle; training seeds without such runs are omitted."""
     out = {}
     for seed, results in by_training(entries, arm).items():
         values = (
@@ -145,7 +145,7 @@ def mean_of(entries: Entries, arm: str, what: str) -> dict[int, float]:
 
 
 def persisting(entries: Entries, arm: str) -> dict[int, float]:
-    """Return, by training seed, the share of runs in which all species persist."""
+    """Return, for each training seed, the share of runs in which all species persist."""
     return {
         seed: float(np.mean([r["persisted"] for r in results]))
         for seed, results in by_training(entries, arm).items()
@@ -167,10 +167,13 @@ def difference(one: Mapping[int, float], other: Mapping[int, float]) -> list[flo
 
 
 def summarise(entries: Entries) -> dict[str, Any]:
-    """Test the registered hypotheses; return them with a line for each arm and the map of gains from
+    """Test the registered hypotheses; return the verdicts, a line for each arm and the map of gains from
     running."""
     made = [e["result"] for e in entries if e["case"]["arm"] == "approaches"]
-    if {e["case"]["arm"] for e in entries} < {"approaches", *REGISTERED.arms}:  # the short form omits arms
+    if {e["case"]["arm"] for e in entries} < {
+        "approaches",
+        *REGISTERED.arms,
+    }:  # the short form omits some arms
         return {"verdicts": [verdict("cases that ran", len(entries), "reported", True)]}
     lines = [*of_approaches(made), *of_learning(entries), *of_cycles(entries), *looked_at(entries)]
     head = [
@@ -197,7 +200,7 @@ def summarise(entries: Entries) -> dict[str, Any]:
 
 
 def of_approaches(made: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Return the lines on approaches."""
+    """Return the lines that report approaches."""
     fleeing, shipped = ([gain(m["worlds"][name]) for m in made] for name in ("fleeing", "shipped"))
     pays = mean_interval(fleeing)
     more = mean_interval([a - b for a, b in zip(fleeing, shipped, strict=True)])
@@ -222,7 +225,7 @@ def of_approaches(made: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def of_learning(entries: Entries) -> list[dict[str, Any]]:
-    """Return the lines on which animals run when."""
+    """Return the lines that report which animals run, and when."""
     learnt = difference(running(entries, "fleeing", "deer", 0, 3), running(entries, "shipped", "deer", 0, 3))
     cue = difference(running(entries, "fleeing", "deer", 0, 3), running(entries, "fleeing", "deer", 8, 12))
     toward = running(entries, "fleeing", "deer", 0, 3, "toward, running")
@@ -240,7 +243,7 @@ def of_learning(entries: Entries) -> list[dict[str, Any]]:
 
 
 def of_cycles(entries: Entries) -> list[dict[str, Any]]:
-    """Return the lines on persistence, periods and swings."""
+    """Return the lines that report persistence, periods and swings."""
     fleeing, walkers = lives(entries, "fleeing"), lives(entries, "walkers")
     kept = float(np.mean(list(persisting(entries, "fleeing").values())))
     lines = [REGISTERED.verdict("persists", share_of_lives(fleeing, "persisted"), kept >= 0.8)]
@@ -259,7 +262,7 @@ def of_cycles(entries: Entries) -> list[dict[str, Any]]:
 
 
 def looked_at(entries: Entries) -> list[dict[str, Any]]:
-    """Return lines added after a look at the results, because worlds of walkers go extinct."""
+    """Return lines added after a look at the results, because worlds with walkers go extinct."""
     by = {arm: by_training(entries, arm) for arm in REGISTERED.arms}
     lasted, swings = (
         {

@@ -94,7 +94,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     arm = ARMS[case["arm"]]
     name, seed = arm.get("policies", "shipped"), case["seed"]
     if name == "untrained":
-        # the world's seed draws the networks
+        # the world seed determines the random networks
         policies, seed = "untrained", seed + 1000 * case["training"]
     else:
         says = {"set": config["set"] | TRAINED[name]}
@@ -123,7 +123,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 def depends(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     """Return the configuration entries that a case depends on: its arm, its policies, and the shipped world.
 
-    Versions of corrected measures are also included. In the measure over days only p was corrected, and only
+    Versions of corrected measures are also included. In the measure over days, only p was corrected, and only
     the p of `shipped` is used.
     """
     from ecs_eco.config import load
@@ -378,8 +378,8 @@ def _ways(cases: list[dict[str, Any]], arm: str) -> np.ndarray:
 
 
 def _directed(cases: list[dict[str, Any]], arm: str) -> list[dict[str, Any]]:
-    """Test whether copepods swim away more than copepods that cannot sense krill; those also end up moving
-    away, because krill overshoot.
+    """Test whether copepods swim away more than copepods that cannot sense krill, which also end up moving
+    away because krill overshoot.
 
     The difference between a training seed's mean directions is one direction in the V-test.
     """

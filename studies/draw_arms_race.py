@@ -1,5 +1,5 @@
-"""Draw docs/img/arms_race.svg from studies/results/arms_race.json: deer and wolf genes over time, and the
-catch of hunters from each time among prey from each time.
+"""Draw docs/img/arms_race.svg from studies/results/arms_race.json: deer and wolf genes over time, and kills
+for each pair of hunters' and prey's times.
 
     python -m studies.draw_arms_race
 """
@@ -30,8 +30,8 @@ PANELS = {
 
 
 def draw(result: dict[str, Any], path: Path) -> Path:
-    """Write the figure: above, genes, with a line for each training seed; below, kills by hunters' and prey's
-    time."""
+    """Write the figure: genes in the top row, with one line per training seed; kills by the hunters' and the
+    prey's times in the bottom row."""
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
@@ -71,7 +71,7 @@ def courses(axis: Any, result: dict[str, Any], arm: str, species: str, gene: str
 
 
 def meetings(figure: Any, result: dict[str, Any]) -> None:
-    """Draw kills per wolf per 1,000 s, geometric means over runs, by hunters' and prey's time."""
+    """Draw geometric means over runs of kills per wolf per 1,000 s, by the hunters' and the prey's times."""
     arms = [arm for arm, of in REGISTERED.arms.items() if of.get("tests")]
     tables = {
         arm: [

@@ -22,7 +22,7 @@ SAYS = {
     "runner": "scripted,\nflees",
     "random": "random",
 }
-# persists and cycles, persists, or first extinct species: Okabe and Ito (2008)
+# persists and cycles, only persists, or the first species to go extinct; colors: Okabe and Ito (2008)
 OUTCOMES = {
     "c": ("persist and cycle", "#009e73"),
     "p": ("persist", "#56b4e9"),
@@ -57,7 +57,7 @@ def draw(result: dict[str, Any], path: Path) -> Path:
 
 
 def bars(axis: Any, lives: dict[str, list[dict[str, Any]]]) -> None:
-    """Draw the shares of runs that persist and that cycle, with a point for each training seed."""
+    """Draw the shares of runs that persist and of runs that cycle, with a point for each training seed."""
     for at, of in enumerate(lives.values()):
         for outcome, what in (("p", "persisted"), ("c", "cycled")):
             label, colour = OUTCOMES[outcome]

@@ -17,7 +17,7 @@ from studies.deer_that_flee import REGISTERED, gain
 
 COLOURS = dict(zip(REGISTERED.arms, ("#555555", "#009e73", "#d55e00"), strict=True))  # Okabe and Ito 2008
 SAYS = {"shipped": "as shipped", "fleeing": "running is cheap", "walkers": "the same world, shipped deer"}
-BLOCK = 40  # [ticks] averaged per stored mean
+BLOCK = 40  # [ticks] averaged into each stored mean
 
 
 def draw(result: dict[str, Any], path: Path) -> Path:
@@ -42,8 +42,8 @@ def draw(result: dict[str, Any], path: Path) -> Path:
 
 
 def places(figure: Any, result: dict[str, Any]) -> None:
-    """Draw the gain from running instead of walking by its cost and the range of sight, with a panel for each
-    speed."""
+    """Draw the gain from running instead of walking against its cost and the range of sight, with a panel for
+    each speed."""
     of, made = (
         result["config"]["approaches"],
         [e["result"]["grid"] for e in result["cases"] if e["case"]["arm"] == "approaches"],

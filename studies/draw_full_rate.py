@@ -1,7 +1,8 @@
-"""Draw learning at the full rate during life, from studies/results/full_rate.json: docs/img/full_rate.svg.
+"""Draw docs/img/full_rate.svg from studies/results/full_rate.json: learning at the full rate during life.
 
-Above: numbers of wolves over time, with a line for each run, by which species learn. Below: a wolf's catch in
-the arena for combinations of initial and final policies, and how far deer and wolf policies moved.
+Top: numbers of wolves over time, with one line per run and one panel per set of learning species. Bottom: a
+wolf's catch in the arena for combinations of initial and final policies, and how far deer and wolf policies
+moved.
 """
 
 from pathlib import Path

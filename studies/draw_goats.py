@@ -1,7 +1,7 @@
-"""Draw the number of goats that carry each gene over time, from studies/results/goats.json:
-docs/img/goats_carriers.png.
+"""Draw docs/img/goats_carriers.png from studies/results/goats.json: the number of goats that carry each gene
+over time.
 
-Above: the run of the first seed, as in the paper's figure. Below: the share of carriers in all of an arm's
+Top: the run with the first seed, as in the paper's figure. Bottom: the share of carriers in each of an arm's
 runs.
 """
 
@@ -39,7 +39,7 @@ def draw(record: dict[str, Any], path: Path) -> None:
         ax.set_xlabel("generation")
     whole = io.BytesIO()
     figure.savefig(whole, dpi=90)
-    Image.open(whole).convert("RGB").quantize(64).save(path, optimize=True)  # reduces the file to a third
+    Image.open(whole).convert("RGB").quantize(64).save(path, optimize=True)  # a third of the size
 
 
 def one(ax: Any, series: dict[str, str]) -> None:

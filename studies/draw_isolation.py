@@ -24,7 +24,7 @@ PANELS = {
 
 
 def curves(result: dict[str, Any], arm: str, name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return the ticks f64[k] at which a quantity was measured, and its values f64[seeds, k].
+    """Return the ticks f64[k] at which a quantity was measured and its values f64[seeds, k].
 
     The single world was also measured at tick 0.
     """

@@ -22,7 +22,7 @@ COLOURS = {
 
 
 def curves(result: dict[str, Any]) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Return, by arm, the transitions f64[k] and the intake f64[seeds, k]."""
+    """Return, for each arm, the transitions f64[k] and the intake f64[seeds, k]."""
     out = {}
     for arm in COLOURS:
         runs = [c["result"]["curve"] for c in result["cases"] if c["case"]["arm"] == arm]

@@ -1,8 +1,8 @@
-"""Draw measured cycles next to the cycles of shipped worlds, from studies/results/real_series.json:
-docs/img/real_series.svg.
+"""Draw docs/img/real_series.svg from studies/results/real_series.json: measured cycles next to the cycles of
+shipped worlds.
 
-Above: the series, each scaled to its own period. Below: their measures, with central 95% ranges of the
-worlds' windows and points for measured pairs.
+Top: the series, each scaled to its own period. Bottom: their measures, with central 95% ranges of the worlds'
+windows and points for measured pairs.
 """
 
 import csv
@@ -77,7 +77,7 @@ def lynx(ax: Any) -> None:
 
 
 def against(ax: Any, compared: dict[tuple[str, str, str], dict[str, Any]], measure: str) -> None:
-    """Draw a measure: the central 95% of a world's windows as bars, the measured pairs as points."""
+    """Draw a measure: the central 95% of a world's windows as bars and the measured pairs as points."""
     for row, name in enumerate(SERIES):
         of = compared.get((*WORLD, name))
         if of is None:

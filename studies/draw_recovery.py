@@ -1,8 +1,8 @@
-"""Draw the parameters recovered by a sampling search, from studies/results/recovery.json:
-docs/img/recovery.svg.
+"""Draw docs/img/recovery.svg from studies/results/recovery.json: the parameters recovered by a sampling
+search.
 
-Above: the true parameters of ten worlds, with 90% posterior intervals. Below: the posterior from hare and
-lynx pelts, and its runs next to the measured statistics.
+Top: the true parameters of ten worlds, with 90% posterior intervals. Bottom: the posterior from hare and lynx
+pelts, and the statistics of its runs next to the measured ones.
 """
 
 from pathlib import Path
@@ -91,7 +91,7 @@ def drawn(ax: Any, candidates: list[dict[str, Any]]) -> None:
 
 
 def beside(ax: Any, pelts: dict[str, Any]) -> None:
-    """Draw each statistic: the measured value, and the posterior's runs."""
+    """Draw each statistic's measured value and its values in the posterior's runs."""
     for row, of in enumerate(pelts["statistics"].values()):
         inside = of["low"] <= of["observed"] <= of["high"]
         ax.plot([of["low"], of["high"]], [row] * 2, color=GREY, lw=5, solid_capstyle="butt")

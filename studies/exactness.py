@@ -12,7 +12,7 @@ TICKS = 200
 
 
 def large(times: int) -> dict[str, Any]:
-    """Return the predator-prey world with `times` the area and animals, so that every part of a tick uses its
+    """Return the predator-prey world with `times` the area and animals, so that every part of a tick uses all
     threads."""
     from ecs_eco.config import load
 

@@ -1,9 +1,9 @@
-"""Do deer and wolves with random weights learn to live within a minute on one core?
+"""Do deer and wolves with random weights learn to survive within a minute on one core?
 
-For each training seed, the study records intake, deaths and happiness during training. Then it compares
-trained with random animals at constant population sizes (respawn, no births): deer against trained wolves,
-and wolves against trained deer at high, medium and low prey density. If prey is plentiful, a wolf can feed by
-standing still, so skill shows only if prey is scarce.
+For each training seed, the study records intake, deaths and happiness during training. It then compares
+trained animals with random ones at constant population sizes (respawn, no births): deer against trained
+wolves, and wolves against trained deer at high, medium and low prey density. If prey is plentiful, a wolf can
+feed by standing still, so skill shows only if prey is scarce.
 """
 
 import json
@@ -85,7 +85,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def gain(results: list[dict[str, Any]], one: str, other: str, deer: int, measure: str) -> list[float]:
-    """Return a measure's difference between two arms over training seeds, with its 95% interval."""
+    """Return a measure's mean difference between two arms over training seeds, with its 95% interval."""
     from ecs_eco.analysis.survival import bootstrap_difference
 
     a, b = ([r[arm][str(deer)][measure] for r in results] for arm in (one, other))
@@ -93,7 +93,7 @@ def gain(results: list[dict[str, Any]], one: str, other: str, deer: int, measure
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Compare trained with random animals over training seeds."""
+    """Compare trained animals with random ones over training seeds."""
     results = [entry["result"] for entry in cases]
     densities = [int(n) for n in results[0]["trained/trained"]]
     slowest = max(r["cpu seconds"] for r in results)

@@ -2,7 +2,7 @@
 conditions do they survive?
 
 The hypotheses are in registered/full_rate.toml. Arms define which species learn, in the shipped world and in
-a world with different wolf parameters, both with a quarter of the area. If both learn, all four pairs of
+a world with different wolf parameters, both at a quarter of the area. If both learn, all four pairs of
 initial and final policies then run frozen and are measured in the arena: the pre-training world, where
 respawn holds population sizes constant. There, wolves also keep learning against the frozen final deer.
 """
@@ -76,8 +76,8 @@ def candidate(seed: int) -> dict[str, float]:
 
 
 def life(living: Any, folder: Path, seed: int, ticks: int) -> tuple[Any, dict[str, list[float]]]:
-    """Run a world to `ticks`, or to within 50 ticks of the first extinction of deer or wolves; return it and,
-    for each learner, how far its policy moved in each complete window [nats of KL, then ‖ now]."""
+    """Run a world to `ticks`, or until at most 50 ticks after deer or wolves go extinct; return it and, for
+    each learner, how far its policy moved in each complete window [nats of KL, then ‖ now]."""
     from ecs_eco import World
 
     world = World.from_config(living, seed=seed, policies=str(folder))
@@ -197,7 +197,7 @@ def fewest(result: Result) -> float:
 
 
 def pace(result: Result, species: str) -> float:
-    """Return the nats that a policy moved per 1,000 ticks: the mean over complete windows except the first,
+    """Return how many nats a policy moved per 1,000 ticks: the mean over all complete windows but the first,
     in which the policy leaves the averaged weights of training; NaN if there are no such windows."""
     later = result["moved"].get(species, [])[1:]
     return float(np.mean(later)) if later else float("nan")
@@ -222,7 +222,7 @@ def gap(one: Sequence[float], other: Sequence[float]) -> list[float]:
 
 
 def by_training(cases: Sequence[Result], arm: str, value: Any) -> list[float]:
-    """Return a result value's means over world seeds, by training seed."""
+    """Return the mean of a value over world seeds, for each training seed."""
     of: dict[int, list[float]] = {}
     for c in cases:
         if c["case"]["arm"] == arm:
@@ -243,7 +243,7 @@ def lived(pair: str) -> Any:
 def summarise(cases: list[Result]) -> dict[str, Any]:
     """Return the registered comparisons, and a row for each arm."""
     arms = {arm: [c["result"] for c in cases if c["case"]["arm"] == arm] for arm in REGISTERED.arms}
-    if not all(arms.values()):  # the short form omits arms
+    if not all(arms.values()):  # the short form omits some arms
         return {"verdicts": [verdict("arms that ran", sum(map(bool, arms.values())), "reported", True)]}
     return {
         "verdicts": judged(cases, arms) + told(arms),
@@ -281,7 +281,7 @@ def judged(cases: list[Result], arms: Mapping[str, list[Result]]) -> list[dict[s
 
 
 def told(arms: Mapping[str, list[Result]]) -> list[dict[str, Any]]:
-    """Return the results without a goal: the arena, the swaps, and the search."""
+    """Return the results without a goal: those of the arena, the swaps and the search."""
     of = [r for r in arms["both"] if "swaps" in r]
     lines = [
         verdict(

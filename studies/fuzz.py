@@ -32,7 +32,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Count the files' outcomes, by kind."""
+    """Count the outcomes of files by kind."""
     kinds = sorted(
         {kind for case in cases for kind in case["result"]["kinds"]},
         key=lambda kind: (kind not in CLEAR, kind),

@@ -1,6 +1,6 @@
 """Does a duplicated reflex gene diverge where a second reflex is useful?
 
-Goats walk straight ahead and eat what they touch: green grass feeds, red grass kills, and in the arm `use`
+Goats walk straight ahead and eat what they touch: green grass feeds, red grass kills, and in the arm `use`,
 yellow grass also kills. Their genomes vary in length. Founders have one copy of a gene whose reflex keeps
 them from eating near red grass; they have no gene for yellow grass, whose promoter differs from red's in one
 letter. A goat thus gains a reflex against yellow through a point mutation of a red gene, at the cost of that
@@ -14,18 +14,18 @@ control within each run. Births and deaths are the only selection.
 Arms, with the same seeds:
   use            yellow grass kills
   no use         yellow grass exists, and no goat eats it
-  neutral drift  as `use`, but genes are not expressed: they are inherited, mutate and have no effect
+  neutral drift  like `use`, but genes are not expressed: they are inherited, mutate and have no effect
 
-These hypotheses were written before the deciding runs (a pilot with seed 91 set the rates). "Doubled" is
-the share of goats with two or more copies of red and yellow together, "diverged" the share with a red and a
+These hypotheses were written before the final runs (a pilot with seed 91 set the rates). "Doubled" is the
+share of goats with two or more copies of red and yellow together, "diverged" the share with a red and a
 yellow gene that both prevent eating; both are measured for blue and white as well. Values are means over the
 last quarter of a run; differences are paired by seed with a 95% t interval:
-  1. Diverged duplicates are more frequent in `use` than in `no use`, and
-  2. than in `neutral drift`.
+  1. Diverged duplicates are more frequent in `use` than in `no use`.
+  2. They are also more frequent in `use` than in `neutral drift`.
   3. Doubled genes are more frequent in `use` than in `no use`.
-  4. In `use` red and yellow are doubled, and diverged, more often than blue and white of the same goats.
-  5. In `neutral drift` red and yellow are doubled as often as blue and white: the interval contains 0.
-  6. In most runs of `use` more than half of the goats have diverged duplicates at the end.
+  4. In `use`, red and yellow are doubled, and diverged, more often than blue and white in the same goats.
+  5. In `neutral drift`, red and yellow are doubled as often as blue and white: the interval contains 0.
+  6. In most runs of `use`, more than half of the goats have diverged duplicates at the end.
 Reported without a goal: in `no use`, doubled red and yellow minus doubled blue and white (a second copy of
 red protects against the loss of the first); and the origin of yellow genes: among goats born with a yellow
 gene to parents without one, the share with a parent that has two or more copies of red.
@@ -128,8 +128,8 @@ WORLD = {
 
 
 class FirstYellow:
-    """Births of goats with a yellow gene to parents without one: their number, and how many have a parent
-    with two or more copies of red."""
+    """Goats born with a yellow gene to parents without one: their number, and how many have a parent with two
+    or more copies of red."""
 
     def __init__(self, world: Any) -> None:
         self.table, self.n, self.of_doubled = world.tables["goat"], 0, 0
@@ -206,7 +206,8 @@ def late(entry: dict[str, Any], name: str) -> float:
 
 
 def by_seed(cases: list[dict[str, Any]], arm: str, name: str) -> dict[int, float]:
-    """Return, by seed, a share late in an arm's runs, excluding runs in which goats went extinct."""
+    """Return, for each seed, a share's late value in an arm's run, excluding runs in which goats went
+    extinct."""
     values = {e["case"]["seed"]: late(e, name) for e in cases if e["case"]["arm"] == arm}
     return {seed: value for seed, value in values.items() if np.isfinite(value)}
 

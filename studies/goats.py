@@ -17,7 +17,7 @@ from studies.common.goats import ARMS, GENES, carriers, identity, live, numbers,
 from studies.common.study import Study, verdict
 
 SEEDS = tuple(range(1001, 1011))
-# 16 more than other controls, because yellow beat blue, perhaps by chance, in 7 of the first 8 runs without
+# 16 seeds were added here because, perhaps by chance, yellow beat blue in 7 of the first 8 runs without
 # selection
 DRIFTING = tuple(range(1001, 1025))
 EDGES = (0, 50, 100, 150, 200, 300, 400, 501)
@@ -265,7 +265,8 @@ def say_no_red(results: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def by_age(results: list[dict[str, Any]]) -> list[list[Any]]:
-    """Return deaths by red per goat per 1,000 ticks in each age class, with the interval over runs."""
+    """Return deaths from red grass per goat per 1,000 ticks in each age class, with the interval over
+    runs."""
     rates = [1000 * np.array(r["red deaths"]) / np.maximum(1, r["lived"]) for r in results]
     return [
         [f"{a} to {b}", *interval([r[i] for r in rates])]
@@ -274,7 +275,7 @@ def by_age(results: list[dict[str, Any]]) -> list[list[Any]]:
 
 
 def notes(ages: dict[str, Any], arms: dict[str, Any]) -> str:
-    """Return a note on deaths by red at every age, for goats born after the first generations."""
+    """Return a note on deaths from red grass at every age, for goats born after the first generations."""
     words = [
         f"{arm}: " + ", ".join(f"{age} {m:.2f}" for age, m, *_ in rows)
         for arm, rows in ages.items()

@@ -1,7 +1,7 @@
 """Which reflex genes spread among goats, depending on learning and inheritance: three kinds of inheritance,
 with or without learning, and genes with or without effect.
 
-The hypotheses are in registered/goats_factorial.toml. Inheritance is one of: "none", where a newborn draws a
+The hypotheses are in registered/goats_factorial.toml. Inheritance is one of: "none", where a newborn gets a
 random brain; "birth", where its initial weights are genes; "learned", where it copies a parent's current
 brain. A gene's coefficient maximizes the likelihood of its path, over the same ticks in all arms.
 """
@@ -88,7 +88,8 @@ def eating(world: Any, last: int, ticks: int) -> list[float]:
 
 
 def coefficient(results: list[dict[str, Any]], gene: str) -> list[float]:
-    """Return the mean and 95% interval of a gene's coefficient over runs; NaN if no goat carried it."""
+    """Return the mean over runs of a gene's coefficient and its 95% interval; NaN if no goat carried the
+    gene."""
     return mean_interval([r["s"][gene] for r in results if r["s"][gene] is not None])
 
 
@@ -100,7 +101,7 @@ def gap(of: dict[int, float], than: dict[int, float]) -> list[float]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Test the registered hypotheses; return them with a table of all arms."""
+    """Test the registered hypotheses; return the verdicts and a table of all arms."""
     arms = {
         name: {e["case"]["seed"]: e["result"] for e in cases if e["case"]["arm"] == name}
         for name in REGISTERED.arms

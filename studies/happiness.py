@@ -1,10 +1,10 @@
 """Does happiness evolve?
 
 During their lives, voles learn to seek what makes them happy, and their genes determine what that is. The
-world does not prescribe any preference. Founders' four happiness weights are random; births and deaths select
-among them. Each arm removes one factor: the effect of genes (neutral drift), learning, the voles (so that
-berries evolve without grazers), or the descent of a newborn's genes (shuffled genome). The last is not a null
-model: genes drawn from living voles are survivors' genes, so the arm removes selection by breeding but keeps
+world prescribes no preferences. Founders' four happiness weights are random; births and deaths select among
+them. Each arm removes one factor: the effect of genes (neutral drift), learning, the voles (so that berries
+evolve without grazers), or the descent of a newborn's genes (shuffled genome). The last is not a null model:
+genes drawn from living voles are survivors' genes, so the arm removes selection by breeding but keeps
 selection by death. Runs with the same seed start with the same genomes and are compared in pairs.
 """
 
@@ -27,7 +27,7 @@ ARMS: dict[str, dict[str, Any]] = {
 WEIGHTS = {"energy": 1, "berry": 1, "nightshade": -1}
 GENES = {"vole": (*WEIGHTS, "vole", "marker"), "berry": ("tough", "poison", "spread", "marker")}
 SEEDS = tuple(range(2001, 2011))
-Changes = dict[tuple[str, str], dict[int, float]]  # changes in a gene's mean: arm, gene → seed → change
+Changes = dict[tuple[str, str], dict[int, float]]  # (arm, gene) → seed → change in the gene's mean
 FIGURE = Path(__file__).parent.parent / "docs" / "img" / "happiness_genes.png"
 
 
@@ -114,7 +114,7 @@ def lives(world: Any) -> dict[str, Any]:
 
 
 def changed(cases: list[dict[str, Any]], arm: str, gene: str) -> dict[int, float]:
-    """Return, by seed, the change in a gene's mean from the founders to the last quarter of the run,
+    """Return, for each seed, the change in a gene's mean from the founders to the last quarter of the run,
     excluding runs that went extinct."""
     out = {}
     for entry in cases:
@@ -352,11 +352,11 @@ def draw(record: dict[str, Any], path: Path) -> None:
                 frameon=False, fontsize=8, loc="upper right" if gene.startswith("berry") else "lower right"
             )
     figure.savefig(path, dpi=100)
-    Image.open(path).convert("RGB").quantize(96).save(path, optimize=True)  # a third of the file size
+    Image.open(path).convert("RGB").quantize(96).save(path, optimize=True)  # a third of the size
 
 
 def identity() -> str:
-    """Return the hash of the shipped world, because a study of a different world is a different study."""
+    """Return the hash of the shipped world, so that changing the world invalidates the results."""
     from ecs_eco.config import load
 
     return config_hash(load("happiness").resolved(former=True))[:16]

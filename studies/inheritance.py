@@ -77,8 +77,8 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def shares(result: dict[str, Any]) -> dict[str, float]:
-    """Return the shares of newborns that lived to breeding age and that bred, and the share of grown goats
-    that bred."""
+    """Return the shares of newborns that lived to breeding age and that bred, and the share of those of
+    breeding age that bred."""
     born, adult = max(1, result["born"]), max(1, result["adult"])
     return dict(
         zip(SHARES, (result["adult"] / born, result["bred"] / born, result["bred"] / adult), strict=True)
@@ -86,7 +86,7 @@ def shares(result: dict[str, Any]) -> dict[str, float]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return the shares with intervals over runs, and their differences from the arm with learned weights."""
+    """Return the shares with intervals over runs, and how they differ from the arm with learned weights."""
     from studies.common.selection import pooled
 
     by_way = {way: [e["result"] for e in cases if e["case"]["inherit"] == way] for way in WAYS}

@@ -47,7 +47,7 @@ def trip(world: Any, rng: np.random.Generator, ticks: int) -> None:
 
 
 def blind(world: Any, rng: np.random.Generator, ticks: int) -> None:
-    """Make every reading of a sensor fail, starting at a random tick."""
+    """Make a sensor fail at every reading, starting at a random tick."""
     able = [
         t.species.nerves
         for t in world.tables.values()
@@ -62,8 +62,8 @@ def blind(world: Any, rng: np.random.Generator, ticks: int) -> None:
 def interrupt(
     kind: str, world: Any, rng: np.random.Generator, ticks: int, lasting: float
 ) -> Callable[[], None]:
-    """Schedule an interruption of a world's run of about `lasting` seconds; return a function that cancels
-    it."""
+    """Schedule an interruption of a world's run, which lasts about `lasting` seconds; return a function that
+    cancels it."""
     if kind == "exception in a system":
         trip(world, rng, ticks)
     elif kind == "exception in a sensor":
@@ -173,7 +173,7 @@ def once(
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Interrupt worlds repeatedly in one way; compare the remaining state with an uninterrupted run."""
+    """Interrupt worlds repeatedly by one method; compare the remaining state with an uninterrupted run."""
     # shells make background processes ignore Ctrl-C
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:

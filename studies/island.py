@@ -8,16 +8,16 @@ first removes one factor after training; its policies are those of the first arm
   no scavengers  there are no ravens
   no thirst      deer and wolves lose no water
 
-These hypotheses were written before the deciding run. World seeds and training seeds were fresh; the world's
+These hypotheses were written before the final run. World seeds and training seeds were new; the world's
 parameters were tuned by hand on training seeds 1 to 3.
   1. Training takes at most 5 minutes of processor time on one core.
   2. Over 20,000 ticks, all of trees, grass, deer, wolves and ravens persist in at least 8 of 10 world seeds,
      for at least 3 of 4 training seeds.
-  3. Without hills wolves catch more: deer eaten per wolf per second, ticks 1,000 to 4,000.
-  4. Without scavengers carcasses contain more of the nitrogen outside the soil, at tick 4,000.
-  5. Without thirst deer live farther from the lake: mean distance to its shore, ticks 1,000 to 4,000.
-Differences of 3 to 5 are paired by training seed and world seed; 95% intervals of their mean treat both
-seeds as replicates.
+  3. Without hills, wolves catch more: deer eaten per wolf per second, ticks 1,000 to 4,000.
+  4. Without scavengers, carcasses contain more of the nitrogen outside the soil, at tick 4,000.
+  5. Without thirst, deer live farther from the lake: mean distance to its shore, ticks 1,000 to 4,000.
+The differences in hypotheses 3 to 5 are paired by training seed and world seed; the 95% intervals of their
+means treat training seeds and world seeds as replicates.
 """
 
 import time
@@ -41,7 +41,7 @@ CHUNK = 100  # [ticks] between checks
 
 
 def world_of(changes: Mapping[str, Any]) -> Any:
-    """Return the island with changes, given by dotted keys."""
+    """Return the island with changes given as dotted keys."""
     from ecs_eco.config import load
 
     return load("island", dict(changes) or None)

@@ -18,7 +18,7 @@ eight groups drawn by uid replace the islands. For policies, all goats see the s
 the divergence of two goats is the mean over observations of KL(p‖q) of their actions, in both directions. The
 share between islands is 1 − (divergence within islands) / (divergence of goats from different islands).
 
-These hypotheses were written before the deciding runs; sizes were chosen without a pilot. Values are from the
+These hypotheses were written before the final runs; sizes were chosen without a pilot. Values are from the
 end of a run; differences are paired by seed with a 95% t interval:
   1. H_T is greater in `isolated` than in `panmictic`.
   2. H_S is less in `isolated` than in `panmictic`.
@@ -230,7 +230,7 @@ def numbers(entry: dict[str, Any], name: str) -> np.ndarray:
 
 
 def by_seed(cases: list[dict[str, Any]], arm: str, name: str) -> dict[int, float]:
-    """Return, by seed, a value at the end of an arm's runs."""
+    """Return, for each seed, a value at the end of an arm's runs."""
     return {e["case"]["seed"]: float(numbers(e, name)[-1]) for e in cases if e["case"]["arm"] == arm}
 
 

@@ -24,11 +24,11 @@ ARMS = [
 ]
 SEEDS = tuple(range(1, 6))
 PARTS = 3  # parts of the run over which behavior is averaged
-FEWEST = 10  # minimum number of ticks in a state for a lamb to count in a contrast of states
+FEWEST = 10  # minimum number of ticks that a lamb must spend in a state to count in a contrast of states
 
 
 class Watch(System):
-    """An observer that counts, in each third of a run, what every lamb does: sums and numbers of cases,
+    """An observer that counts, in each third of a run, what every lamb does: the sum and the number of cases,
     f64[third, measure, 2, lamb]."""
 
     needs = (Nervous, Velocity)
@@ -40,7 +40,8 @@ class Watch(System):
         self.first = 0  # uid of the first lamb
 
     def update(self, table: Any, world: Any) -> None:
-        """Count the lambs' actions in one tick; `x` is what they sensed before they decided and moved."""
+        """Count the lambs' actions in one tick; `x` contains what they sensed before they decided and
+        moved."""
         nerves, rows = table.species.nerves, table.species.nerves.rows
         if not rows.size:
             return
@@ -298,8 +299,8 @@ def _is_submodel(part: ast.stmt) -> bool:
 
 
 def identity() -> dict[str, str]:
-    """Return a hash of the world and its systems that ignores imports and formatting, because a study of a
-    different world is a different study."""
+    """Return a hash of the world and its systems that ignores imports and formatting, so that changing the
+    world invalidates the results."""
     import hashlib
 
     from ecs_eco.config import load

@@ -8,9 +8,9 @@ the other; training seeds are the replicates.
               the energy they use, and when they chase
     life      20 days after the first: cosinor of the copepods' mean depth
 
-`learned` arms use the trained policies, `untrained` arms random weights, and `reflex` arms the krill of
-diel-migration, for which speed costs less. Training takes about a minute of CPU time and is stored; a case
-takes 3 to 20 s.
+`learned` arms use the trained policies, `untrained` arms random weights, and `reflex` arms the krill of the
+world diel-migration, for which speed costs less. Training takes about a minute of CPU time and is stored; a
+case takes 3 to 20 s.
 """
 
 from typing import Any
@@ -61,7 +61,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
             World.from_config(load(name, config["set"]), seed=seed, policies=policies, learn=arm["learn"]),
             config["days"],
         )
-    seed += 1000 * case["training"]  # the world's seed draws untrained networks
+    seed += 1000 * case["training"]  # the world seed determines the untrained networks
     return hunts(
         World.from_config(
             load(name, config["set"] | held), seed=seed, policies=policies, learn=False, training=True

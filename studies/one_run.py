@@ -215,7 +215,7 @@ def _met(ended: list[tuple[int, str]]) -> bool:
 
 
 def _differs(out: Path, whole: dict[int, Any], seed: int | None) -> str:
-    """Return how a folder differs from a seed's complete run, without half-written files."""
+    """Return how a folder differs from a seed's complete run, ignoring half-written files."""
     if seed is None or not out.is_dir():
         return "nothing is left"
     if left := [p.name for p in out.rglob("*") if p.name.endswith((".tmp", ".lock"))]:
@@ -257,7 +257,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 def _warm() -> None:
     """Import and compile everything that the commands need, without starting a thread, so that forked
-    processes start at the critical point."""
+    processes begin right at the critical point."""
 
     from ecs_eco import World
     from ecs_eco.config import load

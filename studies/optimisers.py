@@ -23,8 +23,8 @@ STAGES, RUNS, KEPT = ((1000, 1), (2000, 2), (4000, 6)), 6, 0.4
 
 @njit
 def live(p, ticks, seed):
-    """Return the ticks until a level goes extinct, and the lowest level reached, as a share of that level's
-    mean."""
+    """Return the ticks until a level goes extinct, and the smallest population reached, as a share of its
+    level's mean."""
     np.random.seed(seed)
     g, d, w = 3000, 500, 60
     low, total = np.array([g, d, w]), np.zeros(3)
@@ -70,8 +70,8 @@ def evaluate(values: dict[str, float], least: list[float]) -> dict[str, Any]:
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Search for a chain with one optimizer; return the quality of its best candidate after various candidate
-    counts."""
+    """Search for a chain with one optimizer; return the quality of its best candidate after different numbers
+    of candidates."""
     import time
 
     from ecs_eco.lab.searching.optimise import Optimiser, merit
@@ -107,7 +107,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return the shares that persist, by optimizer and candidate count."""
+    """Return the share of chains that persist, by optimizer and number of candidates."""
     kinds = list(dict.fromkeys(c["case"]["optimiser"] for c in cases))
     of = {k: [c["result"] for c in cases if c["case"]["optimiser"] == k] for k in kinds}
     judged = list(of[kinds[0]][0]["share"])

@@ -11,7 +11,7 @@ the same way: a deer's energy intake per 100 ticks, over 300 ticks of a world wi
 settings were tested with seed 1 of the built-in PPO; the other learners were not tuned.
 
 1. At the end, each learner's mean over seeds is at least 0.9 times the built-in learner's.
-2. For all of 1,000 observations, a loaded policy makes the same choice as its original module.
+2. For all 1,000 observations tested, a loaded policy makes the same choice as its original module.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def intake(seed: int, ticks: int, policies: Any = "random", **changes: Any) -> f
 
 
 def built_in(config: dict[str, Any], seed: int, look: Any) -> Any:
-    """Train with the world's own recipe."""
+    """Train with the world's training recipe."""
     world = World.from_config(
         load(GRAZING, {"species.deer.ppo": PPO}),
         seed=seed,
@@ -66,8 +66,8 @@ def built_in(config: dict[str, Any], seed: int, look: Any) -> Any:
 
 
 def same_choices(module: Any, seed: int) -> int:
-    """Return the number of observations, of 1,000, for which the most probable choices in the world equal the
-    module's."""
+    """Return the number of observations, out of 1,000, for which the most probable choices in the world equal
+    the module's."""
     from ecs_eco.learning.vector_env import act
 
     world = World.from_config(GRAZING, policies={"deer": module}, record=False)

@@ -1,9 +1,9 @@
-"""A custom torch module learns CartPole as fast as the built-in network; with memory, without velocities too.
+"""A custom torch module learns CartPole as fast as the built-in network; with memory, it needs no velocities.
 
     python -m studies.own_networks [--short]
 
-These hypotheses were written before the deciding run. The task counts as solved if the mean return of the
-last 100 episodes is at least 475, within 100,000 steps.
+These hypotheses were written before the final run. The task counts as solved if the mean return of the last
+100 episodes is at least 475, within 100,000 steps.
 1. With velocities, the built-in network's twin, trained by autograd, needs at most 1.2 times the steps of the
    built-in network (ratio of medians over 5 seeds).
 2. Without velocities (only the positions of cart and pole are observed), a GRU solves the task for at least 4
@@ -15,7 +15,7 @@ last 100 episodes is at least 475, within 100,000 steps.
 The first task uses the settings of ppo_cartpole.py. The second uses settings tuned for sb3-contrib's
 recurrent PPO (rl-baselines3-zoo). Those settings scale rewards by a running estimate; here all arms divide
 rewards by 20, so that a network's bounded memory can represent values (undivided, seed 100 reached at most
-260). Seed 100 had been seen before. Cases with sb3-contrib require that package.
+260). Results for seed 100 were already known. Cases with sb3-contrib require that package.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def without_velocities(env: Any) -> Any:
 
 
 def run(config: dict[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
-    """Train one arm with one seed until the task is solved or the steps are used up."""
+    """Train one arm with one seed until the task is solved or the steps run out."""
     masked, start = case["arm"] not in (BUILT_IN, TWIN), time.process_time()
     ppo = from_hashed(config["masked" if masked else "seen"])
     if case["arm"] == CONTRIB:
@@ -107,7 +107,8 @@ def run(config: dict[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def sb3_contrib(seed: int, steps: int, ppo: PPO) -> tuple[Training, float, int]:
-    """Train sb3-contrib's recurrent PPO; return its episodes, their return unit and its steps."""
+    """Train sb3-contrib's recurrent PPO; return its episodes, the unit of their returns, and the number of
+    steps."""
     import torch
     from sb3_contrib import RecurrentPPO
     from stable_baselines3.common.env_util import make_vec_env
@@ -130,7 +131,7 @@ def sb3_contrib(seed: int, steps: int, ppo: PPO) -> tuple[Training, float, int]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Report the steps each arm took to solve its task, and its speed."""
+    """Report how many steps each arm took to solve its task, and its speed."""
     arms = {arm: [c["result"] for c in cases if c["case"]["arm"] == arm] for arm in ARMS}
     took = {arm: [r["steps_to_solve"] or NEVER for r in runs] for arm, runs in arms.items()}
     solved = {arm: sum(t < NEVER for t in steps) for arm, steps in took.items()}

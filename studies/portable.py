@@ -4,7 +4,7 @@ Every shipped world runs with learning, in separate processes, on this machine a
 emulated in qemu's user mode (a 2008 Nehalem without AVX; a 2013 Haswell with AVX2 and fused multiply-add),
 and this machine with variables that make compilers and libraries assume a less capable processor, which
 portable mode must ignore. One of these variables, GLIBC_TUNABLES, affects the C library, which no mode
-controls. Kernels for "variables" are compiled in a separate cache. Native mode is the control.
+controls. Kernels for "variables" are compiled into a separate cache. Native mode is the control.
 """
 
 import json
@@ -110,7 +110,7 @@ def summarise(entries: list[dict]) -> dict:
                     "same" if equal else "other",
                 ]
             )
-    # omitted in the short form, because kernels would be compiled twice more
+    # omitted in the short form, because kernels would have to be compiled two more times
     controls = len(digests.get("native", {}))
     changing = [w for w, on in digests["portable"].items() if len(set(next(iter(on.values())))) < 3]
     verdicts = [

@@ -2,10 +2,10 @@
 
     python -m studies.ppo_cartpole [--short]
 
-The task counts as solved if the mean return of the last 100 episodes is at least 475. Each program learns
-with its own settings and with the other program's, with the same kind of environments and the same seeds, in
-turn, in one thread. Speed is environment steps per second of processor time, for training and environments
-together. Cases with Stable-Baselines3 require stable-baselines3.
+The task counts as solved if the mean return of the last 100 episodes is at least 475. The programs take turns
+in one thread, with the same kind of environments and the same seeds; each learns both with its own settings
+and with the other program's. Speed is environment steps per second of processor time, for training and
+environments together. Cases with Stable-Baselines3 require stable-baselines3.
 """
 
 import os
@@ -83,7 +83,7 @@ _warm: set[str] = set()
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Train one arm with one seed; a first, unmeasured training compiles and imports."""
+    """Train one arm with one seed; an unmeasured first training run compiles kernels and imports modules."""
     work, ppo = ARMS[case["arm"]]
     if case["arm"] not in _warm:
         work(10_000, 1_000, ppo)
@@ -92,7 +92,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Report the steps each arm took to solve the task, and its speed."""
+    """Report how many steps each arm took to solve the task, and its speed."""
     arms = {arm: {c["case"]["seed"]: c["result"] for c in cases if c["case"]["arm"] == arm} for arm in ARMS}
     rows, took = [], {}
     for arm, runs in arms.items():

@@ -1,9 +1,9 @@
 """Are shipped worlds' cycles like measured cycles (lynx and hares, wolves and moose, mites, protozoa)?
 
 The hypotheses, and the criterion for a pair to resemble a world, are in registered/real_series.toml. Each
-world runs with seeds that no other study uses; its series are cut into windows with the length (in periods)
-and sampling frequency of a measured series. `python -m studies.draw_real_series` draws the figure from the
-result.
+world runs with seeds that no other study uses; its series are cut into windows with the same length (in
+periods) and sampling frequency as a measured series. `python -m studies.draw_real_series` draws the figure
+from the result.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ DATA = Path(__file__).parent / "data"
 SERIES: dict[str, dict[str, str]] = REGISTERED.content["series"]
 MEASURES: list[str] = REGISTERED.content["statistic"]["measures"]
 PAIRS = {"predator-prey": [("deer", "wolf"), ("grass", "deer")], "island": [("deer", "wolf")]}
-BLOCK = 5  # ticks averaged per stored mean
+BLOCK = 5  # ticks averaged into each stored mean
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
@@ -85,7 +85,7 @@ def inside(values: list[float], value: float, measure: str) -> tuple[float, floa
 
 def compare(cases: list[dict[str, Any]]) -> dict[tuple[str, str, str], dict[str, Any]]:
     """Return, for each world, each of its pairs and each measured pair, the measured values, the windows'
-    values, and which measured values lie inside."""
+    values, and which measured values lie inside their range."""
     from studies.common.goats import numbers
     from studies.common.signature import signature, windows
 
@@ -114,7 +114,7 @@ def compare(cases: list[dict[str, Any]]) -> dict[tuple[str, str, str], dict[str,
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Test the registered hypotheses; return them with a table of all pairs."""
+    """Test the registered hypotheses; return the verdicts and a table of all pairs."""
     compared = compare(cases)
     lynx, isle, gause = (
         compared.get(("predator-prey", "deer→wolf", name), {})

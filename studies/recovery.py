@@ -1,4 +1,4 @@
-"""Does a sampling search recover a world's parameters from 21 counts each of hares and lynx?
+"""Does a sampling search recover a world's parameters from 21 counts of hares and 21 of lynx?
 
 The hypotheses are in registered/recovery.toml. Candidates are drawn once from the ranges of data/hares.toml
 and run; ten worlds with known parameters and the Hudson's Bay Company's pelt counts are compared with the
@@ -24,7 +24,7 @@ MOST = 50  # maximum number of draws until a true world survives
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Run a block of candidates, or a world whose parameters should be recovered; return parameters and
+    """Run a block of candidates, or a world whose parameters are to be recovered; return parameters and
     statistics."""
     from ecs_eco.lab.searching.evaluate import Job, evaluate
     from ecs_eco.lab.searching.sampler import statistics_of
@@ -122,8 +122,8 @@ def widths(found: list[dict[str, Any]], name: str) -> float:
 
 
 def inside(of: dict[str, Any]) -> int:
-    """Return how many measured statistics lie within the range of the posterior runs'; lags are taken around
-    the measured lag."""
+    """Return how many measured statistics lie within the range of those of the posterior's runs; lags are
+    taken around the measured lag."""
     return sum(bool(s["low"] <= s["observed"] <= s["high"]) for s in of["statistics"].values())
 
 
@@ -137,8 +137,8 @@ def split(cases: list[dict[str, Any]]) -> tuple[list[dict[str, Any]], list[dict[
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Test the registered hypotheses; return them with a table of the trials, whose last row is for the
-    pelts."""
+    """Test the registered hypotheses; return the verdicts and a table of the trials, whose last row is for
+    the pelts."""
     candidates, truths = split(cases)
     found = [posterior(CONFIG, candidates, truth["statistics"])[0] for truth in truths]
     pelts = posterior(CONFIG, candidates)[0]

@@ -2,10 +2,10 @@
 
     python -m studies.roaming [--short]
 
-The world is examples/roaming.toml. These hypotheses were written before the deciding run (seeds 1-10; seeds
-100-103 had been seen before):
-1. Deer whose policy was pre-trained from their world's seed with the world's own recipe, and that continue to
-   learn, persist for 6,000 ticks, with never fewer than ten deer, in at least 9 of 10 worlds.
+The world is examples/roaming.toml. These hypotheses were written before the final run (seeds 1-10; results
+for seeds 100-103 were already known):
+1. Deer whose policy was pre-trained from their world's seed with the world's training recipe, and which
+   continue to learn, persist for 6,000 ticks, with never fewer than ten deer, in at least 9 of 10 worlds.
 2. Deer that draw speed and turn uniformly at random go extinct in at least 9 of 10 worlds.
 """
 

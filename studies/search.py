@@ -5,7 +5,7 @@ Both have the same processor time (ten minutes for candidates, or five on two ot
 stages and seeds; each candidate trains its own policies. The measure is the share of runs in which all
 species persist on fresh training seeds and world seeds. The searches were extended once, with 12 finalists
 instead of 3, after the best of 3 had persisted in 12 and 7 (Gaussian process) and 11 and 12 (random) of 12
-runs. Searches keep their files in the temporary folder, and resume from there if the study is interrupted.
+runs. Searches keep their files in the temporary folder and resume from there if the study is interrupted.
 """
 
 import hashlib
@@ -37,7 +37,7 @@ def folder(config: dict[str, Any], case: dict[str, Any]) -> Path:
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Run one search; return its result, and the machine's load."""
+    """Run one search; return its result and the machine's load."""
     from ecs_eco.lab import search
 
     before = os.getloadavg()[0]

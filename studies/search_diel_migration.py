@@ -2,10 +2,10 @@
 
 Scripted copepods live in many seas; no policy is trained. A sea is worth training in only if following an
 isolume (a surface of equal light) costs fewer lives, by a given factor, than staying at the surface, at
-mid-depth or in the deep, and if fleeing and avoiding the smell of krill also pay. Each script lives some days
-in the world file's sea with different parameters, drawn at random from the ranges below; population sizes are
-held constant as in training. Deaths are per copepod per day, from krill and hunger combined. A script takes
-about a second.
+mid-depth or in the deep, and if fleeing and avoiding the smell of krill also pay. Each script lives for some
+days in the world file's sea, with parameters drawn at random from the ranges below; population sizes are held
+constant as in training. Deaths are per copepod per day, from krill and hunger combined. A script takes about
+a second.
 """
 
 from typing import Any
@@ -172,7 +172,7 @@ def score(result: dict[str, Any]) -> float:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Rank the seas, including the shipped one."""
+    """Rank the seas, including the shipped sea."""
     ranked = sorted(cases, key=lambda c: -score(c["result"]))
     scripts = list(cases[0]["result"]["found"])
     rows = [

@@ -1,4 +1,4 @@
-"""A small world runs a million ticks; memory, ledger, ids and speed at the end are compared with the
+"""A small world runs a million ticks; memory, ledger, ids and speed at the end are compared with those at the
 start."""
 
 import gc

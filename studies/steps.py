@@ -1,4 +1,5 @@
-"""Which processes depend on the tick length? Each runs at five lengths, in current and earlier code.
+"""Which processes depend on the tick length? Each process runs with five tick lengths, in current and earlier
+code.
 
 `python tools/make_steps.py` writes the table to docs/explanation/steps.md.
 """
@@ -64,7 +65,7 @@ RICH = {"energy": 0.0, "energy_max": 1e4}
 
 
 def meals(dt: float, seed: int) -> float:
-    """Return meals per second of animals that move straight ahead."""
+    """Return the meals per second of an animal that moves straight ahead."""
     diet = [{"eats": "food", "reach": 0.2, "gain": 1.0}]
     made = lived(
         60, world(dt, seed, GO | {"count": 30, "metabolism": RICH, "diet": diet}, objects={"food": FOOD})
@@ -75,7 +76,7 @@ def meals(dt: float, seed: int) -> float:
 def at_the_table(
     dt: float, seed: int, seconds: float, digestion: float, chance: float = 1.0, toughness: float = 0.0
 ) -> float:
-    """Return meals in a given time of animals surrounded by food."""
+    """Return the number of meals per animal surrounded by food in a given time."""
     small = {"radius": 0.1, "opaque": False}
     grass = {"count": 20_000, "body": small, "defence": {"toughness": toughness}}
     one = {
@@ -128,7 +129,7 @@ def conceived(dt: float, seed: int) -> float:
 
 
 def smell(dt: float, seed: int) -> float:
-    """Return the content of a field with one source at equilibrium with decay."""
+    """Return the content of a field with one source, in equilibrium with decay."""
     made = lived(
         40,
         world(
@@ -255,7 +256,7 @@ def grown(dt: float, seed: int) -> float:
 
 
 def left_of(dt: float, seed: int, what: str) -> float:
-    """Return the amount left after 4 s of rotting carrion, or of harvested fish."""
+    """Return the amount left after 4 s of rotting (carrion) or harvesting (fish)."""
     from ecs_eco.components import Metabolism
 
     if what == "carrion":
@@ -282,7 +283,7 @@ def planted(dt: float, seed: int) -> float:
 
 
 def died_at(dt: float, seed: int) -> float:
-    """Return the age at death [s] of an animal with a maximum age of 10.3 s."""
+    """Return the age [s] at which an animal with a maximum age of 10.3 s dies."""
     made = world(dt, seed, {"lethal": [{"property": "age", "max": 10.3}]})
     while made.run(1).table("one").n:
         pass
@@ -379,7 +380,7 @@ def run(config: dict[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def measured(process: str, steps: list[float], seeds: list[int]) -> dict[str, Any]:
-    """Return, by tick length, the mean over seeds and its standard error."""
+    """Return, for each tick length, the mean over seeds and its standard error."""
     out = {}
     for dt in steps:
         values = [PROCESSES[process][0](dt, seed) for seed in seeds]

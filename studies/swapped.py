@@ -32,7 +32,8 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return the shares of variance in survival time explained by the deer's seed and by the wolves'."""
+    """Return the shares of the variance in survival time explained by the deer's seed and by the wolves'
+    seed."""
 
     def share(species: str, seeds: tuple[int, ...]) -> tuple[int, int]:
         mine = [c["result"]["persisted"] for c in cases if c["case"][species] in seeds]

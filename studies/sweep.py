@@ -1,4 +1,4 @@
-"""Does a sweep end with the same digests on every engine, whichever process is killed during it?
+"""Does a sweep end with the same digests on every engine, whichever process is killed along the way?
 
 The same plan runs on local processes, one of which is killed; on a Ray cluster of two nodes on this machine,
 where a worker is killed and then a node; and as a job array on a stand-in for SLURM, where running jobs are
@@ -87,7 +87,7 @@ def bare(plan: dict[str, Any], folder: Path, config: dict[str, Any]) -> dict[str
 
 
 def collected(folder: Path) -> list[str]:
-    """Return the digests in a sweep's table."""
+    """Return the digests from a sweep's table."""
     from ecs_eco.lab.folder import read_sweep
     from ecs_eco.lab.table import rows_of
 
@@ -144,7 +144,7 @@ def on_ray(plan: dict[str, Any], folder: Path, config: dict[str, Any]) -> dict[s
 
 
 def on_slurm(plan: dict[str, Any], folder: Path, config: dict[str, Any]) -> dict[str, Any]:
-    """Run as a job array of the stand-in; preempt running jobs twice, and ask them to stop once."""
+    """Run as a job array on the stand-in; preempt running jobs twice, and ask them to stop once."""
     from ecs_eco.lab.design import design_of
     from ecs_eco.lab.folder import begin
     from ecs_eco.lab.plan import read_plan

@@ -1,9 +1,9 @@
-"""Does memory remain intact for any numbers in a world? Every kernel runs with bounds checks.
+"""Does memory remain intact whatever numbers a world contains? Every kernel runs with bounds checks.
 
 In a small version of each world, some numbers are replaced by extreme values (NaN, infinities, denormals,
-1e38, −0, positions far outside, unknown codes, equal and descending rows): in columns between ticks, in
-spawned organisms, by a system within a tick, behind the validation gate, and in sealed checkpoints. The world
-then runs for 2 ticks, and kernels that ticks never call are called with its numbers. Compiled with
+1e38, −0, positions far outside the world, unknown codes, equal and descending rows): in columns between
+ticks, in spawned organisms, by a system within a tick, behind the validation gate, and in sealed checkpoints.
+The world then runs for 2 ticks, and kernels that ticks never call are called with its numbers. Compiled with
 NUMBA_BOUNDSCHECK=1, a kernel raises an error before it accesses memory outside an array.
 """
 

@@ -79,7 +79,7 @@ API: dict[str, tuple[str, str, tuple[str, ...]]] = {  # page: (title, opening, n
         ("ecs_eco.learning:*",),
     ),
     "rl": (
-        "Reinforcement learning from outside",
+        "External reinforcement learning",
         "Species as environments of PettingZoo and Gymnasium: "
         '`pip install "ecs-eco[rl]"`; see [bring your own learner]'
         "(../../how-to/bring_your_own_learner.md).",
@@ -102,7 +102,7 @@ API: dict[str, tuple[str, str, tuple[str, ...]]] = {  # page: (title, opening, n
         ("ecs_eco.systems:*", "ecs_eco.systems.schedule:schedule"),
     ),
     "bands": (
-        "One world over several processes",
+        "One world split across several processes",
         "Divide the work of one world among MPI processes; see [bands](../../explanation/bands.md).",
         ("ecs_eco.bands:*",),
     ),
@@ -117,7 +117,7 @@ API: dict[str, tuple[str, str, tuple[str, ...]]] = {  # page: (title, opening, n
         ),
     ),
     "testing": (
-        "Tests of your own parts",
+        "Tests for your own parts",
         "Checks for your own components, systems, genomes and worlds.",
         ("ecs_eco.testing:*",),
     ),
@@ -212,7 +212,7 @@ def _entry(module: str, name: str) -> str:
         return _directive(
             "autoclass", f"{module}.{name}", members + INHERITED * (name in ("World", "Brain", "ModuleBrain"))
         )
-    return _directive("autofunction", f"{module}.{name}", "")  # also for an extra, which autodoc mocks
+    return _directive("autofunction", f"{module}.{name}", "")  # also for extras, which autodoc mocks
 
 
 def _directive(kind: str, name: str, options: str) -> str:

@@ -21,7 +21,7 @@ from site_pages import generated  # a file in this folder
 ROOT = Path(__file__).parents[1]
 DOCS, OUT = ROOT / "docs", ROOT / "ecs_eco" / "_site"
 STAGE, BUILT = ROOT / "build" / "site-source", ROOT / "build" / "site"
-# including the link text if it is a page's name, which the page's title then replaces
+# including the link text if it is a page's name; the page's title then replaces it
 LINK = re.compile(r"(?:(?<=\[)([\w/-]+\.md))?\]\(([^)#:\s]+)(#[^)\s]*)?(?=\))")
 FENCE = re.compile(r"^(```|~~~|:::).*?^\1", re.MULTILINE | re.DOTALL)
 BESIDE = {
@@ -32,7 +32,7 @@ BESIDE = {
 PLAIN = "---\norphan: true\nnosearch: true\nhtml_theme.sidebar_secondary.remove: true\n---\n\n"
 LANGUAGE = {".py": "python", ".toml": "toml", ".js": "javascript", ".json": "json", ".md": "markdown"}
 CELL = "```{code-cell} ipython3"
-LONGEST = 400  # number of lines shown of a file: enough for every Python file and for the start of results
+LONGEST = 400  # maximum number of lines shown from a file, enough for every Python file
 SHIPPED_WORLDS = ROOT / "ecs_eco" / "worlds"
 
 
@@ -95,7 +95,7 @@ class Stage:
 def _file(path: Path) -> str:
     name, lines = path.relative_to(ROOT), path.read_text(encoding="utf-8").rstrip().split("\n")
     shown, more = "\n".join(lines[:LONGEST]), len(lines) - LONGEST
-    left = f"\n{more:,} more lines are in the source file.\n" if more > 0 else ""
+    left = f"\nThe source file has {more:,} more lines.\n" if more > 0 else ""
     return f"{PLAIN}# {_escaped(name)}\n\n````{LANGUAGE[path.suffix]}\n{shown}\n````\n{left}"
 
 

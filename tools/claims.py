@@ -1,8 +1,8 @@
 """The claims on the pages in docs/evidence/, each with the study line that supports it.
 
 A claim is registered if its line belongs to a hypothesis in studies/registered/, a test if it is a promise of
-the program, and otherwise exploratory: stated after it was found, or with a goal set after a look at the
-results.
+the program, and otherwise exploratory: stated after it was found, or with a goal that was set after a look at
+the results.
 """
 
 import tomllib
@@ -63,8 +63,8 @@ def line_of(claim: Mapping[str, Any], record: Mapping[str, Any]) -> Mapping[str,
 
 
 def replicates(claim: Mapping[str, Any], record: Mapping[str, Any]) -> str:
-    """Return how many seeds of each kind a claim's cases, or the `lives` in their results, have, and the kind
-    of replicate."""
+    """Return the number of seeds of each kind in a claim's cases (or in the `lives` of their results) and the
+    kind of replicate."""
     wanted = claim.get("of", {})
     cases = [
         life

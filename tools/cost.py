@@ -7,7 +7,7 @@ from cells import table
 from fields import BENCHMARKS, read_result
 
 MEMORY = "memory"
-FITS = {  # name: (result, number of organisms, cost per organism and tick [ns], rows, label)
+FITS = {  # name: (result, column with the number of organisms, rows, label)
     "animals": ("animals", "animals", {"threads": 1}, "animals, one core"),
     "animals_threads": ("animals_threads", "animals", {"threads": 2}, "animals, two threads"),
     "animals_learning": ("animals_learning", "animals", {"threads": 1}, "animals that learn, one core"),
@@ -37,7 +37,7 @@ def fit(n: list[float], total: list[float]) -> Cost:
 
 
 def of_ticks(name: str) -> Cost:
-    """Return a tick's cost [ms], by result."""
+    """Return the fitted cost of a tick [ms] for one result."""
     result, organisms, wanted, _ = FITS[name]
     rows = [row for row in rows_of(result) if wanted.items() <= row.items()]
     n = [row[organisms] for row in rows]

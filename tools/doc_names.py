@@ -2,8 +2,8 @@
 
     python tools/doc_names.py [PAGE …]
 
-Checks code spans and links; tests run the fenced blocks. Prints missing names, and exits with 1 if there are
-any.
+Checks code spans and links; tests run the fenced blocks. Prints the missing names, and exits with 1 if there
+are any.
 """
 
 import argparse

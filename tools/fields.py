@@ -1,4 +1,4 @@
-"""Template fields and the numbers they represent.
+"""Template fields and the numbers that replace them.
 
 {study | how a statement begins}            the value of that line of studies/results/study.json
 {study | how a statement begins | goal}     its goal
@@ -48,7 +48,8 @@ def number(place: str) -> str:
 
 
 def value(study: str, begins: str, key: str = "value", other: str = "") -> str:
-    """Return the value, the goal or outcome words of the only line of a study that begins this way."""
+    """Return the value, the goal or the words for the outcome from the only line of a study with this
+    beginning."""
     record = read_result(RESULTS, study)
     lines = {line["statement"]: line for line in record["verdicts"]}
     found = [line for statement, line in lines.items() if statement.startswith(begins)]

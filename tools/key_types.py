@@ -30,7 +30,7 @@ def models_in(kind: Any, around: str = "") -> Iterator[tuple[type[Section], str]
 
 
 def type_of(kind: Any, metadata: Metadata, links: Mapping[type[Section], str]) -> str:
-    """Return a type in words; `links` contains the word for each section."""
+    """Return a type in words; `links` contains a link to each section."""
     origin, parts = typing.get_origin(kind), typing.get_args(kind)
     if kind == Function or any(m in Function.__metadata__ for m in metadata):
         return " or ".join(["`module:name`", *(links[model] for model, _ in models_in(kind))])

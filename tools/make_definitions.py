@@ -1,8 +1,8 @@
-"""Write docs/explanation/definitions.md: each clause in the paper's definitions and the tests that
-demonstrate it.
+"""Write docs/explanation/definitions.md, which lists each clause in the paper's definitions and the tests
+that demonstrate it.
 
 Tests are marked with the clauses that they demonstrate: `@pytest.mark.definition("1 temperature", …)`. A
-clause without a test is listed as such; a mark with an unknown clause is an error. --check only compares.
+clause without tests is listed as such; a mark with an unknown clause is an error. --check only compares.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "explanation" / "definitions.md"
 HEAD = """# The paper's definitions and their tests
 
-<!-- Written by tools/make_definitions.py from the marks of the tests: change those, not this page. -->
+<!-- Written by tools/make_definitions.py from marks in the tests: change those, not this page. -->
 
 After reading this page you know which clauses of the paper *The Ecosystem Path to AGI* are implemented and where
 they are tested: Definitions 1 to 4, and its text on decisions and learning, in our words. The tests are marked
-`@pytest.mark.definition("CLAUSE")`; the table links their files, with the number of tests. The last column lists
-what is not implemented yet.
+`@pytest.mark.definition("CLAUSE")`; the table links to their files and gives the number of tests. The last column
+lists what is not implemented yet.
 """
 PARTS = {
     "1": "Properties of objects (Definition 1)",

@@ -38,8 +38,8 @@ orphan: true
 
 # Results
 
-The results are in [Evidence](evidence/index.md), with a page for each study. Links to claims on this former
-page continue below."""
+The results are in [Evidence](evidence/index.md), with a page for each study. Old links to claims on this
+page still work."""
 
 
 def read(results: Path) -> dict[str, dict[str, Any]]:
@@ -82,8 +82,8 @@ def index(records: dict[str, dict[str, Any]], template: str) -> str:
 
 
 def origin(records: list[dict[str, Any]]) -> str:
-    """Return a finding's last lines: registered or exploratory, the goals passed with links, and the command
-    to repeat it."""
+    """Return a finding's last lines: whether it is registered or exploratory, the goals passed with links,
+    and the command to repeat it."""
     noted = [r["registration"]["file"] for r in records if "registration" in r]
     seen = (
         "*Registered*: " + " and ".join(f"[{Path(file).name}](../../{file})" for file in noted) + "."
@@ -98,12 +98,12 @@ def origin(records: list[dict[str, Any]]) -> str:
 
 
 def listed(records: dict[str, dict[str, Any]]) -> str:
-    """Return all studies with the numbers of goals passed and set."""
+    """Return the list of all studies with the numbers of goals passed and set."""
     return ", ".join(f"[{name}]({name}.md) {counted(r).replace(' of ', '/')}" for name, r in records.items())
 
 
 def forward(records: dict[str, dict[str, Any]], claims: list[dict[str, Any]]) -> str:
-    """Return the page for former links, with an anchor for each study and claim."""
+    """Return the page that keeps old links working, with an anchor for each study and claim."""
     lines = [FORWARD, "", NOTICE, ""]
     for name in records:
         lines += [f"## {name}", "", f"[The page of this study](evidence/{name}.md)", ""]

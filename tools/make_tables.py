@@ -42,7 +42,7 @@ goal divided by the time when it was set (for a range, the end farther from the 
 """
 DROPPED = """## Tried and dropped
 
-Each attempt once, from `notes.toml`. Times are relative to the shipped code.
+Each attempt is listed once, from `notes.toml`. Times are relative to the shipped code.
 """
 
 
@@ -79,7 +79,7 @@ def times(rows: list[dict[str, Any]], one: str, other: str, animals: int) -> str
 
 
 def notes(results: dict[str, dict[str, Any]]) -> str:
-    """Return the page with every result, and each attempt once."""
+    """Return the page that lists every result, and each attempt once."""
     parts = [HEAD, f"{goals(BENCHMARKS / 'results')}\n"]
     parts += [
         f"## {heading(name, result)}\n\n{measured(name, result, '../docs/img')}\n"
@@ -129,8 +129,8 @@ def table(rows: list[dict[str, Any]]) -> str:
 
 
 def script(name: str) -> str:
-    """Return the script that wrote a result: the one with the longest name that the result's name begins
-    with."""
+    """Return the script that wrote a result: of those whose names begin the result's name, the one with the
+    longest name."""
     return max((p.stem for p in BENCHMARKS.glob("*.py") if name.startswith(p.stem)), key=len)
 
 

@@ -1,4 +1,4 @@
-"""The chart of ecs-eco against its peers: animal-steps per second, on a log scale, as SVG."""
+"""A chart that compares ecs-eco with its peers: animal-steps per second on a log scale, as SVG."""
 
 import math
 from typing import Any

@@ -17,7 +17,8 @@ def _none_extinct(result: Mapping[str, Any]) -> bool:
 
 
 def _all_at_the_end(result: Mapping[str, Any]) -> bool:
-    """An absent species (in an arm without grazers) cannot go extinct."""
+    """Return whether all species persisted; a species that was absent from the start (in an arm without
+    grazers) does not count."""
     return all(n > 0 for s, n in result["end"].items() if result["numbers"][s] > 0)
 
 
@@ -44,7 +45,7 @@ KINDS: tuple[tuple[tuple[str, ...], str, Callable[[Mapping[str, Any]], bool]], .
 
 
 def opening(record: Mapping[str, Any]) -> str:
-    """Return one or two sentences; "" for a study that runs no world to its end.
+    """Return one or two sentences; "" for a study that does not run any world to its end.
 
     A study may provide its own text as record["persistence"].
     """

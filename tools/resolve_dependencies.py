@@ -61,7 +61,7 @@ def resolve(platform: str, python: str) -> dict[str, str]:
 
 
 def table(found: dict[str, Any]) -> str:
-    """Return the page's table: the listed packages' versions for each platform and Python version."""
+    """Return the page's table: the versions of the listed packages for each platform and Python version."""
     head = ["platform", "Python", *SHOWN]
     lines = [f"| {' | '.join(head)} |", "|" + "---|" * len(head)]
     for platform, pythons in found["platforms"].items():

@@ -48,7 +48,7 @@ def select(page: Any, kind: str, nth: int = 0) -> None:
 
 
 def advance(page: Any, ticks: int) -> None:
-    """Run this many tens of ticks, then stop."""
+    """Run ten times this many ticks, then stop."""
     still(page)
     goal = page.evaluate("ecs.tick") + ticks
     page.locator("#canvas").focus()
@@ -114,7 +114,7 @@ def sea(page: Any) -> None:
 
 
 def what_if(page: Any) -> None:
-    """Show the same world without wolves side by side, from this tick."""
+    """Show, side by side, the same world without wolves from this tick on."""
     page.locator("#whatif").click()
     page.get_by_role("button", name="without wolf").click()
     until(page, "ecs.second && ecs.second.frames > 0", 600)

@@ -38,7 +38,7 @@ Function = ast.FunctionDef | ast.AsyncFunctionDef
 
 
 class Size(NamedTuple):
-    """Lines in each file of a commit and in each function of the package; `Any` annotations."""
+    """Line counts for each file in a commit and each function in the package, and the `Any` annotations."""
 
     files: dict[str, int]
     functions: dict[str, int]  # by path::name, from `def` to the last line
@@ -49,7 +49,7 @@ class Size(NamedTuple):
 
     @property
     def package(self) -> dict[str, int]:
-        """The lines of the files of the package, by path."""
+        """The numbers of lines of the package's files, by path."""
         return {path: n for path, n in self.files.items() if path.startswith(f"{PACKAGE}/")}
 
 

@@ -19,7 +19,7 @@ IMAGES = Path(__file__).parents[1] / "docs" / "img" / "ten_seconds"
 SIZE = {"width": 1400, "height": 800}
 PANELS = 710  # [px] size of the panels, with charts side by side
 SHADES = 255
-LAST = 6  # ticks, one frame each, before a picture
+LAST = 6  # number of ticks before a picture, with a frame for each
 LONGEST = 4000  # maximum number of ticks until an extinction
 
 

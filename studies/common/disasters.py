@@ -1,4 +1,4 @@
-"""Small random food webs with hidden names, each with one deliberate fault or none.
+"""Small random food webs with arbitrary or misleading names, each with at most one deliberate fault.
 
 A healthy web is drawn first: size, population sizes, costs, diets, births and lifespans are random, and
 policies act at random. A disaster then changes one aspect of it by a random factor. The label names the
@@ -156,7 +156,8 @@ def _overgrazing(
 
 
 def _too_good(rng: np.random.Generator, species: dict[str, Any], drawn: dict[str, Any], other: str) -> None:
-    """Make the predator insatiable and non-territorial, with a longer reach and nearly certain catches."""
+    """Make the predator insatiable and less territorial, extend its reach, and make nearly every attack
+    succeed."""
     hunter = species[drawn["predator"]]
     drawn["reach"], drawn["births"] = rng.uniform(1.5, 4), rng.uniform(1.5, 4)
     hunter["diet"][0] |= {"chance": float(rng.uniform(0.8, 1)), "reach": drawn["reach"], "satiation": 1.0}
@@ -191,8 +192,8 @@ def _newborns(rng: np.random.Generator, species: dict[str, Any], drawn: dict[str
 
 
 def _poisoned(rng: np.random.Generator, species: dict[str, Any], drawn: dict[str, Any], other: str) -> None:
-    """Poison the grazer's or predator's food: it costs energy or kills, or a harmful second food stays in the
-    diet."""
+    """Poison the grazer's or predator's food: eating it costs energy or kills, or the diet includes a second,
+    harmful food."""
     drawn["how"] = str(rng.choice(["poison", "deadly", "bad"]))
     plant, grazer = species[drawn["plant"]], species[drawn["grazer"]]
     if drawn["how"] == "poison":

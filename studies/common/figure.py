@@ -16,7 +16,7 @@ def draw_result(says: str, name: str, figure: str, draw: Callable[[dict[str, Any
     parser = argparse.ArgumentParser(description=says.partition("\n\n")[0])
     parser.add_argument("--results", type=Path, default=ROOT / "studies" / "results" / f"{name}.json")
     parser.add_argument("--out", type=Path, default=ROOT / "docs" / "img" / figure)
-    parser.add_argument("--short", action="store_true", help="for CI: draw into a temporary folder")
+    parser.add_argument("--short", action="store_true", help="for CI: write to a temporary folder")
     asked = parser.parse_args()
     if asked.short:
         asked.out = Path(tempfile.mkdtemp(prefix="ecs-eco-figure-")) / asked.out.name

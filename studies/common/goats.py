@@ -75,7 +75,7 @@ class Family:
 
 
 def identity() -> str:
-    """Return the hash of the shipped world, because a study of a different world is a different study."""
+    """Return the hash of the shipped world, so that changing the world invalidates the results."""
     import hashlib
 
     from ecs_eco.config import load
@@ -138,10 +138,10 @@ def carry(frequencies: Any) -> np.ndarray:
 
 
 def text(x: np.ndarray) -> str:
-    """Return numbers as one line of JSON."""
+    """Return numbers as one line of text."""
     return " ".join(f"{v:g}" for v in np.round(x, 2))
 
 
 def numbers(line: str) -> np.ndarray:
-    """Return the numbers in such a line: f64."""
+    """Return the numbers in a line written by `text`: f64."""
     return np.array([float(v) for v in line.split()])

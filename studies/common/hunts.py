@@ -1,4 +1,4 @@
-"""Wolves approach deer with hand-written policies: the deer walk or run away from a visible wolf."""
+"""Wolves approach deer with hand-written policies, which walk or run away from a visible wolf."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ MODULE = "studies.common.hunts"
 STILL, WALK, RUN = range(3)
 LEFT, AHEAD, RIGHT = range(3)
 ASIDE = 0.3  # sideways component of a neighbor's direction vector above which an animal turns
-SPACING, FROM = 40.0, 5.0  # [m] between pairs; initial distance of the wolf, which is wolves' range of sight
+SPACING, FROM = 40.0, 5.0  # [m] between pairs; the wolf's initial distance, equal to its range of sight
 STORES = {"deer": 0.7, "wolf": 0.5}  # initial energy
 DEER = {"forward": 7, "left": 8, "near": 9}  # deer channels that sense wolves
 WOLF = {"forward": 1, "left": 2, "near": 3}  # wolf channels that sense deer
 
 
 def walk_away(x: np.ndarray, uid: np.ndarray) -> np.ndarray:
-    """Stand; walk away from a visible wolf: i64[n, 2]."""
+    """Stand still, but walk away from a visible wolf: i64[n, 2]."""
     return _away(x, WALK)
 
 
 def run_away(x: np.ndarray, uid: np.ndarray) -> np.ndarray:
-    """Stand; run away from a visible wolf: i64[n, 2]."""
+    """Stand still, but run away from a visible wolf: i64[n, 2]."""
     return _away(x, RUN)
 
 
@@ -35,9 +35,9 @@ def chase(x: np.ndarray, uid: np.ndarray) -> np.ndarray:
 
 
 def approaches(changes: Mapping[str, Any], deer: str, seed: int, side: int, ticks: int) -> dict[str, float]:
-    """Send a wolf at each of side² deer, which act by a function in this module, far from all other pairs, in
-    a modified predator-prey world. Return the share of deer alive after the given ticks and their mean
-    happiness: energy, and −1 for dead deer."""
+    """In a modified predator-prey world, send a wolf at each of side² deer that act by a function in this
+    module, with all pairs far apart. Return the share of deer alive after the given number of ticks and the
+    mean happiness: energy, or −1 for dead deer."""
     from ecs_eco import World
     from ecs_eco.components import Metabolism
     from ecs_eco.config import load

@@ -34,8 +34,8 @@ class Policies:
         self.modules = {name: world.policy(name) for name, own in nerves.items() if own and own.brain}
 
     def moved(self) -> dict[str, float | None]:
-        """Return, by species, KL(then ‖ now) [nats] on the current observations of living animals; None if
-        there are none."""
+        """Return, for each species, KL(then ‖ now) [nats] on the current observations of living animals; None
+        if there are none."""
         return {name: self._moved(name, module) for name, module in self.modules.items()}
 
     def _moved(self, name: str, module: Any) -> float | None:
@@ -70,8 +70,8 @@ class Crowd:
         return [self.world.policy(name, int(uid)) for uid in table.uid[picked]]
 
     def moved(self) -> dict[str, float | None]:
-        """Return, by species, KL(then ‖ now) [nats] of mean probabilities on the current observations of
-        living animals."""
+        """Return, for each species, KL(then ‖ now) [nats] of mean probabilities on the current observations
+        of living animals."""
         return {name: self._moved(name) for name in self.species}
 
     def _moved(self, name: str) -> float | None:

@@ -15,8 +15,8 @@ SHIPPED = Path(__file__).parents[2] / "ecs_eco" / "worlds" / "predator_prey"
 
 
 def identity(policies: bool = True) -> dict[str, str | None]:
-    """Return hashes of the shipped world and its bundled policies, because a study of a different world is a
-    different study."""
+    """Return hashes of the shipped world and its bundled policies, so that changing the world invalidates the
+    results."""
     from ecs_eco.config import load
 
     files = {s: SHIPPED / f"{s}.safetensors" for s in SPECIES[1:]} if policies else {}
@@ -32,8 +32,8 @@ def identity(policies: bool = True) -> dict[str, str | None]:
 def live(
     config: Any, seed: int, policies: Any, ticks: int, learn: bool | None = None, chunk: int = 250
 ) -> Any:
-    """Run a world until `ticks` or, checked every `chunk` ticks, the first extinction of deer or wolves;
-    learning species have a constant learning rate."""
+    """Run a world to `ticks` or until deer or wolves go extinct (checked every `chunk` ticks); learning
+    species have a constant learning rate."""
     from ecs_eco import World
     from ecs_eco.config.loading import changed
 

@@ -12,8 +12,8 @@ COLUMNS = ("n", "run", "toward, running", "toward")  # counts, and sums of cosin
 
 
 class Pursuit:
-    """Counts in distance bins with edges EDGES: deer by distance to the nearest wolf, and wolves to the
-    nearest deer."""
+    """Counts in distance bins with edges EDGES: deer by distance to the nearest wolf, and wolves by distance
+    to the nearest deer."""
 
     def __init__(self, world: Any) -> None:
         self.world = world

@@ -1,7 +1,7 @@
 """A study's registration, written before the study runs: studies/registered/NAME.toml.
 
     name = "fleeing"
-    claim = "Deer that may run from wolves do so where it pays."
+    claim = "Deer that can run from wolves do so where it pays."
     ticks = 20000
     seeds = { training = [601, 602], world = [6001, 6002] }   # not used for tuning or selection
     explored = "what was seen before this file was written, and with which seeds"
@@ -52,7 +52,7 @@ class Registration:
 
     @property
     def arms(self) -> dict[str, dict[str, Any]]:
-        """The changes made by each arm, by arm name."""
+        """Each arm's changes to its world, by arm name."""
         return dict(self.content["arms"])
 
     def verdict(self, name: str, value: Any, met: bool) -> dict[str, Any]:

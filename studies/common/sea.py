@@ -13,13 +13,13 @@ from studies.common.follow import follow
 from studies.common.seed_grid import policies_of
 
 __all__ = ["approach", "chemotaxis", "encounters", "life", "policies_of"]
-CUE = 1.5  # [m] from a krill within which a copepod is approached
+CUE = 1.5  # [m] a copepod within this distance of a krill counts as approached
 FAST = 1.4  # [m/s] speed of chasing krill and of objects that approach copepods
 # number of approaching objects, starting distance [m], and heights [m] at which copepods feed in the dark
 KRILL, AIM, UPPER = 16, 4.0, (22.0, 29.0)
 CONTACT = 0.5  # [m] between the centers of a copepod and a krill-sized object in contact
 REACH, AFTER = 2.0, 6  # [m] distance of an encounter; [ticks] after which a living copepod has survived it
-PLUMES, NEAR, FAR = 12, 0.3, 4.0  # number at a time, and the distance [m] within which copepods are counted
+PLUMES, NEAR, FAR = 12, 0.3, 4.0  # number at a time; [m] range of distances at which copepods are counted
 # [ticks] that a plume stays in place, and initial ticks in which moves are not counted
 STAY, SPREAD = 12, 2
 
@@ -154,7 +154,7 @@ def escaped(tracks: Tracks, dt: float) -> dict[str, Any]:
     """Return speed and direction around approaches.
 
     `way` is the mean direction over the tick of the approach and the next two: the component away from the
-    approaching object, and the horizontal component to the left of that.
+    approaching object, and the horizontal component to its left.
     """
     summary = escapes(tracks, CUE)
     if summary is None:
@@ -216,9 +216,9 @@ def chemotaxis(build: Any, rounds: int) -> dict[str, Any]:
     of moves, and the mean cosine.
 
     Plumes are placed for some ticks at the depths of randomly drawn copepods, at random horizontal positions;
-    the plumes and all smell then move elsewhere, so nearby copepods have not chosen to be there. Because
-    copepods gather at the plumes' depths whatever they smell, `level` uses only the horizontal components of
-    their moves: without a sense of smell, as many copepods approach as leave.
+    the plumes then move elsewhere and all earlier smell is removed, so nearby copepods have not chosen to be
+    there. Because copepods gather at the plumes' depths whatever they smell, `level` uses only the horizontal
+    components of their moves: without a sense of smell, as many copepods approach as leave.
     """
     body = {"radius": 0.4, "opaque": False}
     at = [[1.0 + i, 1.0, 1.0] for i in range(PLUMES)]

@@ -31,7 +31,7 @@ from studies.common.moved import Policies, rates
 from studies.common.policies import trained, without_policies
 from studies.common.study import Study, canonical, verdict
 
-BLOCK = 40  # [ticks] averaged per stored mean
+BLOCK = 40  # [ticks] averaged into each stored mean
 CHUNK = 250  # [ticks] between checks for extinctions
 SAYS = ("set", "train", "life", "learn", "training_ticks", "policies")
 LAGS = {"deer→wolf": (0.20, 0.35), "grass→deer": (0.28, 0.50)}
@@ -55,8 +55,8 @@ def crossed_study(
     goal: float = 0.8,
     short: Mapping[str, Any] | None = None,
 ) -> Study:
-    """Return a study of all cells; a share of at least `goal` must persist in the arms in `judged` (by
-    default the first).
+    """Return a study of all cells; at least a share `goal` of the runs must persist in each arm in `judged`
+    (by default the first).
 
     `also` contains further cases without a goal, such as one long run: {"arm": …, "training": …, "seed": …,
     "ticks": 60_000}.
@@ -135,8 +135,8 @@ def live(
     learn: bool | None,
     begin: Callable[[Any], object] = lambda world: None,
 ) -> Any:
-    """Run a world until `ticks` or, checked every CHUNK ticks, the first extinction of a consumer, which is
-    final. `begin` is called with the world before its first tick."""
+    """Run a world to `ticks` or until a consumer goes extinct for good, which is checked every CHUNK ticks.
+    `begin` is called with the world before its first tick."""
     from ecs_eco import World
     from ecs_eco.analysis.cycles import consumers
 
@@ -297,7 +297,7 @@ def verdicts(
 
 
 def grid(entries: Sequence[Entry], value: Any) -> np.ndarray:
-    """Return a value for every cell of an arm, (training seeds, world seeds); NaN for a missing cell."""
+    """Return a value for every cell of an arm, f64[training seeds, world seeds]; NaN for a missing cell."""
     rows, columns = (sorted({e["case"][key] for e in entries}) for key in ("training", "seed"))
     out = np.full((len(rows), len(columns)), np.nan)
     for e in entries:

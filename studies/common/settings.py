@@ -1,4 +1,4 @@
-"""PPO settings under their names at the time when results were first hashed."""
+"""PPO settings under the names that they had when results were first hashed."""
 
 from collections.abc import Mapping
 from dataclasses import asdict

@@ -18,7 +18,7 @@ class Signature:
 
     period: float  # [samples]
     lag: float  # predator's lag behind its prey, as a share of the period in [0, 1)
-    regularity: float  # share of both variances explained by a wave of this period, geometric mean
+    regularity: float  # geometric mean of both series' shares of variance explained by a wave of this period
     prey_swing: float  # standard deviation of the detrended log10 numbers
     predator_swing: float
 
@@ -43,10 +43,10 @@ def signature(prey: np.ndarray, predator: np.ndarray) -> Signature:
 
 
 def windows(prey: np.ndarray, predator: np.ndarray, samples: int, per_period: float) -> list[Signature]:
-    """Return the cycle in consecutive stretches of a long pair of series f[ticks].
+    """Return the cycle in consecutive windows of a long pair of series f[ticks].
 
-    Each stretch is sampled like a short series: `samples` numbers, with `per_period` of them per period of
-    the long series. Stretches in which a species is always absent are omitted.
+    Each window is sampled like a short series: it has `samples` numbers, `per_period` of them in each period
+    of the long series. Windows in which a species is absent throughout are omitted.
     """
     step = period_of(prey, predator) / per_period
     length = int(np.floor(step * samples))

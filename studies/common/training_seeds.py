@@ -46,15 +46,15 @@ def seed_table(lives: Sequence[Mapping[str, Any]], outcome: str) -> np.ndarray:
 
 def share_of_lives(lives: Sequence[Mapping[str, Any]], outcome: str) -> list[float]:
     """Return the share of runs with an outcome and its 95% interval (Wilson, with the effective number of
-    runs); both seeds are replicates."""
+    runs); training and world seeds are both replicates."""
     return list(share_interval(seed_table(lives, outcome)))
 
 
 def share_gap(
     one: Sequence[Mapping[str, Any]], other: Sequence[Mapping[str, Any]], outcome: str
 ) -> list[float]:
-    """Return the difference between two shares of runs and its 95% interval (Newcombe, with effective
-    numbers)."""
+    """Return the difference between two shares of runs and its 95% interval (Newcombe, with the effective
+    numbers of runs)."""
     return list(share_difference(seed_table(one, outcome), seed_table(other, outcome)))
 
 
@@ -89,8 +89,8 @@ def swing(result: dict[str, Any]) -> float | None:
 
 
 def p_common_phase(fits: Sequence[Cosinor], n: int = 9999, seed: int = 1) -> float:
-    """Return how often runs with random phases have a mean vector of at least this length; runs are the
-    replicates, and the result is at least 1/(n + 1)."""
+    """Return the probability that runs with random phases have a mean vector of at least this length; runs
+    are the replicates, and the result is at least 1/(n + 1)."""
     vectors = np.array([f.vector for f in fits])
     angle = np.random.default_rng(seed).uniform(0, 2 * np.pi, (n, len(fits)))
     length, turn = np.hypot(*vectors.T), np.arctan2(vectors[:, 1], vectors[:, 0])

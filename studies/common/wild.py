@@ -1,5 +1,5 @@
-"""Wild states: the outcome of replacing numbers in a small world by extreme values, through the validation
-gate or behind it."""
+"""Wild states: what happens when numbers in a small world are replaced by extreme values, through the
+validation gate or behind it."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from studies.common.fuzz.sources import parsed, sources
 from studies.common.kernels import kernels, reached
 from studies.common.wild_kernels import call_others
 
-TICKS = 2  # after the numbers change
+TICKS = 2  # [ticks] to run after the numbers change
 FEW, HORIZON, HIDDEN = 9, 3, 8  # organisms per species, ticks per rollout, units per layer
 FLOCKS = {"flock": ("ripe",), "choosy-flock": ("ripe", "young", "span")}  # and the missing genes
 WAYS = ("columns", "spawn", "within a tick", "checkpoint")
@@ -38,7 +38,7 @@ PHASES = (
     "record",
 )
 FAILURES = ("out of bounds", "crash", "hang", "traceback", "refused without a place")
-PLACES = ("uid ", "spawn", "field '", "terrain: ", "ambient[")  # words of which a refusal must contain one
+PLACES = ("uid ", "spawn", "field '", "terrain: ", "ambient[")  # a refusal must contain one of these
 OWN = ("cause", "born", "killer", "uid")
 FLOATS = [
     np.nan,
@@ -69,8 +69,7 @@ FLOATS = [
 
 
 def tried(case: dict[str, Any], states: int) -> dict[str, Any]:
-    """Return the outcomes for some states of one world, as counts by path and kind, and the failures in
-    detail."""
+    """Return outcome counts by path and kind for some states of one world, and details of the failures."""
     warm(case["source"])
     items = [(case["source"], case["seed"] * 1_000_000 + i) for i in range(states)]
     run = set(reached())
@@ -257,7 +256,7 @@ def _empty(world: Any, chance: random.Random) -> None:
 
 
 def wild(dtype: np.dtype, shape: tuple[int, ...], chance: random.Random, size: float) -> np.ndarray:
-    """Return extreme numbers of a type: the same for all elements, or a different one for each."""
+    """Return extreme numbers of a type: the same number for all elements, or a different one for each."""
 
     def one() -> Any:
         if dtype.kind == "b":

@@ -1,5 +1,5 @@
-"""Calls, with a world's numbers, to kernels that the small worlds never run in a tick: those of the viewer,
-fitted networks, operators and water."""
+"""Calls to kernels that the small worlds never run in a tick (those of the viewer, fitted networks, operators
+and water), with a world's numbers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The sources of foreign files: runs, a fork, a comparison, trainings and searches."""
+"""The sources of foreign files: runs, a fork, a comparison, training runs and searches."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ POLICIES = ("deer", "wolf")
 
 
 def make(place: Path) -> None:
-    """Create the sources of foreign files: runs, a fork, a comparison, trainings and searches."""
+    """Create the sources of foreign files: runs, a fork, a comparison, training runs and searches."""
     from ecs_eco.config import load
     from ecs_eco.lab.pretraining import pretrain
     from ecs_eco.lab.searching.journal import Journal
@@ -52,7 +52,7 @@ def make(place: Path) -> None:
 
 
 def _ask(world: Any) -> None:
-    """Add a manual request between two ticks."""
+    """Submit a manual request between two ticks."""
 
     def between() -> None:
         if world.tick == 5:

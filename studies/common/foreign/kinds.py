@@ -1,8 +1,8 @@
-"""The kinds of files that do not belong in their folder, one function for each kind.
+"""The kinds of files that do not belong in the folder that contains them, with one function per kind.
 
-A kind modifies the folder it receives; it returns the file name that the refusal must contain and the readers
-that must refuse it. Each reader must refuse the folder with an error that names the file, and must not remove
-any file.
+Each function modifies the folder it receives, and returns the file name that the refusal must contain and the
+readers that must refuse the folder. Each reader must refuse the folder with an error that names the file, and
+must not remove any file.
 """
 
 from __future__ import annotations
@@ -42,9 +42,9 @@ def _checkpoint(other: str, tick: int = 30) -> Kind:
     return put
 
 
-kind("a checkpoint of another seed")(_checkpoint("b"))
-kind("a checkpoint of a fork of the run")(_checkpoint("fork"))
-kind("an earlier checkpoint of another seed, at the start of a fork")(
+kind("a checkpoint from a run with a different seed")(_checkpoint("b"))
+kind("a checkpoint from a fork of the run")(_checkpoint("fork"))
+kind("an earlier checkpoint from a run with a different seed, at the start of a fork")(
     lambda place: (_checkpoint("b", 20)(place)[0], lambda: _forking(place / "a", place / "new", 22))
 )
 
@@ -55,7 +55,7 @@ def _forking(run: Path, out: Path, tick: int) -> Any:
     return fork(run, out, from_tick=tick, report=False)
 
 
-@kind("a checkpoint of the same run with an extra manual request")
+@kind("a checkpoint from the same run with an extra manual request")
 def _asked(place: Path) -> tuple[str, Read]:
     _checkpoint("asked")(place)
     return "part-", resuming(place / "a")  # this checkpoint does not follow from the parts
@@ -91,27 +91,31 @@ def _all_parts(kind_: str) -> Callable[[Path], Read]:
 
 
 for _kind in ("series", "births", "deaths", "snapshots"):
-    kind(f"a part of {_kind} of another seed")(_part("b", part(_kind), read=_all_parts(_kind)))
-kind("a part of the details of another seed")(
+    kind(f"a part of {_kind} from a run with a different seed")(
+        _part("b", part(_kind), read=_all_parts(_kind))
+    )
+kind("a part of the details from a run with a different seed")(
     _part("b", part("details-deer"), read=_all_parts("details-deer"))
 )
-kind("a part of the details of another species")(
+kind("a part of another species' details")(
     _part("a", part("details-wolf"), part("details-deer"), _all_parts("details-deer"))
 )
-kind("a part of another seed, where a run resumes")(_part("b", part("series", 1), read=resuming))
-kind("a part of a fork")(_part("fork", part("series")))
-kind("a part of the same run with an extra manual request")(_part("asked", part("series", 1)))
-kind("the last part of the same run with an extra manual request")(_part("asked", part("series", 2)))
-kind("a part of another kind")(_part("a", part("births"), part("deaths"), _all_parts("deaths")))
+kind("a part from a run with a different seed, when a run resumes")(
+    _part("b", part("series", 1), read=resuming)
+)
+kind("a part from a fork")(_part("fork", part("series")))
+kind("a part from the same run with an extra manual request")(_part("asked", part("series", 1)))
+kind("the last part from the same run with an extra manual request")(_part("asked", part("series", 2)))
+kind("a part of a different kind")(_part("a", part("births"), part("deaths"), _all_parts("deaths")))
 kind("an earlier part in place of a later one")(_part("a", part("series", 0), part("series", 2)))
-kind("one part too many, of another seed")(_part("b", part("series", 2), part("series", 3)))
-kind("one part too many, of the same run")(_part("a", part("series", 2), part("series", 3)))
-kind("one part too many, of another seed, where a run resumes")(
+kind("an extra part from a run with a different seed")(_part("b", part("series", 2), part("series", 3)))
+kind("an extra part from the same run")(_part("a", part("series", 2), part("series", 3)))
+kind("an extra part from a run with a different seed, when a run resumes")(
     _part("b", part("series", 2), part("series", 3), resuming)
 )
 
 
-@kind("a user's file with a name like a part's, where a run resumes")
+@kind("a user's file with a name like a part's, when a run resumes")
 def _own(place: Path) -> tuple[str, Read]:
     import pyarrow as pa
     import pyarrow.parquet as pq
@@ -149,10 +153,10 @@ def _manifest(other: str, read: Callable[[Path], Read]) -> Kind:
     return put
 
 
-kind("a manifest of another seed")(_manifest("b", reporting))
-kind("a manifest of another seed, where a run resumes")(_manifest("b", resuming))
-kind("a manifest of a fork")(_manifest("fork", reporting))
-kind("a manifest of the same run with an extra manual request")(_manifest("asked", reporting))
+kind("a manifest from a run with a different seed")(_manifest("b", reporting))
+kind("a manifest from a run with a different seed, when a run resumes")(_manifest("b", resuming))
+kind("a manifest from a fork")(_manifest("fork", reporting))
+kind("a manifest from the same run with an extra manual request")(_manifest("asked", reporting))
 
 
 @kind("an edited manifest")
@@ -171,7 +175,7 @@ def _policy(place: Path) -> tuple[str, Read]:
     return "deer.safetensors", repeating(place / "a")
 
 
-@kind("a policy from another training in a run's folder")
+@kind("a policy from another training run in a run's folder")
 def _policy_trained(place: Path) -> tuple[str, Read]:
     shutil.copy(
         place / "trained" / "seed-2" / "deer.safetensors", place / "a" / "policies" / "deer.safetensors"
@@ -208,17 +212,17 @@ def _arm(place: Path) -> tuple[str, Read]:
     return "manifest.json", comparing(place / "a", 1, policies="random")
 
 
-@kind("a comparison with a run whose policies are from another training")
+@kind("a comparison with a run whose policies are from another training run")
 def _training(place: Path) -> tuple[str, Read]:
     return "manifest.json", comparing(place / "a", 1, policies=str(place / "trained" / "seed-1"))
 
 
-@kind("a comparison whose training seed 2 is a copy of 1")
+@kind("a comparison whose training run with seed 2 is a copy of the one with seed 1")
 def _trained(place: Path) -> tuple[str, Read]:
     return "training.json", lambda: _trained_already(place / "trained" / "seed-1", 2)
 
 
-@kind("a policy from another training in a comparison's training")
+@kind("a policy from another training run in a comparison's training run")
 def _trained_policy(place: Path) -> tuple[str, Read]:
     shutil.copy(
         place / "trained" / "seed-2" / "deer.safetensors", place / "trained" / "seed-1" / "deer.safetensors"

@@ -21,7 +21,7 @@ KINDS = ("series", "births", "deaths", "snapshots")
 
 
 def tried(chunk: dict[str, Any], files: int) -> dict[str, Any]:
-    """Return counts by kind for one chunk of damaged files, and the failures in detail."""
+    """Return outcome counts by kind for one chunk of damaged files, and details of the failures."""
     items = [(chunk["source"], chunk["what"], chunk["seed"] * 1_000_000 + i) for i in range(files)]
     with tempfile.TemporaryDirectory(prefix="ecs-eco-fuzz-") as folder:
         whole = Path(folder) / "whole"
@@ -52,7 +52,8 @@ def _text(source: str) -> tuple[str, Path | None]:
 
 
 def damage(raw: bytes, chance: random.Random) -> bytes:
-    """Return the bytes truncated, or with some bytes changed, lost or inserted; the result always differs."""
+    """Return the bytes truncated, or with some of them changed, removed or inserted; the result always
+    differs."""
     ways = (_truncated, _truncated, _flipped, _flipped, _flipped, _overwritten, _lost, _put_in)
     while (out := chance.choice(ways)(raw, chance)) == raw:
         pass
@@ -60,7 +61,7 @@ def damage(raw: bytes, chance: random.Random) -> bytes:
 
 
 def _place(raw: bytes, chance: random.Random) -> int:
-    """Return a random position, sometimes near an end, where formats have their headers and footers."""
+    """Return a random position, sometimes near an end, where file formats keep headers and footers."""
     n, near = len(raw), min(len(raw), chance.choice((16, 256, 4096)))
     return min(
         max(chance.choice((chance.randrange(n), chance.randrange(near), n - 1 - chance.randrange(near))), 0),
@@ -156,7 +157,7 @@ class _Checkpoints(_Judge):
 
     def _without(self, damaged: Path, message: str, seed: int) -> dict[str, Any]:
         """Check that readers use the checkpoint before the damaged one and, in some trials, that the resumed
-        run ends the same."""
+        run ends in the same state."""
         from ecs_eco.engine.errors import CheckpointError
         from ecs_eco.record import checkpoint
 

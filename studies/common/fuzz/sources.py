@@ -113,7 +113,7 @@ def _value(x: Any) -> str:
 
 
 def parsed(text: str) -> dict[str, Any]:
-    """Return a world's parsed text, with few organisms."""
+    """Return a world's text as parsed data, with few organisms."""
     return fewer(tomllib.loads(text))
 
 

@@ -37,7 +37,7 @@ WORDS = (  # kinds of problem by message; the first match counts
 
 
 def tried(chunk: dict[str, Any], files: int) -> dict[str, Any]:
-    """Return counts by kind for one chunk of mutated world files, and the failures in detail."""
+    """Return outcome counts by kind for one chunk of mutated world files, and details of the failures."""
     folder = Path(tempfile.mkdtemp(prefix="ecs-eco-fuzz-"))
     items = [
         (chunk["source"], chunk["what"], chunk["seed"] * 1_000_000 + i, str(folder)) for i in range(files)
@@ -51,7 +51,8 @@ def tried(chunk: dict[str, Any], files: int) -> dict[str, Any]:
 
 
 def counted(outcomes: list[dict[str, Any]], items: list[Any]) -> dict[str, Any]:
-    """Return counts by kind, counts by kind of problem, and the failures with the items that caused them."""
+    """Return outcome counts by kind, problem counts by kind, and the failures with the items that caused
+    them."""
     kinds: dict[str, int] = {}
     problems: dict[str, int] = {}
     failures = []
@@ -105,7 +106,7 @@ def written(source: str, what: str, seed: int, folder: Path) -> Any:
 
 
 def judge(item: tuple[str, str, int, str]) -> dict[str, Any]:
-    """Return a file's kind of outcome, with details."""
+    """Return the kind of outcome for a file, with details."""
     import traceback
 
     from ecs_eco.config import load
@@ -162,8 +163,8 @@ def _run(config: Any) -> dict[str, Any]:
 
 
 def _less(config: Any) -> dict[str, Any]:
-    """Return values that make an accepted world small enough to run in milliseconds; none of these values
-    may hide an error."""
+    """Return values that make an accepted world small enough to run in milliseconds without hiding any
+    error."""
     less: dict[str, Any] = {}
     for group in ("species", "objects"):
         less |= {

@@ -32,8 +32,8 @@ WORDS = [
 
 
 def _named(ground: Ground) -> Iterator[tuple[str, Callable[[dict[str, Any]], None]]]:
-    """Return changes to a recorded configuration that name code at every key: once a listed file, once part
-    of Python."""
+    """Return changes to a recorded configuration that name code at every key, both from a listed file and
+    from other sources such as Python's own modules."""
 
     def naming(pattern: str, name: str) -> Callable[[dict[str, Any]], None]:
         def change(data: dict[str, Any]) -> None:
@@ -62,8 +62,8 @@ def _put_evil(ground: Ground, run: Path) -> None:
 
 
 def checkpoints(ground: Ground) -> Iterator[Attack]:
-    """Return checkpoints whose configuration, code, components or folder name code, or that are a different
-    kind of file."""
+    """Return checkpoints that name code in their configuration, list of code, components or folder, and files
+    of other kinds in place of checkpoints."""
     evil = str(ground.home / "path")
     others: dict[str, Any] = {
         "plain": [[1, "evil:Wool"]],
@@ -140,7 +140,7 @@ def _checkpoint(ground: Ground, label: str, content: Any, turn: int) -> Attack:
 
 
 def _none(_: Any) -> None:
-    """Return no refusal, whatever happened."""
+    """Never report a refusal."""
 
 
 # --- manifests
@@ -230,8 +230,8 @@ def _watched(run: Path) -> str:
 
 
 def recordings(ground: Ground) -> Iterator[Attack]:
-    """Return parts that are a different kind of file or make the reader unpickle a custom type, and parts
-    with text."""
+    """Return files of other kinds in place of parts, and parts that make the reader unpickle a custom
+    type."""
     for i, (label, blob) in enumerate(ground.blobs.items()):
         for kind in ("series", "births"):
             yield _part(ground, f"{kind}: {label}", kind, blob, i)
@@ -330,7 +330,8 @@ def policies(ground: Ground) -> Iterator[Attack]:
 
 
 def journals(ground: Ground) -> Iterator[Attack]:
-    """Return journals whose head or values name code, or that are a different kind of file."""
+    """Return journals that name code in their header or values, and files of other kinds in place of
+    journals."""
     lines = _searched(ground)[1]
     for name in ("evil:judge", "os:system", *ground.texts[:4]):
         for change in ({"objective": name}, {"world": name}, {"optimiser": name}):

@@ -34,8 +34,8 @@ KINDS = (REFUSED, ACCEPTED, UNNAMED, TRACEBACK)
 
 @dataclass(frozen=True)
 class Attack:
-    """One malicious file or message: how it is used, and words of which the refusal must contain at least
-    one."""
+    """One malicious file or message: how it is used, and a list of words, at least one of which must appear
+    in the refusal."""
 
     label: str
     words: Sequence[str]
@@ -166,7 +166,7 @@ class Ground:
 
 @contextlib.contextmanager
 def ground() -> Iterator[Ground]:
-    """Yield a ground for the length of a `with` block: a user who allows no code, importable modules that
+    """Yield a ground for the duration of a `with` block: a user who allows no code, importable modules that
     would leave a mark, and none of the modules loaded from earlier worlds."""
     from ecs_eco.inputs import trust
 

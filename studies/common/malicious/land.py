@@ -82,7 +82,7 @@ def by_hand(ground: Ground) -> Iterator[Attack]:
 
 
 def by_mutation(ground: Ground, seed: int, number: int) -> Iterator[Attack]:
-    """Yield harmless files with bytes changed, lost or duplicated."""
+    """Yield harmless files with bytes changed, removed or duplicated."""
     files = list(_harmless(ground).items())
     for i in range(number):
         chance = random.Random(seed * 1_000_000 + i)
@@ -106,7 +106,7 @@ def _naming(name: str) -> dict[str, Any]:
 def _attack(
     ground: Ground, label: str, terrain: dict[str, Any], content: dict[str, bytes | None], turn: int
 ) -> Attack:
-    """Return an attack that checks a world on this land; every fourth world also runs. If content is None,
+    """Return an attack that checks a world on this land; every fourth world is also run. If content is None,
     the file is a pipe."""
     folder = ground.new()
     folder.mkdir()

@@ -97,7 +97,8 @@ def by_mutation(ground: Ground, seed: int, number: int) -> Iterator[Attack]:
 
 
 def attack(ground: Ground, message: dict[str, Any]) -> Attack:
-    """Return a message for the player of a live world, then of a recording."""
+    """Return an attack that sends a message to the player of a live world, then to the player of a
+    recording."""
     kind = str(message.get("kind"))[:40]
     live, recorded = _players(ground)
     return Attack(

@@ -1,5 +1,4 @@
-"""A table of worlds that name code, one for each key that accepts code, derived from the field types, and the
-names that they use."""
+"""Worlds that name code, one for each key whose field type accepts code, and the names that they use."""
 
 from __future__ import annotations
 
@@ -131,7 +130,7 @@ def world_of(pattern: str, **more: Any) -> dict[str, Any]:
 
 
 def put(data: dict[str, Any], pattern: str, value: Any) -> None:
-    """Set the value at a key of the table in the data of a snail world."""
+    """Set the value of a key from the table KEYS in a snail world's data."""
     snail = data["species"]["snail"]
     if pattern in PLACES:
         snail[PLACES[pattern]] = value
@@ -148,8 +147,8 @@ def put(data: dict[str, Any], pattern: str, value: Any) -> None:
 
 
 def renamed(pattern: str, name: str, shell: str) -> Any:
-    """Return the value at a key of the table with a different name instead of the one in `evil`, and a shell
-    command where the value allows one."""
+    """Return a key's value in KEYS with this name instead of the one in `evil`, and with a shell command
+    where the value allows one."""
 
     def inside(value: Any) -> Any:
         if isinstance(value, dict):

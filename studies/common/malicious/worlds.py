@@ -1,5 +1,5 @@
-"""Malicious world files: code named at every key that accepts it, however listed, in formulas and texts, and
-inserted by mutation."""
+"""Malicious world files that name code at every key that accepts it, listed or not; in formulas and texts;
+and at positions chosen by mutation."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ ENTRIES = (
 
 
 def by_hand(ground: Ground) -> Iterator[Attack]:
-    """Yield every key with code that is unlisted, listed but not allowed, or part of Python; then lists,
-    formulas and texts."""
+    """Yield worlds with code at every key that is unlisted, listed but not allowed, or part of Python; then
+    worlds with lists of code, formulas and texts."""
     for i, pattern in enumerate(KEYS):
         mine = world_of(pattern)
         yield attack(ground, f"{pattern} names a module on the path", mine, i)
@@ -136,7 +136,8 @@ def _set(data: dict[str, Any], key: tuple[str, ...], value: Any) -> None:
 
 
 def attack(ground: Ground, label: str, data: dict[str, Any], turn: int) -> Attack:
-    """Return a world file that is checked, run, and passed to another command in rotation."""
+    """Return an attack that checks a world file, runs it, and passes it to another command chosen in
+    rotation."""
     folder = ground.beside()
     path = folder / "world.toml"
     try:
