@@ -59,7 +59,7 @@ def takes(function: Callable[..., Any], n: int, given: Mapping[str, Any] = Mappi
     try:
         inspect.signature(function).bind(*[None] * n, **given)
     except TypeError as error:
-        return f"must accept {n} arguments: {error}"
+        return f"must accept {n} argument{'s' * (n != 1)}: {error}"
     except ValueError:  # the function's signature is unknown
         return ""
     return ""

@@ -1,4 +1,4 @@
-"""New values for a living world: the configuration can change while organisms live, learn and die."""
+"""New values for a live world: the configuration can change while organisms live, learn and die."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def reconfigure(world: SpatialWorld, config: WorldSource, learners: Iterable[str] = ()) -> None:
-    """Give a living world a new configuration, effective from the next tick.
+    """Give a live world a new configuration, effective from the next tick.
 
     Living organisms keep their current state (energy, mass, sex, fertility, properties, substances); newborns
     get the new values. A species that stops learning discards experience that it has not yet learned from; a

@@ -116,7 +116,7 @@ class External:
     channels : tuple of str
         Names of the readings, the columns of `Sensed.x`.
     options : dict of str to tuple of str
-        Names of the options in each group of actions; none for a continuous group.
+        Names of the options in each action group; none for a continuous group.
     low : array of float32, shape (groups,)
         Smallest valid choice in each group.
     high : array of float32, shape (groups,)

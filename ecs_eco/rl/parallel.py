@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from ecs_eco.config.loading import WorldSource
+from ecs_eco.ecosystem import World
 from ecs_eco.engine.arguments import whole_number
 from ecs_eco.engine.errors import ConfigError, Problem, listed
 from ecs_eco.nervous.external import Sensed
@@ -256,7 +258,7 @@ class Parallel(Shown, ParallelEnv):
 
 
 def parallel_env(
-    world: Any,
+    world: World | WorldSource,
     species: str,
     pool: int | None = None,
     *,
