@@ -36,7 +36,7 @@ _above = lazy(__name__, {"plot": "ecs_eco.analysis.figures", "view": "ecs_eco.vi
 
 
 class World(SpatialWorld):
-    """Organisms and objects in one space, and the systems that act on them.
+    """A space with organisms and objects, and the systems that act on them.
 
     `World.from_config` builds a world from a file. The constructor creates an empty world, to which you add
     tables and systems yourself.
@@ -141,7 +141,8 @@ class World(SpatialWorld):
         threads : int, default 1
             Number of threads; affects speed, never results.
         learn : bool or Mapping of str to bool, optional
-            Which species learn during the run: all, none, or by species; default: as in the world file.
+            Which species learn during the run: all, none, or selected by species; default: as in the world
+            file.
         training : bool, default False
             Whether to build the world as in pre-training: with the values in `[training.set]`, respawning and
             no births.
@@ -459,7 +460,7 @@ class World(SpatialWorld):
         Returns
         -------
         Panel or None
-            In a notebook, the panel that shows the page.
+            The panel that shows the page, in a notebook.
 
         Notes
         -----

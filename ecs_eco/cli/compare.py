@@ -53,7 +53,10 @@ def compare(
     quiet: Quiet = False,
     training_seeds: Annotated[
         int | None,
-        number("Train policies with training seeds 1 to N, and run each with every world seed.", most=10_000),
+        number(
+            "Train policies with training seeds 1 to N, and run each policy with every world seed.",
+            most=10_000,
+        ),
     ] = None,
     retrain: Annotated[
         bool,
@@ -127,8 +130,8 @@ def _do(
     def failed(key: Key, error: BaseException) -> None:
         if isinstance(error, BrokenExecutor):
             complain(
-                f"A worker process was killed from outside (out of memory?). Unfinished {unit} are lost; "
-                "finished ones are complete."
+                f"A worker process was killed (out of memory?). Unfinished {unit} are lost; "
+                "finished {unit} are complete."
             )
         else:
             complain(f"{key}: {type(error).__name__}: {error}")
@@ -139,12 +142,12 @@ def _do(
         except KeyboardInterrupt:
             complain(
                 f"Stopped after {bar.done} of {len(jobs)} {unit}; finished recordings are in "
-                f"{comparison.folder}. Continue with the same command and --out {comparison.folder}."
+                f"{comparison.folder}. To resume, repeat the command with --out {comparison.folder}."
             )
             raise typer.Exit(INTERRUPTED) from None
     if done < len(jobs):
         complain(
-            f"{len(jobs) - done} of {n} runs failed; the other recordings are in {comparison.folder}."
+            f"{len(jobs) - done} of {n} runs failed; recordings of all others are in {comparison.folder}."
             if unit == "runs"
             else "Not all policies could be trained; the finished policies are in "
             f"{comparison.folder / 'policies'}."
@@ -153,7 +156,7 @@ def _do(
 
 
 def _report(comparison: Comparison) -> None:
-    """Compare the arms, write the comparison, and print it."""
+    """Compare the arms; write and print the comparison."""
     policies = comparison.policies_in_words()
     result = comparison.result()
     for name, text in result["opening"].items():

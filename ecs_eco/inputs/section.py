@@ -146,7 +146,7 @@ def quantity(
     Parameters
     ----------
     text : str
-        Description, shown in the reference and by editors.
+        Description, shown in the reference and in editors.
     unit : str
         Such as "m/s"; "1" for a pure number.
     default : object, optional
@@ -191,7 +191,7 @@ def about(
     Parameters
     ----------
     text : str
-        Description, shown in the reference and by editors.
+        Description, shown in the reference and in editors.
     default : object, optional
         Default value; without it, the key is required.
     change : str, optional

@@ -42,13 +42,13 @@ class Model:
 
     @property
     def tables(self) -> dict[str, Table]:
-        """The tables of the world by kind, organisms first."""
+        """The world's tables by kind, organisms first."""
         tables = self.world.tables
         return {name: tables[name] for name in sorted(tables, key=lambda n: (n not in self.organisms, n))}
 
     @cached_property
     def organisms(self) -> list[str]:
-        """The kinds of organisms: the species, or all tables of a world without a world file."""
+        """The kinds of organisms: the species or, without a world file, all tables."""
         return sorted(self.world.tables if self.config is None else self.config.species)
 
     def places(self, kind: str | None = None) -> list[Section]:

@@ -223,7 +223,7 @@ def schedule(model: Model) -> Iterator[Block]:
     yield from grid(("", "phase", "process", "entities", "what happens", "changes"), rows)
     if idle := [type(system).__name__ for system in model.systems if system not in model.active]:
         names = ", ".join(f"`{name}`" for name in idle)
-        yield f"The schedule also contains {names}, without effect in this world."
+        yield f"Other systems in the schedule have no effect in this world: {names}."
     yield (
         "Competition within a process is resolved by distance or at random; results do not depend on the order in "
         "which individuals are stored."
@@ -251,7 +251,7 @@ def initialization(model: Model) -> Iterator[Block]:
 
 
 def _policy(model: Model, name: str) -> tuple[str, str]:
-    """Return the kind of a species' policy and the source of its initial weights; "" without a policy."""
+    """Return the kind of a species' policy and the source of its initial weights; "" if there is no policy."""
     policy = model.config.species[name].policy if model.config is not None else None
     if policy is None or policy.kind == "none":
         return "", ""

@@ -174,7 +174,7 @@ class Parallel(Shown, ParallelEnv):
         return out
 
     def state(self) -> np.ndarray:
-        """Return the number of organisms of each species in each cell of a grid.
+        """Return the number of organisms of each species in each grid cell.
 
         Returns
         -------

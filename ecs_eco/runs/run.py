@@ -343,7 +343,7 @@ def world_at(
     complain: Callable[[str], None],
     trust: bool,
 ) -> Any:
-    """Return the world of a recorded run at a tick (None: at its last checkpoint), without recording."""
+    """Return the world of a recorded run at a tick (None: the last checkpoint), without recording."""
 
     file = checkpoint.latest(
         path / "checkpoints", before=tick, complain=complain, check=partial(check_checkpoint, manifest)
@@ -477,7 +477,7 @@ def restored(
 
 
 def _begin_anew(claim: Claim, manifest: dict[str, Any], threads: int, trust: bool) -> tuple[Any, Folder]:
-    """Restart a run that has no checkpoints left."""
+    """Restart a run that has no usable checkpoint."""
 
     start = start_of(claim.path, manifest, trust=trust)
     world = built(start.pop("config"), threads=threads, **start)
