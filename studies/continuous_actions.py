@@ -3,8 +3,8 @@
     python -m studies.continuous_actions [--short]
 
 These hypotheses were written before the final run. The task counts as learned if the mean return of the last
-100 episodes is at least −250. Both programs take turns in one thread, with the same settings, environments
-and seeds (rewards are divided by 10, which changes no policy; returns are reported undivided).
+100 episodes is at least −250. The two programs alternate in one thread, with the same settings, environments
+and seeds (rewards are divided by 10, which does not affect the policy; returns are reported undivided).
 1. PPO as shipped learns the task within 100,000 steps for at least 9 of 10 seeds.
 2. Its median number of steps over seeds is at most that of Stable-Baselines3's PPO.
 

@@ -9,8 +9,8 @@ the other; training seeds are the replicates.
     life      20 days after the first: cosinor of the copepods' mean depth
 
 `learned` arms use the trained policies, `untrained` arms random weights, and `reflex` arms the krill of the
-world diel-migration, for which speed costs less. Training takes about a minute of CPU time and is stored; a
-case takes 3 to 20 s.
+world diel-migration, for which speed costs less. Training takes about a minute of CPU time, and the trained
+policies are stored; a case takes 3 to 20 s.
 """
 
 from typing import Any
@@ -71,8 +71,8 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def hunts(world: Any, days: int) -> dict[str, Any]:
-    """Return the krill's catch and energy use per day, and how often they are fast with and without a copepod
-    in sight."""
+    """Return the krill's catch and energy use per day, and how often they swim fast with and without a
+    copepod in sight."""
     from ecs_eco.components import Nervous
     from ecs_eco.nervous.thoughts import thinkers
 

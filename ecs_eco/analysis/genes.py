@@ -39,7 +39,7 @@ class Course:
 
 
 class Selection(NamedTuple):
-    """The change in frequency of a gene's value against all others.
+    """The change in frequency of one allele of a gene relative to all its other alleles.
 
     `per_tick` is the slope of its log odds, and `s` the same slope per generation; `generation` is the mean
     generation time [ticks], `samples` the number of time points used; `first` and `last` are allele

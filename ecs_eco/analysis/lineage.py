@@ -278,8 +278,8 @@ class Lineage(Pedigree):
 
 
 def _events(folder: Path | str, kind: str, columns: dict[str, type]) -> dict[str, np.ndarray]:
-    """Return the columns of all files: texts as str, "" for null; numbers as u64; recorded fields as f64, NaN
-    for null; a missing column is filled with 0, "" or NaN."""
+    """Return the columns of all files: text as str, with "" for null; numbers as u64; recorded fields as f64,
+    with NaN for null. A missing column is filled with 0, "" or NaN."""
     held = list(tables(folder, kind))
     return {name: _column(held, name, dtype) for name, dtype in columns.items()}
 

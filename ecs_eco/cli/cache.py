@@ -34,7 +34,7 @@ def show() -> None:
     folder = kernel_folder.cache_folder()
     say(f"{folder}\n  {_content(folder)}")
     known = sorted(mark.stem for mark in folder.glob(f"*{MARK}"))
-    say(f"  complete for {', '.join(known)}" if known else "  complete for no shipped world")
+    say(f"  complete for {', '.join(known)}" if known else "  not complete for any shipped world")
     for other in _others(folder):
         say(f"{other}, from another version or with different compiler settings\n  {_content(other)}")
 

@@ -132,8 +132,8 @@ class Nerves:
         return columns[0]
 
     def doing(self, table: Table, action: str) -> np.ndarray:
-        """Return which organisms execute an action, "graze" or "speed.run": bool[capacity], in the order of
-        rows.
+        """Return which organisms execute an action, such as "graze" or "speed.run": bool[capacity], in row
+        order.
 
         One action per group is executed: the first active one in declared order, or the default if none is
         active.

@@ -272,7 +272,7 @@ class Player(Inbox):
         self._refresh_all()
 
     def _go_back(self) -> None:
-        """Discard what was sent about ticks that a live world will run again."""
+        """Discard the data already sent for ticks that a live world will run again."""
         tick = self._passed = self.source.tick
         self._sampled, self._sample_at, self._ticked = -1, -math.inf, (time.monotonic(), tick)
         self._next = time.monotonic()

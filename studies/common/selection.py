@@ -183,7 +183,7 @@ def deaths_by_age(
     """
     edges = np.asarray(edges, float)
     if len(edges) < 2 or (np.diff(edges) <= 0).any():
-        raise ValueError(f"deaths_by_age: edges must ascend and be at least 2, got {edges.tolist()}")
+        raise ValueError(f"deaths_by_age: expected at least 2 edges in ascending order, got {edges.tolist()}")
     who = np.ones(len(lineage), bool) if species is None else lineage.species == species
     dead = lineage.died[who] >= 0
     age = (np.where(dead, lineage.died[who], lineage.end) - lineage.born[who]) * lineage.dt

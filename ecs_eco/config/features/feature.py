@@ -85,7 +85,7 @@ class Feature(Section):
 
     @staticmethod
     def causes(species: Any, key: Key) -> Iterator[tuple[Key, str]]:
-        """Yield the causes of death that it adds.
+        """Yield the causes of death that this feature adds.
 
         Yields
         ------

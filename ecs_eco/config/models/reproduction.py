@@ -37,7 +37,7 @@ class Bearing(Reproduction):
     energy_given: NonNegative = quantity("energy of each newborn, paid by its parents", "energy", own=COLUMN)
     age_min: NonNegative = quantity("minimum age of a parent", "s", 0.0, own=COLUMN)
     litter: Annotated[int, Field(ge=1, le=10_000)] = quantity(
-        "litter size, reduced if the parent lacks the energy for all", "1", 1, own=COLUMN
+        "litter size, reduced if the parent lacks the energy for the whole litter", "1", 1, own=COLUMN
     )
     eggs: str | None = about(
         "species of the eggs that it lays, which must have `hatch`; default: it lays no eggs, and newborns "

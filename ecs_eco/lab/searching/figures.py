@@ -77,7 +77,8 @@ def scatter(
     start: dict[str, float],
     best: dict[str, float],
 ) -> Figure:
-    """Draw candidates against each number; `worse` f64[candidates] is the share of candidates that are worse."""
+    """Plot the candidates against each parameter; `worse` f64[candidates] is the share of candidates that are
+    worse."""
     figure, axes = several(len(parameters), 4, (2.9, 2.3), (0.5, 0.4), sharey=True)
     for ax, p in zip(axes.flat, parameters, strict=False):
         ax.scatter([e["values"][p.name] for e in entries], worse, s=18, color=PALETTE[2], alpha=0.6, lw=0)
