@@ -259,7 +259,7 @@ def test_a_class_that_nobody_reached_has_no_rate():
     assert rates.deaths.tolist() == [1, 0, 0]
     assert rates.rate[0] == 1 / 2
     assert np.isnan(rates.rate[1:]).all()
-    with pytest.raises(ValueError, match="edges in ascending order and be at least 2"):
+    with pytest.raises(ValueError, match="expected at least 2 edges in ascending order"):
         deaths_by_age(_lineage([0], [4], ["poison"]), "poison", [0, 0])
 
 
