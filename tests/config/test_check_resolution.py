@@ -59,7 +59,7 @@ def test_debug_mode_says_where_energy_no_longer_falls(monkeypatch):
     deer[Metabolism].energy[3] = 1e8
     lost = (
         r"Metabolism.energy of uid \d+ \(row 3\) is 100000000.0, where a step of .* is lost to rounding; "
-        r"the smallest step of float32 is 8"
+        r"the smallest float32 step there is 8"
     )
     with pytest.raises(DebugError, match=lost):
         world.run(1)

@@ -234,7 +234,7 @@ def test_the_command_submits_what_is_not_done_and_says_so(
         CliRunner().invoke(app, ["sweep", *words, "--on", "slurm", "--sbatch=--time=0:30"])
         for words in ([plan, "--out", str(tmp_path / "out")], ["resume", str(tmp_path / "out")])
     )
-    assert "submitted 4 jobs to SLURM: 100; progress: ecs-eco sweep status" in begun.output
+    assert "submitted 4 jobs to SLURM: 100; to show progress: ecs-eco sweep status" in begun.output
     assert "submitted" in again.output or "4 jobs are already queued or running" in again.output
     text = (tmp_path / "out" / "slurm" / "array-1.sh").read_text()
     assert "#SBATCH --time=0:30\n" in text
