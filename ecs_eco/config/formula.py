@@ -53,8 +53,8 @@ ALLOWED = (
 
 
 class FormulaError(ValueError):
-    """An invalid formula: the problem, its position (character from 1), expected input and nearest valid
-    name."""
+    """An invalid formula: the problem, its position (characters count from 1), the expected input and the
+    nearest valid name."""
 
     def __init__(self, fault: str, position: int, allowed: str = ALLOWED, close: str = "") -> None:
         self.what, self.position = f"{fault} at character {position}", position

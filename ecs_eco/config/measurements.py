@@ -68,8 +68,8 @@ def read_outside(
     time: str | None = None,
 ) -> Outside:
     """Read a CSV file with times in the column `time`, by default the first; `match` maps columns to the
-    species or reporters in `names` that they are compared with. Rows without numbers at either end are left
-    out. Raises ConfigError."""
+    species or reporters in `names` that they are compared with. Leading and trailing rows without numbers are
+    left out. Raises ConfigError."""
     place = place or Place()
     head, rows = _rows(Path(file), place)
     if time is not None and time not in head:

@@ -98,7 +98,7 @@ def machine_memory() -> float:
 
         soft = resource.getrlimit(resource.RLIMIT_AS)[0]
         limits += [soft] if soft != resource.RLIM_INFINITY else []
-    except (ImportError, AttributeError, ValueError, OSError):  # not on every system
+    except (ImportError, AttributeError, ValueError, OSError):  # not available on every system
         pass
     for file in CGROUPS:
         try:

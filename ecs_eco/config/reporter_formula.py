@@ -1,8 +1,8 @@
 """Formulas of reporters: numbers computed from the fields of components over all living organisms.
 
 `mean(Metabolism.energy)` gives a number per species, `mean(wolf.Metabolism.energy)` one for the world. Within
-the parentheses, the language is as in formula.py, with fields instead of sensors. All numbers are float64, and
-organisms are sorted by uid, so results do not depend on the order of rows.
+the parentheses, the language is the same as in formula.py, with fields instead of sensors. All numbers are
+float64, and organisms are sorted by uid, so results do not depend on the order of rows.
 """
 
 import ast
@@ -102,8 +102,8 @@ def compile_reporter(
 ) -> ReporterFormula:
     """Compile the text of a reporter in a world with these species and object types.
 
-    `fields` are the fields of all components; unless they are `complete`, the text can name others. Raises
-    FormulaError if a name is unknown or anything else is not allowed.
+    `fields` are the fields of all components; unless they are `complete`, the text can name other fields.
+    Raises FormulaError if a name is unknown or anything else is not allowed.
     """
     run, compiler = compiled(text, lambda line, lead: _Compiler(line, lead, kinds, fields, complete))
     if not compiler.aggregates:

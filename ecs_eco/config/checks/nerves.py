@@ -32,7 +32,7 @@ from ecs_eco.learning.aliases import ALIASES
 from ecs_eco.learning.settings import check_setting
 
 MOST_WHOLE = 10**9  # maximum value of an integer hyperparameter
-MOST_WEIGHTS = 10_000_000  # per network; larger ones take seconds to initialize and 1 ms per decision
+MOST_WEIGHTS = 10_000_000  # per network; larger networks take seconds to initialize and 1 ms per decision
 
 
 def check_nerves(config: WorldConfig, name: str, folder: Path) -> Iterator[Problem]:

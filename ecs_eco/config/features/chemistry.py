@@ -37,7 +37,7 @@ class Reaction(_From, change=FREE, own=True):  # type: ignore[call-arg]
     """A reaction within the body, limited by its rate and its reactants.
 
     The extent in a tick is rate × Π c/(half + c) × volume × dt over the substances under `half` (Michaelis &
-    Menten 1913; Monod 1949), times the light at its position if `light` is set. A reaction that releases
+    Menten 1913; Monod 1949), times the light at the body's position if `light` is set. A reaction that releases
     energy stops when the organism's store is full; a reaction that needs energy stops when the store is
     empty.
     """
@@ -60,7 +60,7 @@ class Reaction(_From, change=FREE, own=True):  # type: ignore[call-arg]
 class Uptake(Section, change=FREE, own=True):
     """Uptake of a field's substance at the mouth: breathing, drinking, absorption by roots.
 
-    Uptake in a tick is at most rate × c/(half + c) × volume × dt, where c is the concentration there; if
+    Uptake in a tick is at most rate × c/(half + c) × volume × dt, where c is the concentration at the mouth; if
     total demand exceeds the supply, each body gets the same proportion of its demand.
     """
 

@@ -1,4 +1,4 @@
-"""Ectothermy: animals whose temperature follows their surroundings slow down in the cold."""
+"""Ectothermy: animals whose temperature follows the ambient temperature slow down in the cold."""
 
 from collections.abc import Iterator
 from typing import Any

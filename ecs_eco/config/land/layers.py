@@ -136,7 +136,7 @@ def _content(path: Path, layer: str | None) -> Content:
 
 
 def _of_geojson(data: Any, stem: str, layer: str | None) -> Content:
-    """Return the same for GeoJSON (RFC 7946), which can name its coordinate system as in the 2008
+    """Do the same for GeoJSON (RFC 7946), which can name its coordinate system as in the 2008
     specification."""
     crs = data.get("crs") or {"type": "name", "properties": {"name": "EPSG:4326"}}
     if crs["type"] != "name":

@@ -92,7 +92,7 @@ class Add(Intervention):
 
 
 class Fence(Intervention):
-    """A new line that walkers cannot cross, but smells, sight and births can."""
+    """A new line that walkers cannot cross; smells, sight and births can."""
 
     kind: Literal["fence"]
     line: Annotated[list[Pair], Field(min_length=2)] | None = quantity("the corners of the fence", "m", None)
@@ -239,7 +239,7 @@ class Use(Section, change=FREE):
         return first <= share < last if first < last else share >= first or share < last
 
     def year(self, tick: int, dt: float) -> int:
-        """Return a tick's year, counted from 0; `dt` is the length of a tick [s]. It is 0 without
+        """Return a tick's year, counted from 0; `dt` is the length of a tick [s]. It is always 0 without
         `period`."""
         return 0 if self.period is None else tick // exact(self.period / dt)
 

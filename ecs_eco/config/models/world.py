@@ -47,7 +47,7 @@ class Ramp(Section):
     )
 
     def at(self, share: float) -> float:
-        """Return its value after a fraction of the training."""
+        """Return the number's value after a given fraction of the training."""
         first, last = self.values
         return last if share >= self.duration else first + (last - first) * share / self.duration
 
@@ -266,7 +266,7 @@ class WorldConfig(Section):
         Parameters
         ----------
         former : bool, default False
-            Use the former names of keys, so that renaming a key does not change hashes and digests.
+            Whether to use the former names of keys, so that renaming a key does not change hashes or digests.
 
         Returns
         -------
