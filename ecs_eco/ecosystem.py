@@ -46,7 +46,7 @@ class World(SpatialWorld):
     size : sequence of float, default (100, 100)
         Extent along each axis [m]: two numbers for a plane, three for a volume.
     edges : {"torus", "walls"}, default "torus"
-        Whether an organism that leaves on one side re-enters on the other, or stops at the edge.
+        Whether an organism that leaves on one side re-enters on the other, rather than stopping at the edge.
     dt : float, default 1.0
         Length of a tick [s].
     seed : int, default 0
@@ -506,8 +506,8 @@ class World(SpatialWorld):
         species : str
             Species with actions whose own policy does not learn.
         partial : bool, default False
-            Whether your program decides only for some organisms. The species' own policy decides for the rest
-            or, without a network, draws actions at random.
+            Whether your program decides only for some organisms. The species' own policy decides for the
+            rest; a species without a network draws actions at random.
 
         Returns
         -------
@@ -552,7 +552,7 @@ class World(SpatialWorld):
         Raises
         ------
         RuntimeError
-            If called within a tick.
+            If called during a tick.
         CheckpointError
             If the world contains something that could not be restored.
         OSError
@@ -593,7 +593,7 @@ class World(SpatialWorld):
         systems : sequence of System
             New instances of the systems that were passed as instances.
         prepare : callable, optional
-            Called with the world before the state is loaded, to add what you added in Python.
+            Called with the world before the state is loaded, to add everything that you added in Python.
         record : bool, default True
             Whether to continue recording.
         trust : bool, default False
@@ -683,8 +683,8 @@ class World(SpatialWorld):
         systems : sequence of System
             New instances of the systems that were passed as instances.
         prepare : callable, optional
-            Called with the copy before the state is loaded, to add what you added in Python: systems, tables,
-            functions of the environment.
+            Called with the copy before the state is loaded, to add everything that you added in Python:
+            systems, tables, environment functions.
 
         Returns
         -------
@@ -719,7 +719,7 @@ class World(SpatialWorld):
         Parameters
         ----------
         seed : int
-            Seed of the copy.
+            Seed for the copy.
         threads, systems, prepare
             As in `copy`.
 

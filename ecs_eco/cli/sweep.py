@@ -207,7 +207,7 @@ def duration(seconds: float | None) -> str:
 
 @contextmanager
 def watched(sweep: Sweep, quiet: bool) -> Iterator[None]:
-    """Show the progress of a sweep: as a bar on a terminal, as lines elsewhere; nothing if quiet."""
+    """Show the progress of a sweep: as a bar on a terminal, as lines elsewhere; show nothing if quiet."""
     end, survey, name = threading.Event(), Survey(sweep), sweep.content["world"]
     with shown(
         name,

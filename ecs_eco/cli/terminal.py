@@ -121,7 +121,7 @@ def path_of(text: str | Path) -> Path:
 
 class Progress:
     """A command's progress; called with the number of finished items and the total, both of which it stores.
-    At the first call, everything that the command needs has been loaded."""
+    By the first call, everything that the command needs has been loaded."""
 
     def __init__(self, show: Callable[[int, int], None] | None = None) -> None:
         self.done = self.total = 0
@@ -137,7 +137,8 @@ class Progress:
 
 @contextmanager
 def progress(word: str, quiet: bool, unit: str = "ticks") -> Iterator[Progress]:
-    """Show progress on stderr: a bar if it is a terminal, otherwise an occasional line; nothing if quiet."""
+    """Show progress on stderr: a bar if it is a terminal, otherwise an occasional line; show nothing if
+    quiet."""
     columns = ("MofNCompleteColumn", unit, "TimeRemainingColumn")
     with shown(
         word,

@@ -259,7 +259,8 @@ def read(
 
 
 def _load(sources: tuple[Source, ...]) -> Iterator[tuple[str, ModuleType | Exception]]:
-    """Run the texts in order, so that files can import earlier files. Yield modules, or errors for failures."""
+    """Run the texts in order, so that files can import earlier files. Yield each module, or the error if it
+    failed."""
     digest = hashlib.sha256(" ".join(f"{s.entry} {s.sha256}" for s in sources).encode()).hexdigest()[:16]
     earlier: dict[str, ModuleType | Exception] = {}
     for source in sources:

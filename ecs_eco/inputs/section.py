@@ -66,7 +66,7 @@ WIDTH = "it is the width of a column or of a network's input, which all members 
 
 @dataclass(frozen=True)
 class Change:
-    """The alternative to changing a field in a live world, or FREE if it may change; `entries` is the
+    """The alternative to changing a field in a live world, or FREE if the field may change; `entries` is the
     alternative for a table's entries, if different."""
 
     instead: str | None = None
@@ -204,7 +204,7 @@ def about(
     former : str, optional
         A former name of the key, which is still accepted.
     omit : bool, default False
-        Whether files omit the key while it has its default (None unless given), so that worlds without the
+        Whether files omit the key if it has its default (None unless given), so that worlds without the
         key keep their previous hash and digests.
     **limits
         Other arguments, passed to `pydantic.Field`.

@@ -56,7 +56,7 @@ class Source:
 
 def of_file(entry: str, places: Sequence[Path], wanted: str | None) -> tuple[Source | None, str]:
     """Return a file's source from the first of `places` that contains it, preferably with the hash `wanted`;
-    or None and the problem."""
+    on failure, return None and the problem."""
     first = None
     for path in (place / entry for place in places if (place / entry).is_file()):
         try:

@@ -85,7 +85,7 @@ class SeriesTable:
         Parameters
         ----------
         *columns : str
-            Columns of the series; default: "n". With several, the result has columns like "n deer".
+            Columns of the series; default: "n". If there are several, the result has columns such as "n deer".
 
         Returns
         -------

@@ -48,7 +48,7 @@ def stateful(world: SpatialWorld) -> dict[str, Any]:
 
 
 def has_state(part: Any) -> bool:
-    """Return whether a part has its own state, that is, state() and load()."""
+    """Return whether a part has its own state, that is, the methods state() and load()."""
     both = all(callable(getattr(part, name, None)) for name in ("state", "load"))
     return both and not isinstance(part, type)
 

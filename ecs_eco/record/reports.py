@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 class Reports:
     """The values of a world's reporters in each tick of a block, f64[ticks, species, reporters].
 
-    A value for the whole world is repeated in each species' row; species without a value have NaN.
+    A value for the whole world is repeated in each species' row; NaN means that a species has no value.
     """
 
     def __init__(self, world: SpatialWorld, names: list[str], block: int) -> None:

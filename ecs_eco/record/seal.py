@@ -1,4 +1,4 @@
-"""Seals: each file of a recording contains a SHA-256 of its contents, which reveals damage.
+"""Seals: each file of a recording contains a SHA-256 hash of its contents, which reveals damage.
 
 In a Parquet part, the seal is an entry in the footer, computed with the entry zeroed; in a manifest it is the
 key `seal`, computed without the key. Files without a seal can be read unless their manifest requires one.

@@ -68,7 +68,7 @@ class SlotsVecEnv(VecEnv):
         return [getattr(self.envs, method_name)(*args, **kwargs)]
 
     def env_is_wrapped(self, wrapper_class: Any, indices: Any = None) -> list[bool]:
-        """Return False for each slot, because none is wrapped."""
+        """Return False for each slot, because no slot is wrapped."""
         return [False] * len(list(self._get_indices(indices)))
 
     def get_images(self) -> list[Any]:

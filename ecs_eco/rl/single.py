@@ -1,4 +1,4 @@
-"""One organism of a species as a Gymnasium Env; all other organisms behave as in any run."""
+"""One organism of a species as a Gymnasium Env; all other organisms behave as usual."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ class Body(Shown, Env):
         Raises
         ------
         RuntimeError
-            If the organism is dead or none has been chosen; call `reset` first.
+            If the organism is dead or no organism has been chosen; call `reset` first.
         """
         if not self.uid:
             raise RuntimeError("the organism is dead, or none has been chosen; call reset() first")

@@ -49,11 +49,11 @@ class Slots(Shown, VectorEnv):
         self.observation_space = batch_space(self.single_observation_space, n)
         self.action_space = batch_space(self.single_action_space, n)
         self.uid = np.zeros(n, np.uint64)  # uid of each slot's organism; 0 if the slot is empty
-        self._at = np.zeros(n, np.int64)  # their indices among all sensing organisms
+        self._at = np.zeros(n, np.int64)  # the organisms' indices among all sensing organisms
 
     @property
     def mask(self) -> np.ndarray:
-        """Which slots have an organism: bool[n]."""
+        """The slots that have an organism: bool[n]."""
         return self.uid > 0
 
     def reset(self, *, seed: Any = None, options: dict[str, Any] | None = None) -> Any:

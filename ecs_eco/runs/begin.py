@@ -1,4 +1,4 @@
-"""Start a recorded run, writing its policies, a first checkpoint and its manifest, or restart it."""
+"""Start a recorded run by writing its policies, a first checkpoint and its manifest, or restart it."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ from ecs_eco.engine.errors import ConfigError, Problem
 from ecs_eco.engine.files import write
 
 TEMPLATE = Path(__file__).parent / "land" / "land.toml"
-MOST_CELLS = 600  # maximum along each side; of a larger raster, the middle is used
+MOST_CELLS = 600  # maximum along each side; for a larger raster, the middle is used
 SITES = 15_000  # number of grass tufts
 CLASS = (
     "[terrain.classes.{name}]\n{where}\ngrowth = {growth}                      # factor of grass growth\n"
