@@ -63,7 +63,7 @@ class World(SpatialWorld):
     tick : int
         Number of completed ticks.
     tables : dict of str to Table
-        One table per species and object type.
+        One table for each species and each object type.
     systems : list of System
         In the order in which they were added.
     before_tick : list of callable
@@ -141,8 +141,8 @@ class World(SpatialWorld):
         threads : int, default 1
             Number of threads; affects speed, never results.
         learn : bool or Mapping of str to bool, optional
-            Which species learn during the run: all, none, or selected by species; default: as in the world
-            file.
+            Which species learn during the run: all of them, none, or those selected by name; default: as in
+            the world file.
         training : bool, default False
             Whether to build the world as in pre-training: with the values in `[training.set]`, respawning and
             no births.
@@ -387,7 +387,7 @@ class World(SpatialWorld):
         return said_by(self, name, self.reporters[name], species)
 
     def series(self) -> Any:
-        """Return the series recorded so far, with one row per tick and species.
+        """Return the series recorded so far, with one row for each tick and species.
 
         Returns
         -------

@@ -175,7 +175,7 @@ def _report(comparison: Comparison) -> None:
 
 
 def _say_persistence(name: str, arm: Mapping[str, Any]) -> None:
-    """Print the share of runs in which all species persist, and the sources of variance."""
+    """Print the proportion of runs in which all species persist, and the sources of variance."""
     _, low, high = arm["persistence"]
     say(
         f"  {name}: share of runs in which all species persist, 95% interval over both kinds of seeds: "

@@ -231,7 +231,7 @@ def watched(sweep: Sweep, quiet: bool) -> Iterator[None]:
 
 
 def in_words(status: Status) -> str:
-    """Return the progress of a sweep in one line."""
+    """Return the progress of a sweep as one line."""
     failed = f", {len(status.failed)} failed" if status.failed else ""
     rest = f", {status.rate:,.0f} ticks/s, {duration(status.remaining)} left" if status.rate else ""
     return f"{len(status.done)} of {status.jobs} jobs, {len(status.running)} running{failed}{rest}"

@@ -2,7 +2,7 @@
 
 `mean(Metabolism.energy)` gives a number per species, `mean(wolf.Metabolism.energy)` one for the world. Within
 the parentheses, the language is the same as in formula.py, with fields instead of sensors. All numbers are
-float64, and organisms are sorted by uid, so results do not depend on the order of rows.
+float64, and organisms are sorted by uid, so results do not depend on row order.
 """
 
 import ast

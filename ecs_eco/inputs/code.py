@@ -63,7 +63,7 @@ class Code:
         trust.allow(s.sha256 for s in self.sources)
 
     def pass_on(self) -> None:
-        """Allow in a child process what its parent allowed, including copies of these texts."""
+        """Allow in a child process the code that its parent allowed, including copies of these texts."""
         if self.allowed:
             self.allow()
 

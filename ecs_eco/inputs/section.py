@@ -45,7 +45,7 @@ Point = Annotated[list[Real], Field(min_length=2, max_length=3)]
 RESERVED = frozenset({"and", "or", "not", "if", "else", "in", "is", "lambda", "for", "None", "True", "False"})
 
 
-# what to do instead of changing a value in a live world
+# alternatives to changing a value in a live world
 FREE = ""  # it may change
 ANEW = "build a world with it and run it from the start"
 SWITCH = '; or an intervention of kind "switch"'
@@ -195,7 +195,7 @@ def about(
     default : object, optional
         Default value; without it, the key is required.
     change : str, optional
-        `FREE` if the value may change in a live world, otherwise what to do instead, such as `ANEW`; default:
+        `FREE` if the value may change in a live world, otherwise the alternative, such as `ANEW`; default:
         the same as for the key that contains the section.
     entries : str, optional
         The same for a table's entries, if different.

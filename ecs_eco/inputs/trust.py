@@ -30,7 +30,7 @@ def allow(hashes: Iterable[str]) -> None:
 
 
 def file() -> Path:
-    """Return the file that stores what this user allowed."""
+    """Return the file that lists the code that this user allowed."""
     home = os.environ.get("XDG_CONFIG_HOME") or os.path.join(os.path.expanduser("~"), ".config")
     return Path(home) / "ecs-eco" / "trusted.json"
 

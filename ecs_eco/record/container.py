@@ -30,7 +30,7 @@ OLD = (
 
 
 class Container(Section):
-    """The keys common to all manifests of containers; each kind adds its own."""
+    """The keys common to all manifests of containers; each kind adds its own keys."""
 
     FILE: ClassVar[str]
     KIND: ClassVar[str]

@@ -73,7 +73,7 @@ class Details:
     """Collects details for every species that has a nervous system, from all members or a focal sample.
 
     A species' sample starts with the `most` organisms that have the lowest uids. Dead organisms are replaced
-    by newborns in the order of uids, so organisms that join later are followed from birth to death. A dying
+    by newborns in order of uid, so organisms that join later are followed from birth to death. A dying
     organism's last tick is recorded, too. Rows are passed to `sink("details-SPECIES", columns)`.
     """
 

@@ -58,8 +58,8 @@ def count_actions(rows, alive, born, tick, decision, start, size, neutral, done)
 
 
 class LearningPages:
-    """Rows that are not yet written: one per policy update (for individual learners, one row of means per
-    tick with updates), and one per action every `EVERY` ticks.
+    """Rows that have not yet been written: one per policy update (for individual learners, one row of means per
+    tick with updates), and one per action, every `EVERY` ticks.
 
     Continuous actions are not counted, because they belong to no group.
     """

@@ -275,7 +275,7 @@ def parallel_env(
     species : str
     pool : int, optional
         Number of agent names, for libraries that need `possible_agents`: names are assigned in order of
-        birth, and the episode is truncated when none is left. Default: agents are uids.
+        birth, and the episode is truncated when no name is left. Default: agents are uids.
     max_cycles : int, optional
         Ticks per episode; default: the world file's `ticks`.
     render_mode : {"rgb_array"}, optional

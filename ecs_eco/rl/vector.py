@@ -31,10 +31,10 @@ class Slots(Shown, VectorEnv):
     Notes
     -----
     Death terminates a slot's episode; `final_obs` in the infos contains the last reading. In the same step,
-    the free slot receives a living member without a slot, drawn at random. If there is none, the slot stays
-    empty: it reads zeros, and `mask` in the infos is False. Members without a slot follow the species' own
-    policy, or act at random if it has none. After `max_cycles` ticks, all slots are truncated; then, or when
-    the species is extinct, a new world starts in the same step.
+    the free slot receives a living member without a slot, drawn at random. If there is no such member, the
+    slot stays empty: it reads zeros, and `mask` in the infos is False. Members without a slot follow the
+    species' own policy, or act at random if it has none. After `max_cycles` ticks, all slots are truncated;
+    then, or when the species is extinct, a new world starts in the same step.
     """
 
     def __init__(self, arena: Arena, n: int, render_mode: str | None = None, flat: bool = False) -> None:

@@ -1,4 +1,4 @@
-"""A recorded run, which can be stopped at any moment and continues from its last checkpoint bit for bit."""
+"""A recorded run, which can be stopped at any moment and resumed bit for bit from its last checkpoint."""
 
 from __future__ import annotations
 

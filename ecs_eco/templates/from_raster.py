@@ -162,7 +162,7 @@ def _classes(part: np.ndarray, sides: tuple[float, float]) -> str:
 
 
 def _living(spacing: float, size: list[float]) -> dict[str, Any]:
-    """Return the numbers of the starter meadow (a site is 2 m, a tick 1 s), converted to this scale.
+    """Return the numbers of the starter meadow (2 m sites, 1 s ticks), converted to this scale.
 
     Lengths and times are scaled by the same factor, so speeds stay the same.
     """

@@ -119,7 +119,7 @@ def arrange(world: World, name: str, **fields: Any) -> Any:
     name : str
         Name of the table.
     **fields
-        Fields by name: one value, or a value for each organism, in order of uid.
+        Fields by name: a single value, or a value for each organism, in order of uid.
 
     Returns
     -------

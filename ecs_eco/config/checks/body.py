@@ -20,7 +20,7 @@ JAMMED = {2: 0.547 / (math.pi / 4), 3: 0.384 / (math.pi / 6)}
 
 
 def check_body(config: WorldConfig, name: str) -> Iterator[Problem]:
-    """Yield all problems with the species, except for its nervous system."""
+    """Yield all problems with the species, except those with its nervous system."""
     species, key = config.species[name], ("species", name)
     yield from check_matter(config, key, species)
     yield from check_size(config, key, species.body)

@@ -48,7 +48,7 @@ def check_nerves(config: WorldConfig, name: str, folder: Path) -> Iterator[Probl
 
 
 def check_sensors(config: WorldConfig, name: str) -> Iterator[Problem]:
-    """Yield all problems with the species' sensors, except for the names of their channels."""
+    """Yield all problems with the species' sensors, except those with the names of their channels."""
     for i, sensor in enumerate(config.species[name].sensors):
         yield from _check_sensor(config, config.species[name], ("species", name, "sensors", i), sensor)
 

@@ -1,4 +1,4 @@
-"""Checks across the sections of a world: all names exist, and values fit together."""
+"""Checks across the sections of a world: whether all names exist and the values are consistent."""
 
 import math
 from collections.abc import Iterator

@@ -182,7 +182,7 @@ class Provision(Feature, after="exchange"):
 
 class Decomposition(Section, change=FREE):
     """Decay: each substance passes into its first field, dc/dt = −rate c (Olson 1963), or is lost if it has
-    none; the object vanishes when little is left."""
+    no field; the object vanishes when little is left."""
 
     rate: Positive = quantity("proportion returned per second", "1/s")
     left: Annotated[float, Field(gt=0, lt=1)] = quantity(

@@ -210,7 +210,7 @@ def _hooks_of(model: type[Section], what: str) -> tuple[Callable[..., Iterator[A
 
 @cache
 def features_of(model: type[Section]) -> tuple[type[Feature], ...]:
-    """Return the features of a model of species or object types, in the order of its keys."""
+    """Return the features of a model of species or object types, in the same order as its keys."""
     return tuple(c for c in model.__mro__ if Feature in c.__bases__ and "after" in vars(c) and c is not model)
 
 

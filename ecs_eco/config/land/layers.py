@@ -204,7 +204,7 @@ def _parts(wkb: bytes, at: int) -> tuple[list[tuple[int, Line]], int]:
 
 
 def covered(rings: list[Line], frame: Any) -> np.ndarray:
-    """Return which cells have centers within the areas, bool[ny, nx].
+    """Return whether each cell's center is within the areas, bool[ny, nx].
 
     A center is inside if a ray from it crosses the rings an odd number of times, so holes remain holes.
     """

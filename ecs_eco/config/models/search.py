@@ -152,7 +152,8 @@ Text = Annotated[str, Field(min_length=1, max_length=200)]
 
 
 class Data(Section):
-    """An external series: measurements that reports show next to a run, and that a search can fit."""
+    """An external series: measurements that reports show next to a run's results, and to which a search can
+    fit a world."""
 
     file: Annotated[str, Field(min_length=1, max_length=1000)] = about(
         "a CSV file next to the world file: a header with column names, then a row for each of the evenly "

@@ -157,7 +157,7 @@ class WorldConfig(Section):
     _folder: Path = PrivateAttr(default_factory=Path)  # folder for relative file names
     _source: str = PrivateAttr(default="dict")  # for messages
     _code: Code = PrivateAttr(default=NONE)  # the source files listed in `code`, as read
-    _renamed: tuple[str, ...] = PrivateAttr(default=())  # notes on keys given by their former names
+    _renamed: tuple[str, ...] = PrivateAttr(default=())  # notes on keys given under their former names
     _land: Any = PrivateAttr(default=None)  # the Land read from terrain.raster
 
     @property
