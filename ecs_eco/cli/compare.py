@@ -1,4 +1,4 @@
-"""The command compare: a world with and without treatments, under the same seeds."""
+"""The command compare: a world with and without treatments, with the same seeds."""
 
 from __future__ import annotations
 

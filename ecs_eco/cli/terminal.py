@@ -47,7 +47,8 @@ def complain(text: str) -> None:
 
 
 def exits(command: Callable[..., None]) -> Callable[..., None]:
-    """Wrap a command: refused input ends it with code 2 and at most one screen of text, Ctrl-C with 130."""
+    """Wrap a command: refused input ends it with code 2 and at most one screen of text, and Ctrl-C ends it
+    with code 130."""
 
     @wraps(command)
     def wrapped(*args: object, **kwargs: object) -> None:

@@ -1,6 +1,6 @@
 """A small language of expressions over named arrays, for happiness and reflexes.
 
-Everything is float32; true is 1, false is 0, and any nonzero number counts as true, including NaN. Python
+All values are float32; true is 1, false is 0, and any nonzero number counts as true, including NaN. Python
 itself never evaluates the text; it is parsed into a tree of the operations listed here.
 """
 

@@ -46,7 +46,7 @@ class Outside(NamedTuple):
 
 
 def outside_of(data: Mapping[str, Any], folder: Path, names: Sequence[str], source: str = "") -> Outside:
-    """Read the external series of [data] for the species and reporters in `names`. Raises ConfigError."""
+    """Read the external series in [data] for the species and reporters in `names`. Raises ConfigError."""
     place = IN_WORLD._replace(of_file=source, of_columns=source)
     read = read_outside(folder / data["file"], names, data.get("columns"), place, data.get("time"))
     return read._replace(unit=data.get("unit") or read.unit, ticks=data.get("ticks"))

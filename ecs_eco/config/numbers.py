@@ -35,7 +35,7 @@ class Number:
 
     @property
     def codable(self) -> bool:
-        """Whether a gene can code for it."""
+        """Whether a gene can code for the number."""
         return self.own in (True, COLUMN) or isinstance(self.own, Column)
 
 

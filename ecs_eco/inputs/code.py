@@ -39,7 +39,8 @@ _loaded: dict[tuple[Source, ...], dict[str, ModuleType | Exception]] = {}
 
 
 class CodeError(ConfigError):
-    """Raised if code named in data cannot run here: it is not listed, not allowed, or cannot be imported."""
+    """Raised if code named in data cannot run here because it is not listed, is not allowed, or cannot be
+    imported."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,7 @@ class Code:
 
     @property
     def allowed(self) -> bool:
-        """Whether all of it is allowed to run, by this process or its user."""
+        """Whether this process or its user allows all of the code to run."""
         return self.passed_on or all(s.allowed for s in self.sources)
 
     def allow(self) -> None:
@@ -74,7 +75,7 @@ class Code:
         )
 
     def require(self, where: str = "") -> None:
-        """Raise CodeError unless all of it is allowed to run."""
+        """Raise CodeError unless all of the code is allowed to run."""
         if not self.allowed:
             place = f"{where}: " if where else ""
             raise CodeError(

@@ -27,7 +27,7 @@ class Source:
 
     @property
     def is_file(self) -> bool:
-        """Whether it is a file next to the world rather than an installed module."""
+        """Whether the source is a file next to the world rather than an installed module."""
         return self.entry.endswith(".py")
 
     @property
@@ -37,17 +37,17 @@ class Source:
 
     @property
     def of_session(self) -> bool:
-        """Whether it is a function or class defined in an interactive session."""
+        """Whether the source is a function or class defined in an interactive session."""
         return ":" in self.entry
 
     @property
     def allowed(self) -> bool:
-        """Whether it is allowed to run; definitions in an interactive session always are."""
+        """Whether the source is allowed to run; definitions in an interactive session always are."""
         return self.of_session or trust.allowed(self.sha256)
 
     @cached_property
     def sha256(self) -> str:
-        """The hash of its text or, for a module without a file, of its name."""
+        """The hash of the source's text or, for a module without a file, of its name."""
         return hashlib.sha256(f"module {self.entry}".encode() if self.text is None else self.text).hexdigest()
 
     def __str__(self) -> str:

@@ -1,5 +1,5 @@
-"""The digest of a world: a hash of everything that determines its future, independent of rows, threads and
-files.
+"""The digest of a world: a hash of everything that determines its future, independent of row order, threads
+and files.
 
 The checkpoint format is defined in `ecs_eco.record.checkpoint`.
 """

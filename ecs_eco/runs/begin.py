@@ -162,7 +162,7 @@ def policies_as_json(policies: Policies) -> Any:
 
 
 def _copy(file: Path, into: Path) -> str:
-    """Copy a policy file, and return its SHA-256."""
+    """Copy a policy file, and return its SHA-256 hash."""
     content = file.read_bytes()
     into.parent.mkdir(exist_ok=True)
     files.write(into, content)

@@ -102,7 +102,7 @@ def run_to_folder(
     keep : int, default 3
         Number of checkpoints to keep.
     record : str, optional
-        Organisms to record in every tick: "focal=N" for N of each species, or "full" for all.
+        Organisms to record in every tick: "focal=N" for N organisms of each species, or "full" for all of them.
     prepare : callable, optional
         Called with the world before the first tick.
     trust : bool, default False

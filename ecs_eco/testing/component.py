@@ -1,4 +1,4 @@
-"""Conformance check of a component."""
+"""Conformance check for a component."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Conformance check of a genome's layout."""
+"""Conformance check for a genome's layout."""
 
 import numpy as np
 

@@ -40,7 +40,7 @@ class Outcome(NamedTuple):
 
     @property
     def holds(self) -> bool:
-        """True if all three are the same."""
+        """Whether all three digests are the same."""
         return self.digest == self.two_threads == self.resumed
 
 

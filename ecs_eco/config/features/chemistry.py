@@ -58,7 +58,7 @@ class Reaction(_From, change=FREE, own=True):  # type: ignore[call-arg]
 
 
 class Uptake(Section, change=FREE, own=True):
-    """Uptake of a field's substance at the mouth: breathing, drinking, absorption by roots.
+    """Uptake of a substance from a field at the mouth: breathing, drinking, absorption by roots.
 
     Uptake in a tick is at most rate × c/(half + c) × volume × dt, where c is the concentration at the mouth; if
     total demand exceeds the supply, each body gets the same proportion of its demand.

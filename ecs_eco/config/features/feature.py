@@ -79,7 +79,7 @@ class Feature(Section):
         Yields
         ------
         tuple
-            The group, the word for an action in messages, and the actions.
+            The group, the word used for an action in messages, and the actions.
         """
         yield from ()
 

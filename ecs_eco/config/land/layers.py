@@ -222,7 +222,7 @@ def covered(rings: list[Line], frame: Any) -> np.ndarray:
 
 
 def within(line: Line, size: tuple[float, float]) -> list[Line]:
-    """Return the pieces of a line inside the world (Liang & Barsky 1984)."""
+    """Return the parts of a line that lie inside the world (Liang & Barsky 1984)."""
     pieces: list[list[np.ndarray]] = []
     for a, b in pairwise(line):
         way, first, last = b - a, 0.0, 1.0

@@ -251,7 +251,7 @@ def exact(value: float) -> Fraction:
 
 
 class Harvest(Use):
-    """Removes organisms or objects at a rate, up to a quota: fishing, felling, hunting, reaping."""
+    """Removes organisms or objects at a given rate, up to a quota: fishing, felling, hunting, reaping."""
 
     kind: Annotated[Literal["harvest"], Change(ANEW)]
     rate: NonNegative = quantity("proportion removed per second (the mortality F of Baranov 1918)", "1/s")
@@ -266,7 +266,8 @@ class Harvest(Use):
 
 
 class Plant(Use):
-    """Adds organisms or objects at a rate, with the initial state of founders: planting, sowing, stocking."""
+    """Adds organisms or objects at a given rate, with the initial state of founders: planting, sowing,
+    stocking."""
 
     kind: Annotated[Literal["plant"], Change(ANEW)]
     rate: NonNegative = quantity("number per second", "1/s")

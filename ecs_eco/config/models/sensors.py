@@ -113,8 +113,8 @@ class Nearest(Sensor, own=True):
 
 
 class Rays(Sensor):
-    """Casts rays. Channels are name_target_1 … with per_ray (closeness along each ray), or
-    name_target_forward, _left and _near with closest."""
+    """Casts rays. With per_ray, the channels are name_target_1 … (closeness along each ray); with closest,
+    they are name_target_forward, _left and _near."""
 
     kind: Literal["rays"]
     count: Annotated[int, Field(ge=1, le=360)] = quantity("number of rays", "1", own=WIDTH)
