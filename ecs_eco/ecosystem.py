@@ -351,7 +351,7 @@ class World(SpatialWorld):
         add_reporter(self, name, what)
 
     def report(self, name: str) -> Any:
-        """Return `measure(name)`; a deprecated alias."""
+        """Return `measure(name)`; this name is deprecated."""
         warnings.warn("World.report is deprecated; use World.measure", DeprecationWarning, stacklevel=2)
         return self.measure(name)
 

@@ -238,7 +238,7 @@ def _check_ramp(config: WorldConfig, number: int, ramp: Ramp) -> list[Problem]:
 
 
 def _moved_to_training(problem: Problem, plan: Training) -> Problem:
-    """Return the problem, located at the entry of [training] `set` or `vary` that caused it."""
+    """Return the problem, located at the entry in [training] `set` or `vary` that caused it."""
     path = ".".join(map(str, problem.key))
     part = "vary" if path in plan.vary else "set"
     written = path if path in getattr(plan, part) else None

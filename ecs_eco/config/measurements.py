@@ -1,4 +1,5 @@
-"""Measurements: external time series from CSV files with evenly spaced times, and the checks of [data]."""
+"""Measurements: external time series from CSV files with evenly spaced times, and checks of the [data]
+section."""
 
 import csv
 from collections.abc import Iterator, Mapping, Sequence

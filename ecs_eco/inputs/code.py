@@ -292,7 +292,8 @@ def _require_unchanged(source: Source) -> None:
 
 
 def _line(error: Exception, source: Source) -> str:
-    """Return the line at which the text failed, or "" if the error names that line or the text did not start."""
+    """Return the line at which the text failed, or "" if the error names that line or the text did not start
+    to run."""
     lines = [f.lineno for f in traceback.extract_tb(error.__traceback__) if f.filename == source.path]
     return f" ({source.entry}, line {lines[-1]})" if lines else ""
 

@@ -1,4 +1,4 @@
-"""The values of a world file, with meanings and units from the declarations of fields, and the fields of
+"""The values in a world file, with meanings and units from the declarations of fields, and the fields of
 components."""
 
 from __future__ import annotations

@@ -28,7 +28,7 @@ except ImportError:  # Windows
 LOCK = ".lock"
 # files written before the manifest, by folder
 BEGUN = {"checkpoints": "tick-*.safetensors", "policies": "*.safetensors", "code": "*.py"}
-# temporary files of older versions of safetensors
+# temporary files from older versions of safetensors
 OF_SAFETENSORS = re.compile(r"\.tmp[A-Za-z0-9]{6}")
 WITHOUT = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)  # file system without locks
 AGAIN = 1000  # attempts to lock a file that other processes keep removing

@@ -70,7 +70,7 @@ def has_probability(nerves: Nerves) -> np.ndarray:
 
 
 class Details:
-    """Collects details for every species that has a nervous system, from all members or a focal sample.
+    """Collects details for every species that has a nervous system, from all members or from a focal sample.
 
     A species' sample starts with the `most` organisms that have the lowest uids. Dead organisms are replaced
     by newborns in order of uid, so organisms that join later are followed from birth to death. A dying

@@ -115,7 +115,7 @@ def validate(file: Path, content: Mapping[str, Any], model: type[BaseModel]) -> 
 
 
 def has_seals(folder: Path) -> bool:
-    """Return whether the parts of a run must have seals, that is, whether its manifest has one."""
+    """Return whether the parts of a run must have seals, that is, whether its manifest has a seal."""
     return (folder / "manifest.json").is_file() and WORD in read_manifest(folder)
 
 

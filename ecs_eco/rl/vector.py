@@ -33,7 +33,7 @@ class Slots(Shown, VectorEnv):
     Death terminates a slot's episode; `final_obs` in the infos contains the last reading. In the same step,
     the free slot receives a living member without a slot, drawn at random. If there is no such member, the
     slot stays empty: it reads zeros, and `mask` in the infos is False. Members without a slot follow the
-    species' own policy, or act at random if it has none. After `max_cycles` ticks, all slots are truncated;
+    species' own policy, or act at random if there is none. After `max_cycles` ticks, all slots are truncated;
     then, or when the species is extinct, a new world starts in the same step.
     """
 

@@ -21,7 +21,7 @@ class Cost(NamedTuple):
 
 
 class Feature(Section):
-    """A feature of species: keys in their sections of the world file, with checks and effects.
+    """A feature of species: keys in their sections of the world file, with their checks and effects.
 
     Derive a class and declare its keys as fields. Override the functions below that the feature needs; in them,
     `species` is the whole section and `key` its path, ("species", name). Object types can have features, too,

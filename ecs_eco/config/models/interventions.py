@@ -139,7 +139,7 @@ class Dose(Intervention):
 
 
 class Set(Intervention):
-    """Changes values of the world file for the rest of the run."""
+    """Changes values in the world file for the rest of the run."""
 
     kind: Literal["set"]
     set: Annotated[

@@ -63,7 +63,7 @@ class Confirm(Section):
 
 class Posterior(Section):
     """Approximate Bayesian computation: the optimizers abc and abc-smc sample parameter values for which the
-    world resembles the measurements of [data]."""
+    world resembles the measurements in [data]."""
 
     particles: Annotated[int, Field(ge=10, le=100_000)] = about(
         "abc-smc: number of candidates in the first generation, drawn from the ranges", 100
