@@ -235,7 +235,7 @@ class World(SpatialWorld):
         Raises
         ------
         ValueError
-            If a table with this name exists.
+            If a table with this name already exists.
 
         Examples
         --------
@@ -336,7 +336,7 @@ class World(SpatialWorld):
         Raises
         ------
         ValueError
-            If the name is taken.
+            If the name is already taken.
         ConfigError
             If the formula is invalid.
 

@@ -37,7 +37,7 @@ class Document:
 
     @cached_property
     def lines(self) -> dict[Key, int]:
-        """The line of every key of the text; empty if there is no text."""
+        """The line of every key in the text; empty if there is no text."""
         lines = key_lines(self.text) if self.text else {}
         return {both_names(key, self.data, WorldConfig)[0]: line for key, line in lines.items()}
 

@@ -113,7 +113,7 @@ def load(
 
 
 def for_training(config: WorldConfig, values: Mapping[str, Any] | None = None) -> WorldConfig:
-    """Return the configuration for pre-training: the world with the values of `[training.set]`.
+    """Return the configuration for pre-training: the world with the values in `[training.set]`.
 
     Parameters
     ----------

@@ -75,8 +75,8 @@ class Scope:
 class ReporterFormula:
     """A compiled formula, called with the living organisms and the species that its number can describe.
 
-    `fields` are the fields that it reads. It returns one number or, if `each`, one for each species that has
-    all the fields.
+    `fields` are the fields that the formula reads. It returns one number or, if `each`, one for each species
+    that has all the fields.
     """
 
     def __init__(self, text: str, run: Node, fields: frozenset[Field], each: bool) -> None:

@@ -32,7 +32,7 @@ class Source:
 
     @property
     def module(self) -> str:
-        """The part before the colon in the names of its functions and classes."""
+        """The part before the colon in the names of the source's functions and classes."""
         return self.entry.removesuffix(".py") if self.is_file else self.entry.partition(":")[0]
 
     @property

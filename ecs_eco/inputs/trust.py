@@ -38,7 +38,7 @@ def file() -> Path:
 def remembered() -> dict[str, str]:
     """Return the texts that this user has allowed permanently: their paths by hash.
 
-    Empty if the file belongs to another user, or if other users can write to it.
+    The result is empty if the file belongs to another user, or if other users can write to it.
     """
     path = file()
     try:

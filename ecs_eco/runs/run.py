@@ -448,8 +448,8 @@ def manifest_of(
 
 
 def snapshots(config: WorldConfig, ticks: int) -> int:
-    """Return the number of ticks between snapshots: about 100 per run and, with a sun, at all hours of the
-    day."""
+    """Return the number of ticks between snapshots, for about 100 snapshots per run and, with a sun, at all
+    hours of the day."""
     every, sun = max(1, ticks // 100), config.sun
     day = round(sun.day / config.dt) if sun is not None else 0
     while day > 1 and math.gcd(every, day) > 1:

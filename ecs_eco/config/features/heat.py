@@ -1,4 +1,4 @@
-"""Heat: a body's temperature changes through exchange with its surroundings and regulation."""
+"""Heat: a body's temperature changes through regulation and through exchange with its surroundings."""
 
 from collections.abc import Iterator
 from typing import Any

@@ -53,7 +53,8 @@ class Intervention(Section):
         return at if self.until is None or at <= self.until else None
 
     def once(self, tick: int) -> dict[str, Any]:
-        """Return its single occurrence in this tick as a dict of JSON types, as in a world file."""
+        """Return the intervention's single occurrence in this tick as a dict of JSON types, as in a world
+        file."""
         data = self.model_dump(mode="json", exclude={"every", "until"}) | {"at": tick}
         return {key: value for key, value in data.items() if value is not None}
 

@@ -57,7 +57,7 @@ class Connection(Section, own=COLUMN):
 
     @property
     def label(self) -> str:
-        """Its name, by default SENSOR_ACTION."""
+        """The connection's name, by default SENSOR_ACTION."""
         return self.name or f"{self.sensor}_{self.action.replace('.', '_')}"
 
     @model_validator(mode="after")

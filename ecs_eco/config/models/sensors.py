@@ -55,7 +55,7 @@ class Sensor(Section):
         return self.called.format(self).replace(".", "_")
 
     def channels(self, dims: int) -> tuple[str, ...]:
-        """Return the names of its channels in a space with `dims` axes."""
+        """Return the names of the sensor's channels in a space with `dims` axes."""
         return (self.name or self.base(),)
 
 
@@ -190,7 +190,7 @@ class Property(Sensor, own=COLUMN):
         return "_".join([*(self.kinds() or ["any"]), *kin, self.property.replace(".", "_")])
 
     def kinds(self) -> list[str]:
-        """The species and object types that it senses; empty means all that have the property."""
+        """The species and object types that the sensor detects; empty means all that have the property."""
         return [self.of] if isinstance(self.of, str) else list(self.of or [])
 
 

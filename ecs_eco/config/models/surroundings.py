@@ -58,7 +58,7 @@ class Space(Section):
 
     @property
     def too_wide(self) -> str:
-        """Message for a distance above `widest`."""
+        """The message for a distance above `widest`."""
         return "larger than half the width of the torus" if self.edges == "torus" else "larger than the world"
 
 
