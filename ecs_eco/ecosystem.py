@@ -46,7 +46,7 @@ class World(SpatialWorld):
     size : sequence of float, default (100, 100)
         Extent along each axis [m]: two numbers for a plane, three for a volume.
     edges : {"torus", "walls"}, default "torus"
-        Whether an organism that leaves on one side re-enters on the other, or stops at the edge.
+        Whether an organism that leaves on one side re-enters on the other, rather than stopping at the edge.
     dt : float, default 1.0
         Length of a tick [s].
     seed : int, default 0
@@ -63,7 +63,7 @@ class World(SpatialWorld):
     tick : int
         Number of completed ticks.
     tables : dict of str to Table
-        One table per species and object type.
+        One table for each species and each object type.
     systems : list of System
         In the order in which they were added.
     before_tick : list of callable
@@ -141,8 +141,8 @@ class World(SpatialWorld):
         threads : int, default 1
             Number of threads; affects speed, never results.
         learn : bool or Mapping of str to bool, optional
-            Which species learn during the run: all, none, or selected by species; default: as in the world
-            file.
+            Which species learn during the run: all of them, none, or those selected by name; default: as in
+            the world file.
         training : bool, default False
             Whether to build the world as in pre-training: with the values in `[training.set]`, respawning and
             no births.
@@ -235,7 +235,7 @@ class World(SpatialWorld):
         Raises
         ------
         ValueError
-            If a table with this name exists.
+            If a table with this name already exists.
 
         Examples
         --------
@@ -336,7 +336,7 @@ class World(SpatialWorld):
         Raises
         ------
         ValueError
-            If the name is taken.
+            If the name is already taken.
         ConfigError
             If the formula is invalid.
 
@@ -351,7 +351,7 @@ class World(SpatialWorld):
         add_reporter(self, name, what)
 
     def report(self, name: str) -> Any:
-        """Return `measure(name)`; a deprecated alias."""
+        """Return `measure(name)`; this name is deprecated."""
         warnings.warn("World.report is deprecated; use World.measure", DeprecationWarning, stacklevel=2)
         return self.measure(name)
 
@@ -387,7 +387,7 @@ class World(SpatialWorld):
         return said_by(self, name, self.reporters[name], species)
 
     def series(self) -> Any:
-        """Return the series recorded so far, with one row per tick and species.
+        """Return the series recorded so far, with one row for each tick and species.
 
         Returns
         -------
@@ -506,8 +506,8 @@ class World(SpatialWorld):
         species : str
             Species with actions whose own policy does not learn.
         partial : bool, default False
-            Whether your program decides only for some organisms. The species' own policy decides for the rest
-            or, without a network, draws actions at random.
+            Whether your program decides only for some organisms. The species' own policy decides for the
+            rest; a species without a network draws actions at random.
 
         Returns
         -------
@@ -552,7 +552,7 @@ class World(SpatialWorld):
         Raises
         ------
         RuntimeError
-            If called within a tick.
+            If called during a tick.
         CheckpointError
             If the world contains something that could not be restored.
         OSError
@@ -593,7 +593,7 @@ class World(SpatialWorld):
         systems : sequence of System
             New instances of the systems that were passed as instances.
         prepare : callable, optional
-            Called with the world before the state is loaded, to add what you added in Python.
+            Called with the world before the state is loaded, to add everything that you added in Python.
         record : bool, default True
             Whether to continue recording.
         trust : bool, default False
@@ -683,8 +683,8 @@ class World(SpatialWorld):
         systems : sequence of System
             New instances of the systems that were passed as instances.
         prepare : callable, optional
-            Called with the copy before the state is loaded, to add what you added in Python: systems, tables,
-            functions of the environment.
+            Called with the copy before the state is loaded, to add everything that you added in Python:
+            systems, tables, environment functions.
 
         Returns
         -------
@@ -719,7 +719,7 @@ class World(SpatialWorld):
         Parameters
         ----------
         seed : int
-            Seed of the copy.
+            Seed for the copy.
         threads, systems, prepare
             As in `copy`.
 

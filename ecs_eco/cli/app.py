@@ -11,7 +11,7 @@ from ecs_eco.cli.terminal import REFUSED, complain, say
 from ecs_eco.compiled.garbage import of_a_command
 from ecs_eco.compiled.portable import PortableError, check, enable
 
-COMMANDS = {  # each command's module and its help, which equals its docstring or its group's help
+COMMANDS = {  # each command's module and its help, which is the same as its docstring or its group's help
     "run": ("run", "Run a world and record it in a folder; `resume` continues it."),
     "watch": ("watch", "Watch a live world or a recorded run in the browser, or two of them side by side."),
     "repeat": (

@@ -60,7 +60,7 @@ def warm(
     for world in worlds or []:
         allow(trust, world, None)
 
-    listed = [] if plain() else shipped()  # their kernels are listed; other worlds run for a few ticks
+    listed = [] if plain() else shipped()  # worlds with listed kernels; other worlds run for a few ticks
     configs = {world: load(world) for world in worlds or (sorted(shipped()) if plain() else [])}
     folder, names = (
         kernel_folder.cache_folder(),

@@ -1,4 +1,4 @@
-"""The command compare: a world with and without treatments, under the same seeds."""
+"""The command compare: a world with and without treatments, with the same seeds."""
 
 from __future__ import annotations
 
@@ -175,7 +175,7 @@ def _report(comparison: Comparison) -> None:
 
 
 def _say_persistence(name: str, arm: Mapping[str, Any]) -> None:
-    """Print the share of runs in which all species persist, and the sources of variance."""
+    """Print the proportion of runs in which all species persist, and the sources of variance."""
     _, low, high = arm["persistence"]
     say(
         f"  {name}: share of runs in which all species persist, 95% interval over both kinds of seeds: "
@@ -200,7 +200,7 @@ def _say_depths(name: str, arm: Mapping[str, Any]) -> None:
 
 
 def _say_measured(name: str, kinds: Mapping[str, Any]) -> None:
-    """Print a reporter's mean values by species and arm."""
+    """Print a reporter's mean values for each species and arm."""
     for of, arms in kinds.items():
         means = [f"{arm} {x['mean'][0]:.4g}" for arm, x in arms.items() if x["mean"] is not None]
         what = name if of.startswith("(") else f"{name} of {of}"
@@ -208,7 +208,7 @@ def _say_measured(name: str, kinds: Mapping[str, Any]) -> None:
 
 
 def _print_table(arms: Mapping[str, Any]) -> None:
-    """Print mean numbers and extinctions by arm and species."""
+    """Print mean numbers and extinctions for each arm and species."""
     head = ("arm", "runs", "all persist", "species", "mean number", "extinct in")
     table = Table(*(Column(word, overflow="fold", no_wrap=word in ("arm", "species")) for word in head))
     for name, arm in arms.items():

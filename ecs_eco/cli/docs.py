@@ -80,7 +80,7 @@ def list_() -> None:
 
 
 def _folder(name: str, base: str = "") -> list[tuple[str, str]]:
-    """Return the public classes in a folder, with the first lines of their docstrings."""
+    """Return the public classes in a folder, each with the first line of its docstring."""
     return [row for path in sorted((PACKAGE / name).glob("[!_]*.py")) for row in _classes(path, base=base)]
 
 

@@ -64,7 +64,7 @@ def _free(folder: Path) -> Path:
 
 
 def _try_out(folder: Path) -> None:
-    """Create the folder with a file in it and remove both again; raise OSError if that fails."""
+    """Create the folder and a file in it, then remove both; raise OSError if that fails."""
     missing = [p for p in (folder, *folder.parents) if not p.exists()]
     made: list[Path] = []
     try:

@@ -264,7 +264,7 @@ def _run(
 
 
 def _run_islands(made: Archipelago, name: str, how: How, **more: Any) -> None:
-    """Run islands, from the start or their last barrier, and print how many organisms are alive."""
+    """Run islands from the start or from their last barrier, and print how many organisms are alive."""
     try:
         with progress(name, how.quiet, "ticks of islands") as bar:
             manifest = made.run(

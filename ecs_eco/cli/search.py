@@ -190,7 +190,7 @@ def _moved(problem: Problem) -> Problem:
 
 
 def _status(search: Search) -> str:
-    """Return the number of candidates, their rate, and the score and stage of the best."""
+    """Return the number of candidates, their rate, and the score and stage of the best candidate."""
     if not search.done:
         return "no candidate yet"
     rate = 60 * search.done / max(e["at"] for e in search.journal.of("candidate"))

@@ -207,7 +207,7 @@ def duration(seconds: float | None) -> str:
 
 @contextmanager
 def watched(sweep: Sweep, quiet: bool) -> Iterator[None]:
-    """Show the progress of a sweep: as a bar on a terminal, as lines elsewhere; nothing if quiet."""
+    """Show the progress of a sweep: as a bar on a terminal, as lines elsewhere; show nothing if quiet."""
     end, survey, name = threading.Event(), Survey(sweep), sweep.content["world"]
     with shown(
         name,
@@ -231,7 +231,7 @@ def watched(sweep: Sweep, quiet: bool) -> Iterator[None]:
 
 
 def in_words(status: Status) -> str:
-    """Return the progress of a sweep in one line."""
+    """Return the progress of a sweep as one line."""
     failed = f", {len(status.failed)} failed" if status.failed else ""
     rest = f", {status.rate:,.0f} ticks/s, {duration(status.remaining)} left" if status.rate else ""
     return f"{len(status.done)} of {status.jobs} jobs, {len(status.running)} running{failed}{rest}"

@@ -16,7 +16,7 @@ from ecs_eco.cli.options import Quiet, new_folder, number
 from ecs_eco.cli.terminal import REFUSED, complain, exits
 from ecs_eco.compiled import portable
 
-SEVERAL = ("ray", "slurm")  # engines on which processors may differ
+SEVERAL = ("ray", "slurm")  # engines whose jobs may run on different processors
 
 
 class PlanOrCommand(TyperGroup):

@@ -1,4 +1,4 @@
-"""The commands report, why, lineage and tracks: what happened in a run."""
+"""The commands report, why, lineage and tracks, which describe what happened in a run."""
 
 from __future__ import annotations
 

@@ -47,7 +47,8 @@ def complain(text: str) -> None:
 
 
 def exits(command: Callable[..., None]) -> Callable[..., None]:
-    """Wrap a command: refused input ends it with code 2 and at most one screen of text, Ctrl-C with 130."""
+    """Wrap a command: refused input ends it with code 2 and at most one screen of text, and Ctrl-C ends it
+    with code 130."""
 
     @wraps(command)
     def wrapped(*args: object, **kwargs: object) -> None:
@@ -121,7 +122,7 @@ def path_of(text: str | Path) -> Path:
 
 class Progress:
     """A command's progress; called with the number of finished items and the total, both of which it stores.
-    At the first call, everything that the command needs has been loaded."""
+    By the first call, everything that the command needs has been loaded."""
 
     def __init__(self, show: Callable[[int, int], None] | None = None) -> None:
         self.done = self.total = 0
@@ -137,7 +138,8 @@ class Progress:
 
 @contextmanager
 def progress(word: str, quiet: bool, unit: str = "ticks") -> Iterator[Progress]:
-    """Show progress on stderr: a bar if it is a terminal, otherwise an occasional line; nothing if quiet."""
+    """Show progress on stderr: a bar if it is a terminal, otherwise an occasional line; show nothing if
+    quiet."""
     columns = ("MofNCompleteColumn", unit, "TimeRemainingColumn")
     with shown(
         word,

@@ -54,7 +54,7 @@ def train(
 
 
 def _tell(result: dict[str, Any]) -> None:
-    """Print how each species learned, and how its results compare with those of random policies."""
+    """Print how each species learned, and how its results compare with those from random policies."""
     for name, of in result["learning"].items():
         cut = max(1, len(of["tick"]) // 10)
         ends = {

@@ -165,7 +165,7 @@ class Options:
 
 
 class _Announcer:
-    """Prints the viewer's address, and a new address whenever the last one has been used."""
+    """Prints the viewer's address, and a new address whenever the previous one has been used."""
 
     def __init__(self, title: str) -> None:
         self.title, self.first = title, True

@@ -1,4 +1,4 @@
-"""The biological properties of Definition 1."""
+"""The biological properties in Definition 1."""
 
 from ecs_eco.engine.schema import component, f32, f64, u8
 

@@ -7,5 +7,5 @@ from ecs_eco.engine.schema import component, f32
 class Defence:
     """Toughness and poison of one organism as food."""
 
-    toughness: f32 = 0.0  # share of the bites that fail
+    toughness: f32 = 0.0  # fraction of bites that fail
     poison: f32 = 0.0  # [energy] lost by the eater

@@ -1,4 +1,4 @@
-"""Bookkeeping that makes a body's substances add up exactly."""
+"""Bookkeeping that keeps the amounts of a body's substances exact."""
 
 from ecs_eco.engine.schema import component, f32, f64
 

@@ -5,7 +5,7 @@ from ecs_eco.engine.schema import component, f32, i32
 
 @component
 class Metabolism:
-    """The stored energy, and the flows of the last tick, which the ledger adds up.
+    """The stored energy, and the flows in the last tick, which the ledger adds up.
 
     Each world has its own unit of energy.
     """

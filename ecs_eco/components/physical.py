@@ -1,4 +1,4 @@
-"""The physical properties of Definition 1 other than position, shape and mass."""
+"""The physical properties in Definition 1 other than position, shape and mass."""
 
 from ecs_eco.engine.schema import component, f32
 

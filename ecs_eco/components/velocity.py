@@ -5,7 +5,7 @@ from ecs_eco.engine.schema import component, f32
 
 @component
 class Velocity:
-    """The motion of the last tick, along the heading and upward, and its cost."""
+    """The motion in the last tick, along the heading and upward, and its cost."""
 
     speed: f32 = 0.0  # [m/s] speed along the heading
     climb: f32 = 0.0  # [m/s] speed upward, in a volume

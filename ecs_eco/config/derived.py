@@ -93,7 +93,7 @@ def problems_of_derived(section: GenomeSection, traits: Mapping[str, Trait]) -> 
 def _of_range(
     section: GenomeSection, formulas: Mapping[str, Formula], name: str, trait: Trait
 ) -> Iterator[Problem]:
-    """Yield a problem if a formula has values that its trait cannot have."""
+    """Yield a problem if a formula can give values that its trait cannot have."""
     values = _samples(section, formulas, name)
     out = np.asarray(values[name], np.float64)
     out = np.rint(out) if trait.kind in ("whole", "sign") else out

@@ -1,4 +1,4 @@
-"""A world before it is checked: its data, and the file and line of each part."""
+"""An unchecked world: its data, and the file and line of each part."""
 
 import copy
 import os
@@ -23,7 +23,7 @@ from ecs_eco.inputs.code import Code
 
 @dataclass
 class Document:
-    """A world before it is checked, and the origin of each part."""
+    """An unchecked world, and the origin of each part."""
 
     data: dict[str, Any]
     source: str
@@ -37,12 +37,12 @@ class Document:
 
     @cached_property
     def lines(self) -> dict[Key, int]:
-        """The line of every key of the text; empty if there is no text."""
+        """The line of every key in the text; empty if there is no text."""
         lines = key_lines(self.text) if self.text else {}
         return {both_names(key, self.data, WorldConfig)[0]: line for key, line in lines.items()}
 
     def quoted(self, key: Key, value: object) -> str:
-        """Return the value of a key as written in the text if it is on one line, otherwise ""."""
+        """Return a key's value as written in the text if it is on a single line, otherwise ""."""
         begin, end = self._spans.get(key, (0, 0))
         with suppress(ValueError):
             if begin < end and parse_toml(f"v = {self.text[begin:end]}") == {"v": value}:
@@ -83,7 +83,7 @@ def read_document(world: object) -> Document:
     if isinstance(world, Mapping):
         if deep := too_deep(world):
             raise ConfigError([deep.moved(source="dict")], "dict: 1 problem")
-        # a shipped world's files are next to it, wherever its dict comes from
+        # a shipped world's files are next to its world file, wherever the dict comes from
         home = shipped().get(str(world.get("name")))
         return Document(copy.deepcopy(dict(world)), "dict", home.parent if home else Path())
     path = _path(world)
@@ -113,7 +113,7 @@ def _path(world: object) -> Path:
 
 
 def placed(problem: Problem, document: Document) -> Problem:
-    """Return the problem with its source and line and, if it lacks the value, with the value."""
+    """Return the problem with its source and line added, and with the value if the problem lacks it."""
     if problem.source:
         return problem
     value = problem.value

@@ -1,4 +1,4 @@
-"""Change values in a world file's text, leaving the rest as it is; or write a world as new TOML."""
+"""Change values in a world file's text, leaving the rest unchanged, or write a world as new TOML."""
 
 import json
 import tomllib

@@ -1,4 +1,4 @@
-"""Describe pydantic's errors: key, value, what is expected, and the nearest valid name."""
+"""Describe pydantic's errors: the key, the value, the expected value, and the nearest valid name."""
 
 import typing
 from typing import Any

@@ -20,7 +20,7 @@ Features = tuple[type[Feature], ...]
 
 def model_for(code: Code, handed: Features = ()) -> type[WorldConfig]:
     """Return the model of a world whose species have the features passed in Python and those that its code
-    defines, or any key if the code is not yet allowed to run."""
+    defines; if the code is not yet allowed to run, they can have any key."""
     features = (*handed, *(f for f in code.subclasses(Feature) if f not in handed))
     return world_with(features, bool(code.sources) and not code.allowed)
 

@@ -37,7 +37,8 @@ def rename(data: Any, kind: Any, key: Key = ()) -> Iterator[tuple[Key, str]]:
 
 
 def both_names(key: Key, data: Any, kind: Any) -> tuple[Key, Key, Any]:
-    """Return a key with current names, with former names, and its type; `kind` is the type of `data`."""
+    """Return a key with its current names and with its former names, and its type; `kind` is the type of
+    `data`."""
     now, before = list(key), list(key)
     for i, part in enumerate(key):
         kind = type_of(kind, data)
@@ -79,7 +80,7 @@ def by_former_names(config: Any) -> dict[str, Any]:
 
 
 def notes_on(renamed: Mapping[Key, str], config: Any) -> Iterator[str]:
-    """Yield the current name of each key that was given by a former name, at its first occurrence."""
+    """Yield the current name of each key that was given under a former name, at its first occurrence."""
     first = {(former, key[-1]): key for key, former in reversed([*renamed.items()])}
     yield from (
         f"{Problem(key, '').path} was called {former}" for (former, _), key in reversed(first.items())

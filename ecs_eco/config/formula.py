@@ -1,6 +1,6 @@
 """A small language of expressions over named arrays, for happiness and reflexes.
 
-Everything is float32; true is 1, false is 0, and any nonzero number counts as true, including NaN. Python
+All values are float32; true is 1, false is 0, and any nonzero number counts as true, including NaN. Python
 itself never evaluates the text; it is parsed into a tree of the operations listed here.
 """
 
@@ -53,8 +53,8 @@ ALLOWED = (
 
 
 class FormulaError(ValueError):
-    """An invalid formula: the problem, its position (character from 1), expected input and nearest valid
-    name."""
+    """An invalid formula: the problem, its position (characters count from 1), the expected input and the
+    nearest valid name."""
 
     def __init__(self, fault: str, position: int, allowed: str = ALLOWED, close: str = "") -> None:
         self.what, self.position = f"{fault} at character {position}", position

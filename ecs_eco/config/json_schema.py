@@ -34,7 +34,7 @@ def json_schema(model: type[WorldConfig] = WorldConfig) -> dict[str, Any]:
     """Return the schema (JSON Schema 2020-12) of a world file: every key with its description, `unit`,
     default and limits. `model` is the class of a loaded world, which can have custom features.
 
-    It limits only single values; `ecs-eco check` also checks that values fit together.
+    It limits only single values; `ecs-eco check` also checks that values are consistent.
     """
     schema = _without_null(model.model_json_schema(by_alias=False))
     sections = {name: part if name in PLAIN else _ranged(part) for name, part in schema["$defs"].items()}

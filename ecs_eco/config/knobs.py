@@ -119,7 +119,7 @@ def coded(config: WorldConfig) -> dict[str, str]:
 
 
 def _key_of(species: Species, trait: str) -> Key | None:
-    """Return the key of a trait's value in a species' section; None if it has none."""
+    """Return the key of a trait's value in a species' section; None if the trait has no such key."""
     kind, _, rest = trait.partition(".")
     name, _, field = rest.rpartition(".")
     if kind == "reflex" and species.reflex is not None:

@@ -28,7 +28,7 @@ from ecs_eco.config.rules import Key, written_at
 from ecs_eco.engine.errors import MOST, ConfigError, Problem
 from ecs_eco.inputs.code import Code, read
 
-NO_PLAN: dict[str, Any] = {"set": {}, "vary": {}, "ramp": []}  # the plan of a training world
+NO_PLAN: dict[str, Any] = {"set": {}, "vary": {}, "ramp": []}  # the training plan of a world in pre-training
 
 WorldSource: TypeAlias = str | Path | Mapping[str, Any] | WorldConfig | Document
 """A world: the name of a shipped world, a TOML file, its content, or a loaded configuration."""
@@ -103,7 +103,7 @@ def load(
         problems += check_search(config, inline, document.set)
         if document.original is None:  # in a modified world, values may be outside the ranges of its knobs
             problems += check_knobs(config, document.set)
-            if not problems and not document.places:  # the world of a recording, whose folder keeps a copy
+            if not problems and not document.places:  # not for a recorded world, whose folder contains a copy
                 problems += check_measurements(config)
     if config is not None and not problems:
         problems = _check_training(config) or check_islands(config, island_of)
@@ -113,7 +113,7 @@ def load(
 
 
 def for_training(config: WorldConfig, values: Mapping[str, Any] | None = None) -> WorldConfig:
-    """Return the configuration for pre-training: the world with the values of `[training.set]`.
+    """Return the configuration for pre-training: the world with the values in `[training.set]`.
 
     Parameters
     ----------
@@ -150,7 +150,7 @@ def island_of(config: WorldConfig, name: str) -> WorldConfig:
 
 
 def changed(config: WorldConfig, values: Overrides, folder: Path | None = None) -> WorldConfig:
-    """Return the world with new values, as if changed during a run. Raises ConfigError."""
+    """Return the world with new values, as if they were changed during a run. Raises ConfigError."""
     names = values if isinstance(values, Mapping) else [text.partition("=")[0] for text in values or ()]
     data, touched = config.model_dump(), {name.strip().partition(".")[0] for name in names}
     kept: dict[str, Any] = {}
@@ -238,7 +238,7 @@ def _check_ramp(config: WorldConfig, number: int, ramp: Ramp) -> list[Problem]:
 
 
 def _moved_to_training(problem: Problem, plan: Training) -> Problem:
-    """Return the problem, located at the entry of [training] `set` or `vary` that caused it."""
+    """Return the problem, located at the entry in [training] `set` or `vary` that caused it."""
     path = ".".join(map(str, problem.key))
     part = "vary" if path in plan.vary else "set"
     written = path if path in getattr(plan, part) else None
@@ -246,13 +246,13 @@ def _moved_to_training(problem: Problem, plan: Training) -> Problem:
 
 
 def _beside(problem: Problem, inline: Mapping[str, Key]) -> Problem:
-    """Return a problem, moved to the number next to which its range is written, if any."""
+    """Return a problem; if its range is written next to a number, the problem is moved there."""
     name = problem.key[2] if problem.key[:2] == ("search", "ranges") and len(problem.key) > 2 else None
     return problem.moved(key=(*inline[str(name)], *problem.key[3:])) if name in inline else problem
 
 
 def document_of(world: object, overrides: Overrides = None) -> Document:
-    """Return a world before it is checked, with its text and the values of `overrides`."""
+    """Return an unchecked world with its text and the values of `overrides`."""
     document = read_document(world)
     if problems := apply_overrides(document, overrides):
         raise document.refused(problems)
@@ -269,7 +269,7 @@ def _validate(document: Document) -> tuple[WorldConfig | None, list[Problem]]:
 
 
 def _checked(data: dict[str, Any], document: Document) -> tuple[WorldConfig, list[Problem]]:
-    """Return the world of this data and the problems across its sections. Raises ValidationError."""
+    """Return the world built from this data, and the problems across its sections. Raises ValidationError."""
     known = document.original
     if known is not None and "viewer" not in data:
         data = data | {"viewer": known.viewer}

@@ -1,4 +1,5 @@
-"""Measurements: external time series from CSV files with evenly spaced times, and the checks of [data]."""
+"""Measurements: external time series from CSV files with evenly spaced times, and checks of the [data]
+section."""
 
 import csv
 from collections.abc import Iterator, Mapping, Sequence
@@ -46,7 +47,7 @@ class Outside(NamedTuple):
 
 
 def outside_of(data: Mapping[str, Any], folder: Path, names: Sequence[str], source: str = "") -> Outside:
-    """Read the external series of [data] for the species and reporters in `names`. Raises ConfigError."""
+    """Read the external series in [data] for the species and reporters in `names`. Raises ConfigError."""
     place = IN_WORLD._replace(of_file=source, of_columns=source)
     read = read_outside(folder / data["file"], names, data.get("columns"), place, data.get("time"))
     return read._replace(unit=data.get("unit") or read.unit, ticks=data.get("ticks"))
@@ -68,8 +69,8 @@ def read_outside(
     time: str | None = None,
 ) -> Outside:
     """Read a CSV file with times in the column `time`, by default the first; `match` maps columns to the
-    species or reporters in `names` that they are compared with. Rows without numbers at either end are left
-    out. Raises ConfigError."""
+    species or reporters in `names` that they are compared with. Leading and trailing rows without numbers are
+    left out. Raises ConfigError."""
     place = place or Place()
     head, rows = _rows(Path(file), place)
     if time is not None and time not in head:

@@ -39,7 +39,8 @@ def require_memory(config: WorldConfig, available: float | None = None) -> None:
 
 
 def needs(config: WorldConfig) -> Iterator[tuple[Key, float]]:
-    """Yield the key and bytes of everything that a world allocates at its start and in its first rollout."""
+    """Yield the key and size [bytes] of everything that a world allocates at its start and in its first
+    rollout."""
     for name, field in config.fields.items():
         cells = math.prod(max(1.0, s / field.cell) for s in config.space.size)
         yield ("fields", name, "cell"), (12 if field.substance is None else 32) * cells
@@ -98,7 +99,7 @@ def machine_memory() -> float:
 
         soft = resource.getrlimit(resource.RLIMIT_AS)[0]
         limits += [soft] if soft != resource.RLIM_INFINITY else []
-    except (ImportError, AttributeError, ValueError, OSError):  # not on every system
+    except (ImportError, AttributeError, ValueError, OSError):  # not available on every system
         pass
     for file in CGROUPS:
         try:

@@ -57,7 +57,7 @@ def why_not(key: str, model: type[WorldConfig] = WorldConfig) -> str:
 
 
 def _instead(key: list[str], kind: Any, held: str) -> str:
-    """Return the alternative to changing a key below a type; `held` is the type's alternative."""
+    """Return the alternative to changing a key within a type; `held` is the type's alternative."""
     for part in members_of(kind) if key else ():
         if get_origin(part) in (dict, list):
             return _instead(key[1:], get_args(part)[-1], held)

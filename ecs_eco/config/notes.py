@@ -126,7 +126,7 @@ def _on_weights(config: WorldConfig, species: Species) -> Iterator[str]:
 
 
 def _oldest(species: Species) -> float | None:
-    """Return the age [s] at which members of a species die, or None if it has no limit."""
+    """Return the age [s] at which members of a species die, or None if there is no limit."""
     return min(
         (limit.max for limit in species.lethal if limit.property == "age" and limit.max is not None),
         default=None,
@@ -175,7 +175,7 @@ def meaningless_debt(config: WorldConfig, species: Species) -> str:
 
 
 def _costs(config: WorldConfig, species: Species) -> Iterator[str]:
-    """Yield a species' keys that cost energy even when it has none left."""
+    """Yield a species' keys that cost energy even when its members have none left."""
     if species.metabolism.basal > 0:
         yield "metabolism.basal"
     if species.locomotion is not None:

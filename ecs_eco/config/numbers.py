@@ -35,7 +35,7 @@ class Number:
 
     @property
     def codable(self) -> bool:
-        """Whether a gene can code for it."""
+        """Whether a gene can code for the number."""
         return self.own in (True, COLUMN) or isinstance(self.own, Column)
 
 
@@ -96,7 +96,7 @@ def narrowed(span: tuple[float, float, bool], limit: object) -> tuple[float, flo
 def values_in(section: Section) -> Iterator[tuple[Number, Key, float]]:
     """Yield (number, key, value) for every number in a section, in schema order.
 
-    In the key, a list entry is represented by its name, food or property; if it has none, by its index.
+    In the key, a list entry is represented by its name, food or property or, failing these, by its index.
     """
     schema = numbers_of(type(section))
     for field in type(section).model_fields:

@@ -64,7 +64,7 @@ def _tables(node: object, key: Key) -> Iterator[tuple[Any, Key]]:
 def check_search(
     config: WorldConfig, inline: Mapping[str, Key], set_: Mapping[Key, Any]
 ) -> Iterator[Problem]:
-    """Yield problems with the objective and ranges of [search]."""
+    """Yield problems with the objective and ranges in [search]."""
     yield from _check_objective(config)
     data = config.model_dump() if config.search.ranges else {}
     for name, span in config.search.ranges.items():

@@ -1,4 +1,4 @@
-"""Read untrusted files: regular files with limited size, and TOML with limited depth."""
+"""Read untrusted files: regular files of limited size, and TOML of limited depth."""
 
 import os
 import re
@@ -9,7 +9,9 @@ from typing import Any
 
 from ecs_eco.engine.errors import ConfigError, Problem
 
-MOST_BYTES = 500_000  # of a world file; tomllib takes seconds for more; shipped files have up to 20,000
+MOST_BYTES = (
+    500_000  # maximum per world file; tomllib takes seconds for more; shipped files have up to 20,000
+)
 DEEPEST = 32  # maximum nesting of tables and lists; shipped worlds have up to 7 levels
 LONG_KEY = re.compile(
     r"""(?:^|[{,\[])[ \t]*(?:(?:[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*){32}""", re.MULTILINE

@@ -1,8 +1,8 @@
 """Formulas of reporters: numbers computed from the fields of components over all living organisms.
 
 `mean(Metabolism.energy)` gives a number per species, `mean(wolf.Metabolism.energy)` one for the world. Within
-the parentheses, the language is as in formula.py, with fields instead of sensors. All numbers are float64, and
-organisms are sorted by uid, so results do not depend on the order of rows.
+the parentheses, the language is the same as in formula.py, with fields instead of sensors. All numbers are
+float64, and organisms are sorted by uid, so results do not depend on row order.
 """
 
 import ast
@@ -75,8 +75,8 @@ class Scope:
 class ReporterFormula:
     """A compiled formula, called with the living organisms and the species that its number can describe.
 
-    `fields` are the fields that it reads. It returns one number or, if `each`, one for each species that has
-    all the fields.
+    `fields` are the fields that the formula reads. It returns one number or, if `each`, one for each species
+    that has all the fields.
     """
 
     def __init__(self, text: str, run: Node, fields: frozenset[Field], each: bool) -> None:
@@ -102,8 +102,8 @@ def compile_reporter(
 ) -> ReporterFormula:
     """Compile the text of a reporter in a world with these species and object types.
 
-    `fields` are the fields of all components; unless they are `complete`, the text can name others. Raises
-    FormulaError if a name is unknown or anything else is not allowed.
+    `fields` are the fields of all components; unless they are `complete`, the text can name other fields.
+    Raises FormulaError if a name is unknown or anything else is not allowed.
     """
     run, compiler = compiled(text, lambda line, lead: _Compiler(line, lead, kinds, fields, complete))
     if not compiler.aggregates:
@@ -140,7 +140,8 @@ class _Compiler(Compiler):
         return self._count(tree) if name == "count" and whole else self._aggregate(tree, name)
 
     def _count(self, tree: ast.Call) -> Node:
-        """Return a function that counts the species that the number describes, or a named kind."""
+        """Return a function that counts the organisms of the species that the number describes, or of a named
+        kind."""
         of = tree.args[0].id if tree.args else None  # type: ignore[attr-defined]
         if of is not None and of not in self.kinds:
             fault = f'no species or object type named "{of}"'

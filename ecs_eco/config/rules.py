@@ -31,7 +31,7 @@ def named(key: Key, kind: str, name: str, known: Iterable[str]) -> Iterator[Prob
 
 
 def no_such(key: Key, kind: str, name: str, known: Iterable[str]) -> Problem:
-    """Return the problem for a name that the world does not define."""
+    """Return the problem with a name that the world does not define."""
     known = list(known)
     return Problem(key, f"no such {kind}", name, listed(known), nearest(name, known))
 

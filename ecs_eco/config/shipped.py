@@ -15,7 +15,7 @@ def shipped() -> dict[str, Path]:
 
 def named(world: object) -> Path | None:
     """Return the file of a world by name: a shipped world, or "package:world" for an installed package whose
-    folder contains world.toml; None for any other text. The package is not imported."""
+    folder contains world.toml; return None for any other text. The package is not imported."""
     worlds, text = shipped(), str(world)
     if (path := worlds.get(text.replace("_", "-"))) is not None:
         return path

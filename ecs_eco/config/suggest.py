@@ -1,4 +1,5 @@
-"""Find the likely meaning of an unknown key: in its section, in a variant of it, or in a nearby section."""
+"""Find the likely meaning of an unknown key: in its section, in a variant of that section, or in a nearby
+section."""
 
 import typing
 from collections.abc import Iterator, Mapping
@@ -54,7 +55,7 @@ def suggestion(
 
 
 def kind_of_key(key: Key, places: list[Place]) -> str:
-    """Return the first other kind of section that has this unknown key, or ""."""
+    """Return the first kind of section, other than its own, that has this unknown key, or ""."""
     return next((place.kind for place in places if place.key == key and place.kind), "")
 
 

@@ -21,8 +21,8 @@ TINY = 1e-6  # minimum of traits that must be above 0
 def traits_of(species: Species, dims: int, extra_components: Iterable[Any] = ()) -> dict[str, Trait]:
     """Return every trait that this species could make heritable, by name, in a space with `dims` axes.
 
-    Each number in `extra_components`, which users define, is a trait Component.field. Traits that a gene of
-    the species codes for have their index in the component Traits.
+    Each number in `extra_components`, which users define, is a trait named Component.field. Traits that a
+    gene of the species codes for have their index in the component Traits.
     """
     traits = [
         *_of_body(species),

@@ -39,7 +39,8 @@ _loaded: dict[tuple[Source, ...], dict[str, ModuleType | Exception]] = {}
 
 
 class CodeError(ConfigError):
-    """Raised if code named in data cannot run here: it is not listed, not allowed, or cannot be imported."""
+    """Raised if code named in data cannot run here because it is not listed, is not allowed, or cannot be
+    imported."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,7 @@ class Code:
 
     @property
     def allowed(self) -> bool:
-        """Whether all of it is allowed to run, by this process or its user."""
+        """Whether this process or its user allows all of the code to run."""
         return self.passed_on or all(s.allowed for s in self.sources)
 
     def allow(self) -> None:
@@ -63,7 +64,7 @@ class Code:
         trust.allow(s.sha256 for s in self.sources)
 
     def pass_on(self) -> None:
-        """Allow in a child process what its parent allowed, including copies of these texts."""
+        """Allow in a child process the code that its parent allowed, including copies of these texts."""
         if self.allowed:
             self.allow()
 
@@ -74,7 +75,7 @@ class Code:
         )
 
     def require(self, where: str = "") -> None:
-        """Raise CodeError unless all of it is allowed to run."""
+        """Raise CodeError unless all of the code is allowed to run."""
         if not self.allowed:
             place = f"{where}: " if where else ""
             raise CodeError(
@@ -259,7 +260,8 @@ def read(
 
 
 def _load(sources: tuple[Source, ...]) -> Iterator[tuple[str, ModuleType | Exception]]:
-    """Run the texts in order, so that files can import earlier files. Yield modules, or errors for failures."""
+    """Run the texts in order, so that files can import earlier files. Yield each module, or the error if it
+    failed."""
     digest = hashlib.sha256(" ".join(f"{s.entry} {s.sha256}" for s in sources).encode()).hexdigest()[:16]
     earlier: dict[str, ModuleType | Exception] = {}
     for source in sources:
@@ -290,7 +292,8 @@ def _require_unchanged(source: Source) -> None:
 
 
 def _line(error: Exception, source: Source) -> str:
-    """Return the line at which the text failed, or "" if the error names that line or the text did not start."""
+    """Return the line at which the text failed, or "" if the error names that line or the text did not start
+    to run."""
     lines = [f.lineno for f in traceback.extract_tb(error.__traceback__) if f.filename == source.path]
     return f" ({source.entry}, line {lines[-1]})" if lines else ""
 

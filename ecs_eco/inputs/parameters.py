@@ -54,7 +54,7 @@ def problems_of_parameters(
 
 
 def _hints(thing: object) -> dict[str, Any]:
-    """Return the annotations of a function's parameters; none if they cannot be resolved."""
+    """Return the annotations of a function's parameters; return an empty dict if they cannot be resolved."""
     try:
         return typing.get_type_hints(
             vars(thing).get("__init__", thing) if isinstance(thing, type) else thing, include_extras=True

@@ -45,7 +45,7 @@ Point = Annotated[list[Real], Field(min_length=2, max_length=3)]
 RESERVED = frozenset({"and", "or", "not", "if", "else", "in", "is", "lambda", "for", "None", "True", "False"})
 
 
-# what to do instead of changing a value in a live world
+# alternatives to changing a value in a live world
 FREE = ""  # it may change
 ANEW = "build a world with it and run it from the start"
 SWITCH = '; or an intervention of kind "switch"'
@@ -66,7 +66,7 @@ WIDTH = "it is the width of a column or of a network's input, which all members 
 
 @dataclass(frozen=True)
 class Change:
-    """The alternative to changing a field in a live world, or FREE if it may change; `entries` is the
+    """The alternative to changing a field in a live world, or FREE if the field may change; `entries` is the
     alternative for a table's entries, if different."""
 
     instead: str | None = None
@@ -195,7 +195,7 @@ def about(
     default : object, optional
         Default value; without it, the key is required.
     change : str, optional
-        `FREE` if the value may change in a live world, otherwise what to do instead, such as `ANEW`; default:
+        `FREE` if the value may change in a live world, otherwise the alternative, such as `ANEW`; default:
         the same as for the key that contains the section.
     entries : str, optional
         The same for a table's entries, if different.
@@ -204,7 +204,7 @@ def about(
     former : str, optional
         A former name of the key, which is still accepted.
     omit : bool, default False
-        Whether files omit the key while it has its default (None unless given), so that worlds without the
+        Whether files omit the key if it has its default (None unless given), so that worlds without the
         key keep their previous hash and digests.
     **limits
         Other arguments, passed to `pydantic.Field`.

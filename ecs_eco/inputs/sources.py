@@ -27,27 +27,27 @@ class Source:
 
     @property
     def is_file(self) -> bool:
-        """Whether it is a file next to the world rather than an installed module."""
+        """Whether the source is a file next to the world rather than an installed module."""
         return self.entry.endswith(".py")
 
     @property
     def module(self) -> str:
-        """The part before the colon in the names of its functions and classes."""
+        """The part before the colon in the names of the source's functions and classes."""
         return self.entry.removesuffix(".py") if self.is_file else self.entry.partition(":")[0]
 
     @property
     def of_session(self) -> bool:
-        """Whether it is a function or class defined in an interactive session."""
+        """Whether the source is a function or class defined in an interactive session."""
         return ":" in self.entry
 
     @property
     def allowed(self) -> bool:
-        """Whether it is allowed to run; definitions in an interactive session always are."""
+        """Whether the source is allowed to run; definitions in an interactive session always are."""
         return self.of_session or trust.allowed(self.sha256)
 
     @cached_property
     def sha256(self) -> str:
-        """The hash of its text or, for a module without a file, of its name."""
+        """The hash of the source's text or, for a module without a file, of its name."""
         return hashlib.sha256(f"module {self.entry}".encode() if self.text is None else self.text).hexdigest()
 
     def __str__(self) -> str:
@@ -56,7 +56,7 @@ class Source:
 
 def of_file(entry: str, places: Sequence[Path], wanted: str | None) -> tuple[Source | None, str]:
     """Return a file's source from the first of `places` that contains it, preferably with the hash `wanted`;
-    or None and the problem."""
+    on failure, return None and the problem."""
     first = None
     for path in (place / entry for place in places if (place / entry).is_file()):
         try:

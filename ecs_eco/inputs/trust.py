@@ -30,7 +30,7 @@ def allow(hashes: Iterable[str]) -> None:
 
 
 def file() -> Path:
-    """Return the file that stores what this user allowed."""
+    """Return the file that lists the code that this user allowed."""
     home = os.environ.get("XDG_CONFIG_HOME") or os.path.join(os.path.expanduser("~"), ".config")
     return Path(home) / "ecs-eco" / "trusted.json"
 
@@ -38,7 +38,7 @@ def file() -> Path:
 def remembered() -> dict[str, str]:
     """Return the texts that this user has allowed permanently: their paths by hash.
 
-    Empty if the file belongs to another user, or if other users can write to it.
+    The result is empty if the file belongs to another user, or if other users can write to it.
     """
     path = file()
     try:

@@ -1,4 +1,4 @@
-"""Element 4 of the ODD: the eleven design concepts, derived from the world."""
+"""Element 4 of the ODD: the eleven design concepts, as they apply to the world."""
 
 from __future__ import annotations
 

@@ -69,13 +69,14 @@ class Model:
 
     @cached_property
     def active(self) -> dict[System, list[str]]:
-        """The systems that act in this world, in the order of a tick, and the kinds on which they act."""
+        """The systems that act in this world, in the order in which they run, and the kinds on which they
+        act."""
         acting = {system: self.named(system) for system in self.systems}
         return {system: kinds for system, kinds in acting.items() if kinds}
 
     @cached_property
     def parts(self) -> dict[str, list[Part]]:
-        """The submodels by title: surroundings first, then systems in the order of a tick, then other
+        """The submodels by title: surroundings first, then systems in the order in which they run, then other
         sections."""
         parts: dict[str, list[Part]] = {}
         around = [] if self.config is None else [s for s in map(_submodel, _declared(self.config)) if s.reads]

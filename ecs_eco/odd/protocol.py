@@ -1,4 +1,4 @@
-"""The description of a world: the seven elements of the ODD protocol in order.
+"""The description of a world: the seven elements of the ODD protocol, in order.
 
 Grimm, V. et al. (2020). The ODD protocol for describing agent-based and other simulation models: a second update
 to improve clarity, replication, and structural realism. JASSS 23(2) 7.

@@ -1,4 +1,4 @@
-"""Element 7 of the ODD: each submodel with its equations and the parameter values of this world."""
+"""Element 7 of the ODD: each submodel with its equations and its parameter values in this world."""
 
 from __future__ import annotations
 
@@ -61,8 +61,8 @@ def _rules(model: Model, part: Part) -> Iterator[str]:
 
 
 def parameters(model: Model, wanted: Sequence[tuple[str, str]]) -> Iterator[Block]:
-    """Yield tables of the values at pairs (kind, key), where kind "" is the world: first single values, with
-    kinds side by side, then lists."""
+    """Yield tables of the values at pairs (kind, key), where kind "" is the world: first the single values,
+    with kinds side by side, then the lists."""
     holders = {} if model.config is None else {"": model.config}
     held: dict[str, dict[str, Value]] = {}
     entries: dict[type[Section], list[tuple[str, str, Section]]] = {}

@@ -1,4 +1,4 @@
-"""The values of a world file, with meanings and units from the declarations of fields, and the fields of
+"""The values in a world file, with meanings and units from the declarations of fields, and the fields of
 components."""
 
 from __future__ import annotations
@@ -158,7 +158,7 @@ def _is_set(value: object) -> bool:
 
 
 def sentences(thing: Any) -> str:
-    """Return the docstring of a class or function in one line; "" if it has none of its own."""
+    """Return the docstring of a class or function as one line; "" if it has no docstring of its own."""
     own = vars(thing).get("__doc__") if isinstance(thing, type) else getattr(thing, "__doc__", "")
     return " ".join(inspect.cleandoc(own or "").split())
 

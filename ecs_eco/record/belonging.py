@@ -1,6 +1,6 @@
 """The files of a run: each contains the run's id, and each part also contains the previous part's seal.
 
-The id is a hash of everything that determines the run, so identical runs write identical files. It cannot
+The id is a hash of everything that determines the run, so identical runs write identical files. The id cannot
 cover manual interventions, which happen later. The chain of seals distinguishes runs that differ only in such
 interventions, and reveals missing, swapped or extra parts.
 """

@@ -41,7 +41,7 @@ RENAMED = {"Bear": "GiveBirth", "Leave": "LeaveRemains", "Reckon": "ResetFlows"}
 
 
 def _from_1(meta: dict[str, Any], arrays: Arrays) -> tuple[dict[str, Any], Arrays]:
-    """Upgrade from format 1, in which some systems had different names and `Age` computed head starts in age."""
+    """Upgrade from format 1, in which some systems had different names and `Age` computed initial ages."""
     meta["systems"] = [RENAMED.get(name, name) for name in meta["systems"]]
     for owner in [owner for owner in meta["stateful"] if owner.startswith("system/")]:
         place, _, name = owner.rpartition("/")
@@ -73,7 +73,7 @@ MIGRATIONS: dict[int, Callable[..., tuple[dict[str, Any], Arrays]]] = {1: _from_
 def save(world: SpatialWorld, path: str | Path) -> Path:
     """Atomically write a checkpoint of a world between two ticks, and return its path.
 
-    Errors are the same as for `ecs_eco.World.save`. If the world's state is divided between processes
+    The errors are the same as for `ecs_eco.World.save`. If the world's state is divided between processes
     (`ecs_eco.bands`), process 0 writes all of it.
     """
     path = Path(path)
@@ -154,7 +154,7 @@ def copy(
     threads = world.threads if threads is None else threads
 
     def prepared(made: Any) -> None:
-        made.reporters = {**world.reporters, **made.reporters}  # including tables that were added by hand
+        made.reporters = {**world.reporters, **made.reporters}  # including tables that were added in Python
         if prepare is not None:
             prepare(made)
 

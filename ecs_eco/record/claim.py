@@ -28,7 +28,7 @@ except ImportError:  # Windows
 LOCK = ".lock"
 # files written before the manifest, by folder
 BEGUN = {"checkpoints": "tick-*.safetensors", "policies": "*.safetensors", "code": "*.py"}
-# temporary files of older versions of safetensors
+# temporary files from older versions of safetensors
 OF_SAFETENSORS = re.compile(r"\.tmp[A-Za-z0-9]{6}")
 WITHOUT = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)  # file system without locks
 AGAIN = 1000  # attempts to lock a file that other processes keep removing
@@ -82,7 +82,7 @@ def claim_new(path: str | Path) -> Claim:
 
 
 def claim_next(path: str | Path) -> Claim:
-    """Claim a folder that does not exist yet: `path`, or the first of path-2, path-3, …"""
+    """Claim a folder that does not exist yet: `path`, or the first unused name among path-2, path-3, …"""
     path = Path(path)
     above, number, folder = _make(path.parent), 1, path
     while True:
@@ -239,7 +239,7 @@ def _lock(handle: int, path: Path) -> bool:
 
 
 def _same(handle: int, path: Path) -> bool:
-    """Return whether an open file is still the file at this path."""
+    """Return whether an open file is still the one at this path."""
     try:
         return os.path.samestat(os.fstat(handle), os.stat(path))
     except OSError:

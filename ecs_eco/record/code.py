@@ -1,4 +1,4 @@
-"""Storage of a run's code: its sources in the run's folder, their hashes in the manifest and checkpoints."""
+"""Storage of a run's code: sources in the run's folder, and their hashes in the manifest and checkpoints."""
 
 from __future__ import annotations
 

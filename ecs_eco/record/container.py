@@ -30,7 +30,7 @@ OLD = (
 
 
 class Container(Section):
-    """The keys common to all manifests of containers; each kind adds its own."""
+    """The keys common to all manifests of containers; each kind adds its own keys."""
 
     FILE: ClassVar[str]
     KIND: ClassVar[str]
@@ -114,8 +114,8 @@ def check(folder: Path, model: Model, plan: Mapping[str, Any]) -> dict[str, Any]
 
 
 def may_continue(folder: Path, manifest: Mapping[str, Any], model: Model) -> None:
-    """Raise ForeignFile if a container was begun in a numerical mode other than this process's, or if a link
-    at its top level leads out of it."""
+    """Raise ForeignFile if a container was begun in a different numerical mode, or if a link at its top level
+    leads out of it."""
     if why := portable.other_mode({"target": manifest}):
         raise ForeignFile(f"{folder / model.FILE}: {why}")
     for path in folder.iterdir():
@@ -161,7 +161,7 @@ def inside(root: Path, path: Path) -> Path:
 
 
 def remove(folder: Path, patterns: Sequence[str]) -> bool:
-    """Remove a folder's files that match the patterns, then the folder; return False if other files
+    """Remove the files in a folder that match the patterns, then the folder; return False if other files
     remain."""
     if folder.is_symlink():
         return False

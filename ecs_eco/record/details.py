@@ -70,10 +70,10 @@ def has_probability(nerves: Nerves) -> np.ndarray:
 
 
 class Details:
-    """Collects details for every species that has a nervous system, from all members or a focal sample.
+    """Collects details for every species that has a nervous system, from all members or from a focal sample.
 
     A species' sample starts with the `most` organisms that have the lowest uids. Dead organisms are replaced
-    by newborns in the order of uids, so organisms that join later are followed from birth to death. A dying
+    by newborns in order of uid, so organisms that join later are followed from birth to death. A dying
     organism's last tick is recorded, too. Rows are passed to `sink("details-SPECIES", columns)`.
     """
 
@@ -85,9 +85,9 @@ class Details:
         self.focal = {
             name: world.tables[name].uid[world.tables[name].by_uid()[: self.most]] for name in self.species
         }
-        # since the last recorded tick
+        # uids of organisms born since the last recorded tick
         self._born: dict[str, list[np.ndarray]] = {name: [] for name in self.species}
-        # in the current tick
+        # details of organisms that die in the current tick
         self._dying: dict[str, list[tuple[np.ndarray, ...]]] = {name: [] for name in self.species}
         self._blocks: dict[str, list[tuple[np.ndarray, ...]]] = {name: [] for name in self.species}
         self._rows = dict.fromkeys(self.species, 0)
@@ -129,7 +129,7 @@ class Details:
             self._hand_over(name, world)
 
     def state(self) -> dict[str, np.ndarray]:
-        """Return the state after `flush`: the sample, and the newborns since the last tick."""
+        """Return the state after `flush`: the sample, and the organisms born since the last recorded tick."""
         out = {f"focal/{name}": uids for name, uids in self.focal.items()} if self.most is not None else {}
         return out | {f"waiting/{name}": np.concatenate(born) for name, born in self._born.items() if born}
 

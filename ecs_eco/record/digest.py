@@ -1,5 +1,5 @@
-"""The digest of a world: a hash of everything that determines its future, independent of rows, threads and
-files.
+"""The digest of a world: a hash of everything that determines its future, independent of row order, threads
+and files.
 
 The checkpoint format is defined in `ecs_eco.record.checkpoint`.
 """
@@ -40,8 +40,8 @@ BEGINNING = (
 
 
 def digest(world: SpatialWorld) -> str:
-    """Return the SHA-256 of a world between two ticks, 64 hexadecimal digits; docs/reference/checkpoints.md
-    lists what it covers.
+    """Return the SHA-256 hash of a world between two ticks, 64 hexadecimal digits;
+    docs/reference/checkpoints.md lists the state that it covers.
 
     Identical runs have identical digests on one target with the same versions and processor
     (docs/reference/promises.md). Interpreted kernels (NUMBA_DISABLE_JIT=1) compute with different precision,

@@ -1,4 +1,5 @@
-"""Individual events of a recording: their columns, their text as numbers for checkpoints, and migrants."""
+"""Individual events of a recording: their columns, their text encoded as numbers for checkpoints, and
+migrants."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
-MOST_COLUMNS = 256  # maximum for all recorded fields together
+MOST_COLUMNS = 256  # maximum number of columns for all recorded fields together
 
 
 class Fields:

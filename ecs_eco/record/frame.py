@@ -27,8 +27,8 @@ ENDS = 4  # rows shown at the start and at the end
 class SeriesTable:
     """A pyarrow.Table of series, with methods for pandas and polars.
 
-    It has all methods of pyarrow.Table. Pass `series.arrow` to pyarrow functions, for example to write files;
-    pass the series itself to polars, pandas and DuckDB.
+    It has all the methods of pyarrow.Table. Pass `series.arrow` to pyarrow functions, for example to write
+    files; pass the series itself to polars, pandas and DuckDB.
 
     Attributes
     ----------
@@ -85,7 +85,7 @@ class SeriesTable:
         Parameters
         ----------
         *columns : str
-            Columns of the series; default: "n". With several, the result has columns like "n deer".
+            Columns of the series; default: "n". If there are several, the result has columns such as "n deer".
 
         Returns
         -------

@@ -168,7 +168,7 @@ def thaw(
 def load(
     world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: str, trust: bool = False
 ) -> None:
-    """Load a frozen state into a world; raise CheckpointError before any change if it does not fit.
+    """Load a frozen state into a world; raise CheckpointError before any change if it does not match.
 
     Raises CodeError if organisms have custom components whose code is not allowed to run here.
     """

@@ -40,8 +40,8 @@ ACTIONS = {"tick": np.int64, "species": np.int8, "action": np.int16, "n": np.int
 
 @njit
 def count_actions(rows, alive, born, tick, decision, start, size, neutral, done):
-    """Count in done i64[actions] the actions of organisms that decided in this tick; return the number of
-    these organisms. In each group the first active action counts or, if none is active, the default
+    """In done i64[actions], count the actions of organisms that decided in this tick; return the number of
+    these organisms. In each group, the first active action is counted or, if none is active, the default
     action."""
     n = 0
     for row in rows:
@@ -58,8 +58,8 @@ def count_actions(rows, alive, born, tick, decision, start, size, neutral, done)
 
 
 class LearningPages:
-    """Rows that are not yet written: one per policy update (for individual learners, one row of means per
-    tick with updates), and one per action every `EVERY` ticks.
+    """Rows that have not yet been written: one per policy update (for individual learners, one row of means per
+    tick with updates), and one per action, every `EVERY` ticks.
 
     Continuous actions are not counted, because they belong to no group.
     """

@@ -1,4 +1,4 @@
-"""The matter ledger of a recording: one row per tick, holder and substance."""
+"""The matter ledger of a recording: one row for each tick, holder and substance."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def imbalance(ledger: Mapping[str, Any]) -> Any:
 
 
 class MatterPages:
-    """The rows of a world's matter ledger that are not yet written."""
+    """The rows of a world's matter ledger that have not yet been written."""
 
     def __init__(self, world: SpatialWorld) -> None:
         self.books: Books = world.matter

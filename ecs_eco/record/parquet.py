@@ -1,5 +1,5 @@
-"""Conversion of columns to Arrow and Parquet: floats split by byte, ids and ticks as differences, all
-compressed with zstd."""
+"""Conversion of columns to Arrow and Parquet: floats are split by byte, ids and ticks are stored as
+differences, and all columns are compressed with zstd."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -124,7 +124,7 @@ def write_part(table: pa.Table, path: Path, mark: Mark | None = None) -> str:
 def _repeats(texts: pa.ChunkedArray) -> bool:
     """Return whether dictionary encoding takes fewer bytes for these texts."""
     distinct = pc.count_distinct(texts).as_py()
-    letters = (pc.sum(pc.binary_length(texts)).as_py() or 0) / max(len(texts), 1)  # mean bytes of a text
+    letters = (pc.sum(pc.binary_length(texts)).as_py() or 0) / max(len(texts), 1)  # mean bytes per text
     return distinct * letters + len(texts) * distinct.bit_length() / 8 < len(texts) * letters
 
 

@@ -1,5 +1,5 @@
-"""The unwritten part of a recording: summed over the processes of a divided world, and rewound when a world
-goes back in time."""
+"""The unwritten part of a recording, which is summed over the processes of a divided world, and rewound when
+a world goes back in time."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ def put(arrays: Arrays, owner: str, state: Mapping[str, Any]) -> None:
 
 
 def stateful(world: SpatialWorld) -> dict[str, Any]:
-    """Return all objects with state() and load(), by names that depend only on how the world is built."""
+    """Return all objects with state() and load(), keyed by names that depend only on how the world is built."""
     kept = {
         f"table/{t.name}/trait/{key}": part
         for t in world.tables.values()
@@ -48,7 +48,7 @@ def stateful(world: SpatialWorld) -> dict[str, Any]:
 
 
 def has_state(part: Any) -> bool:
-    """Return whether a part has its own state, that is, state() and load()."""
+    """Return whether a part has its own state, that is, the methods state() and load()."""
     both = all(callable(getattr(part, name, None)) for name in ("state", "load"))
     return both and not isinstance(part, type)
 

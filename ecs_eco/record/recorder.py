@@ -1,5 +1,5 @@
-"""The recorder: one row per tick and species, with the energy ledger and causes of death and, on request,
-every birth and death."""
+"""The recorder: one row for each tick and species, with the energy ledger and causes of death and, on
+request, every birth and death."""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -32,7 +32,7 @@ MOST_SPECIES = 128  # species numbers are stored as i8
 
 
 class Recorder(System):
-    """Records what happens to each species in every tick.
+    """Records the changes in each species in every tick.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ class Recorder(System):
         self._both = self._means.view(np.float32).reshape(block, s, -1)  # a view, of energy and happiness
         self._at, self._last = 0, -1  # the row to write next; the last finished tick
         self._blocks: list[dict[str, np.ndarray]] = []
-        self.remembered: int | None = None  # blocks that stay in memory; None: all without a sink, else none
+        self.remembered: int | None = None  # blocks kept in memory; None: all if there is no sink, else none
         self.fields = Fields(world, self.names)  # additional columns of events
         self.columns = {kind: (*names, *self.fields.names) for kind, names in EVENTS.items()}
         self._events = {kind: [] for kind in EVENTS}
@@ -218,7 +218,7 @@ class Recorder(System):
                 )
         into = self._stock, pages, self._both[at], self._moods[at]
         intake = self.intake.gained(at), self.intake.total, self.intake.flows
-        work = rows // 15  # a row takes a fifth of the usual time
+        work = rows // 15  # each row takes a fifth of the usual time
         world.split(add_up, len(self.names), self._held(), high, living, *into, *intake, work=work)
         if self.snapshot_every and world.tick % self.snapshot_every == 0:
             self._snapshot()
@@ -366,7 +366,7 @@ class Recorder(System):
         Returns
         -------
         pyarrow.Table
-            One row per tick and species.
+            One row for each tick and species.
 
         Examples
         --------
@@ -384,7 +384,7 @@ class Recorder(System):
         Returns
         -------
         pyarrow.Table
-            One row per tick, holder and substance; columns of `ecs_eco.record.matter.LEDGER` [mol].
+            One row for each tick, holder and substance; columns of `ecs_eco.record.matter.LEDGER` [mol].
 
         Raises
         ------
@@ -411,7 +411,7 @@ class Recorder(System):
         Returns
         -------
         pyarrow.Table
-            One row per block of ticks, species and action, with the number of decisions.
+            One row for each block of ticks, species and action, with the number of decisions.
         """
         return self.learning.series("actions")
 
@@ -437,6 +437,6 @@ def _as_plain(rows: np.ndarray) -> np.ndarray:
 
 def _as_rows(array: np.ndarray, dtype: np.dtype[Any]) -> np.ndarray:
     names = dtype.names or ()
-    if "refused" in names and array.shape[-1] < len(names):  # recorded by a version that did not count them
+    if "refused" in names and array.shape[-1] < len(names):  # recorded by a version without this column
         array = np.insert(array, REFUSED, 0, axis=-1)
     return unstructured_to_structured(array, dtype) if names else array

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 class Reports:
     """The values of a world's reporters in each tick of a block, f64[ticks, species, reporters].
 
-    A value for the whole world is repeated in each species' row; species without a value have NaN.
+    A value for the whole world is repeated in each species' row; NaN means that a species has no value.
     """
 
     def __init__(self, world: SpatialWorld, names: list[str], block: int) -> None:
@@ -53,7 +53,7 @@ class Reports:
 class Intake:
     """The energy that each species gained from each food, in each tick of a block: f64[ticks, species, foods].
 
-    It is part of the energy taken in; the rest came from light, parents or reactions. `total` is its sum over
+    It is part of the energy taken in; the rest comes from light, parents or reactions. `total` is its sum over
     all ticks; `flows`, f64[species, columns], is the sum of the ledger, written by `add_up`. A recording that
     continues from a checkpoint starts with both at 0.
     """

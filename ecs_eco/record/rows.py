@@ -1,5 +1,5 @@
-"""Records that kernels write: a row per birth and death, converted to columns on request, and sums over the
-living organisms of each species."""
+"""Records that kernels write: a row for each birth and each death, converted to columns on request, and sums
+over the living organisms of each species."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class Rows:
 
     def taken(self, kind: str, last: int) -> list[tuple[np.ndarray, ...]]:
         """Return the columns of "births" or "deaths", as listed in EVENTS, and clear them; rows up to tick
-        `last` come first, in their own group."""
+        `last` come first, in a separate group."""
         ticks, groups = self.longs[0, : self.n].view(np.int64), []
         over = int(np.searchsorted(ticks, last, "right"))
         for some in (slice(0, over), slice(over, self.n)):
@@ -101,7 +101,7 @@ def note_deaths(
     into: Rows | None,
 ) -> None:
     """Add the losses of dying organisms in rows i64[k] to page f64[species, columns] of the ledger, and,
-    within a tick, also their flows; between ticks, the page already contains these. Count their causes in
+    within a tick, also their flows; between ticks, the page already contains the flows. Count their causes in
     `died` i32[256]; record them in `into`. `columns` contains the addresses from the table's `noted_of`."""
     first = 0 if ticking else len(FLOWS)
     if rows.size > SUMMED and Metabolism in table:

@@ -1,4 +1,4 @@
-"""Seals: each file of a recording contains a SHA-256 of its contents, which reveals damage.
+"""Seals: each file of a recording contains a SHA-256 hash of its contents, which reveals damage.
 
 In a Parquet part, the seal is an entry in the footer, computed with the entry zeroed; in a manifest it is the
 key `seal`, computed without the key. Files without a seal can be read unless their manifest requires one.
@@ -115,7 +115,7 @@ def validate(file: Path, content: Mapping[str, Any], model: type[BaseModel]) -> 
 
 
 def has_seals(folder: Path) -> bool:
-    """Return whether the parts of a run must have seals, that is, whether its manifest has one."""
+    """Return whether the parts of a run must have seals, that is, whether its manifest has a seal."""
     return (folder / "manifest.json").is_file() and WORD in read_manifest(folder)
 
 

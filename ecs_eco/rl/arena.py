@@ -54,7 +54,7 @@ class Arena:
         self.cycles = self.config.ticks if cycles is None else whole_number("max_cycles", cycles, 1)
         self.world: World | None = None
         self.door: External | None = None
-        self.ended = 0  # the tick at which the episode's time is over
+        self.ended = 0  # the tick at which the episode's time is up
         self.seed, self.episode = self.config.seed, -1
         self._spaces()
 
@@ -114,7 +114,7 @@ class Arena:
 
     @property
     def late(self) -> bool:
-        """Whether the episode's time is over."""
+        """Whether the episode's time is up."""
         return self.world is not None and self.world.tick >= self.ended
 
     def close(self) -> None:

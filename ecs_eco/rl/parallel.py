@@ -193,8 +193,8 @@ class Parallel(Shown, ParallelEnv):
         self.agents = []
 
     def _see(self, sensed: Sensed, before: dict[int, Agent]) -> tuple[np.ndarray, bool]:
-        """Make all sensing organisms agents, in the order of uids; return their observations f32[n,
-        channels], and whether the episode ends here because its time is over or the pool is out of names; in
+        """Make all sensing organisms agents, in order of uid; return their observations f32[n,
+        channels], and whether the episode ends here because its time is up or the pool has run out of names; in
         that case, newborns are omitted."""
         order = np.argsort(sensed.uid)
         uids = sensed.uid[order].tolist()
@@ -274,8 +274,8 @@ def parallel_env(
         Anything that `World.from_config` accepts, or a live world; each episode starts with a copy of it.
     species : str
     pool : int, optional
-        Number of agent names, for libraries that need `possible_agents`: names are assigned in the order of
-        birth, and the episode is truncated when none is left. Default: agents are uids.
+        Number of agent names, for libraries that need `possible_agents`: names are assigned in order of
+        birth, and the episode is truncated when no name is left. Default: agents are uids.
     max_cycles : int, optional
         Ticks per episode; default: the world file's `ticks`.
     render_mode : {"rgb_array"}, optional

@@ -20,8 +20,8 @@ class SlotsVecEnv(VecEnv):
     """A Stable-Baselines3 VecEnv over slots. Slots cannot be empty, so use fewer slots than there are
     organisms.
 
-    Stable-Baselines3 does not support a Dict of actions: if there are both options and numbers, actions are a
-    Box (see `ecs_eco.rl.spaces.flattened`).
+    Stable-Baselines3 does not support a Dict of actions: if there are both options and continuous actions,
+    they are combined in a Box (see `ecs_eco.rl.spaces.flattened`).
     """
 
     def __init__(self, envs: Slots) -> None:
@@ -68,7 +68,7 @@ class SlotsVecEnv(VecEnv):
         return [getattr(self.envs, method_name)(*args, **kwargs)]
 
     def env_is_wrapped(self, wrapper_class: Any, indices: Any = None) -> list[bool]:
-        """Return False for each slot, because none is wrapped."""
+        """Return False for each slot, because no slot is wrapped."""
         return [False] * len(list(self._get_indices(indices)))
 
     def get_images(self) -> list[Any]:

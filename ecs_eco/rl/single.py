@@ -1,4 +1,4 @@
-"""One organism of a species as a Gymnasium Env; all other organisms behave as in any run."""
+"""One organism of a species as a Gymnasium Env; all other organisms behave as usual."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Body(Shown, Env):
         self.metadata = {"render_modes": ["rgb_array"], "render_fps": 20}
         self.channels, self.options = arena.channels, arena.options
         self.observation_space, self.action_space = arena.observation_space, arena.actions_as(flat)
-        self.uid = 0  # uid of the organism; 0 if none is alive
+        self.uid = 0  # uid of the organism; 0 if no organism is alive
         self._sensed: Sensed | None = None
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> Any:
@@ -83,7 +83,7 @@ class Body(Shown, Env):
         Raises
         ------
         RuntimeError
-            If the organism is dead or none has been chosen; call `reset` first.
+            If the organism is dead or no organism has been chosen; call `reset` first.
         """
         if not self.uid:
             raise RuntimeError("the organism is dead, or none has been chosen; call reset() first")

@@ -31,10 +31,10 @@ class Slots(Shown, VectorEnv):
     Notes
     -----
     Death terminates a slot's episode; `final_obs` in the infos contains the last reading. In the same step,
-    the free slot receives a living member without a slot, drawn at random. If there is none, the slot stays
-    empty: it reads zeros, and `mask` in the infos is False. Members without a slot follow the species' own
-    policy, or act at random if it has none. After `max_cycles` ticks, all slots are truncated; then, or when
-    the species is extinct, a new world starts in the same step.
+    the free slot receives a living member without a slot, drawn at random. If there is no such member, the
+    slot stays empty: it reads zeros, and `mask` in the infos is False. Members without a slot follow the
+    species' own policy, or act at random if there is none. After `max_cycles` ticks, all slots are truncated;
+    then, or when the species is extinct, a new world starts in the same step.
     """
 
     def __init__(self, arena: Arena, n: int, render_mode: str | None = None, flat: bool = False) -> None:
@@ -49,11 +49,11 @@ class Slots(Shown, VectorEnv):
         self.observation_space = batch_space(self.single_observation_space, n)
         self.action_space = batch_space(self.single_action_space, n)
         self.uid = np.zeros(n, np.uint64)  # uid of each slot's organism; 0 if the slot is empty
-        self._at = np.zeros(n, np.int64)  # their indices among all sensing organisms
+        self._at = np.zeros(n, np.int64)  # the organisms' indices among all sensing organisms
 
     @property
     def mask(self) -> np.ndarray:
-        """Which slots have an organism: bool[n]."""
+        """The slots that have an organism: bool[n]."""
         return self.uid > 0
 
     def reset(self, *, seed: Any = None, options: dict[str, Any] | None = None) -> Any:

@@ -1,4 +1,4 @@
-"""Start a recorded run, writing its policies, a first checkpoint and its manifest, or restart it."""
+"""Start a recorded run by writing its policies, a first checkpoint and its manifest, or restart it."""
 
 from __future__ import annotations
 
@@ -162,7 +162,7 @@ def policies_as_json(policies: Policies) -> Any:
 
 
 def _copy(file: Path, into: Path) -> str:
-    """Copy a policy file, and return its SHA-256."""
+    """Copy a policy file, and return its SHA-256 hash."""
     content = file.read_bytes()
     into.parent.mkdir(exist_ok=True)
     files.write(into, content)

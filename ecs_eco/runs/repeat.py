@@ -92,7 +92,7 @@ def repeat(
     Raises
     ------
     RecordingError
-        If the folder contains no run, or contains a fork, an island, or a run that was killed before its end.
+        If the folder contains no run, or contains a fork, an island, or a run that was killed before it ended.
 
     Examples
     --------

@@ -1,5 +1,5 @@
-"""Interventions requested by hand during a run: recorded in its manifest before they are carried out, and
-repeated when ticks are rerun."""
+"""Interventions requested by hand during a run. They are recorded in its manifest before they are carried
+out, and repeated when ticks are rerun."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A recorded run, which can be stopped at any moment and continues from its last checkpoint bit for bit."""
+"""A recorded run, which can be stopped at any moment and resumed bit for bit from its last checkpoint."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ def run_to_folder(
     keep : int, default 3
         Number of checkpoints to keep.
     record : str, optional
-        Organisms to record in every tick: "focal=N" for N of each species, or "full" for all.
+        Organisms to record in every tick: "focal=N" for N organisms of each species, or "full" for all of them.
     prepare : callable, optional
         Called with the world before the first tick.
     trust : bool, default False
@@ -448,8 +448,8 @@ def manifest_of(
 
 
 def snapshots(config: WorldConfig, ticks: int) -> int:
-    """Return the number of ticks between snapshots: about 100 per run and, with a sun, at all hours of the
-    day."""
+    """Return the number of ticks between snapshots, for about 100 snapshots per run and, with a sun, at all
+    hours of the day."""
     every, sun = max(1, ticks // 100), config.sun
     day = round(sun.day / config.dt) if sun is not None else 0
     while day > 1 and math.gcd(every, day) > 1:

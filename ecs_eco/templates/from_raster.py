@@ -18,7 +18,7 @@ from ecs_eco.engine.errors import ConfigError, Problem
 from ecs_eco.engine.files import write
 
 TEMPLATE = Path(__file__).parent / "land" / "land.toml"
-MOST_CELLS = 600  # maximum along each side; of a larger raster, the middle is used
+MOST_CELLS = 600  # maximum along each side; for a larger raster, the middle is used
 SITES = 15_000  # number of grass tufts
 CLASS = (
     "[terrain.classes.{name}]\n{where}\ngrowth = {growth}                      # factor of grass growth\n"
@@ -162,7 +162,7 @@ def _classes(part: np.ndarray, sides: tuple[float, float]) -> str:
 
 
 def _living(spacing: float, size: list[float]) -> dict[str, Any]:
-    """Return the numbers of the starter meadow (a site is 2 m, a tick 1 s), converted to this scale.
+    """Return the numbers of the starter meadow (2 m sites, 1 s ticks), converted to this scale.
 
     Lengths and times are scaled by the same factor, so speeds stay the same.
     """

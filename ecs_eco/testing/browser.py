@@ -41,7 +41,7 @@ def chromium() -> str | None:
 
 @contextmanager
 def launched() -> Iterator[Any]:
-    """Yield playwright's Chromium with software rendering, so that pictures are the same everywhere."""
+    """Yield playwright's Chromium with software rendering, so that pictures are the same on every machine."""
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as playwright:
@@ -84,7 +84,7 @@ def served(*words: str) -> Iterator[Served]:
 
 
 def entered(address: str) -> tuple[str, str]:
-    """Use up an address as a page does; return the host with its port, and the credential."""
+    """Use up an address, as a page does; return the host with its port, and the credential."""
     place = urlsplit(address)
     connection = http.client.HTTPConnection(place.netloc, timeout=180)
     try:

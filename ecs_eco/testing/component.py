@@ -1,4 +1,4 @@
-"""Conformance check of a component."""
+"""Conformance check for a component."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from ecs_eco.engine.table import Table
 
 
 def check_component(kind: object) -> None:
-    """Check a component's declaration and docstring, and that its columns keep written values.
+    """Check a component's declaration and docstring, and that its columns keep the values written to them.
 
     Parameters
     ----------

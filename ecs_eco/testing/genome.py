@@ -1,4 +1,4 @@
-"""Conformance check of a genome's layout."""
+"""Conformance check for a genome's layout."""
 
 import numpy as np
 
@@ -50,7 +50,7 @@ def check_genome(layout: Layout, n: int = SAMPLES) -> None:
         if layout.longest is None or (code.gene.copy_rule or layout.doubled) in ("first", "greatest"):
             _check_again(
                 where, code, first[code.name], decoded_again[code.name]
-            )  # except combined values of copies
+            )  # except the combined values of several copies
     text = layout.text(loci[0])
     letters = text.replace(getattr(layout, "separator", "\n"), "")
     if "".join(piece.letters for piece in layout.mark(text)) != letters or not np.array_equal(

@@ -1,5 +1,5 @@
-"""Short runs of the shipped worlds, which check that results are the same with two threads, from a
-checkpoint, and in the release."""
+"""Short runs of the shipped worlds, which check that results are the same with two threads and from a
+checkpoint, and match the release."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Outcome(NamedTuple):
 
     @property
     def holds(self) -> bool:
-        """True if all three are the same."""
+        """Whether all three digests are the same."""
         return self.digest == self.two_threads == self.resumed
 
 
@@ -87,7 +87,7 @@ def _config(case: Case, horizon: int) -> Any:
 
 
 def released() -> dict[str, dict[str, str]]:
-    """Return the digests of this release, by tested target and case."""
+    """Return the digests from this release, by tested target and case."""
     release = json.loads(DIGESTS.read_text(encoding="utf-8"))
     return {name: part["digests"] for name, part in release["targets"].items()}
 

@@ -17,7 +17,7 @@ State = dict[str, dict[str, np.ndarray]]
 
 
 def state(world: World) -> State:
-    """Return copies of all columns of all tables, in order of uid.
+    """Return copies of all columns of all tables, sorted by uid.
 
     Parameters
     ----------
@@ -26,7 +26,7 @@ def state(world: World) -> State:
     Returns
     -------
     dict of str to dict of str to array
-        By table, then by column: "uid", "Position.x" and so on.
+        The columns, by table and then by name: "uid", "Position.x" and so on.
 
     Examples
     --------
@@ -119,7 +119,7 @@ def arrange(world: World, name: str, **fields: Any) -> Any:
     name : str
         Name of the table.
     **fields
-        Fields by name: one value, or a value for each organism in the order of uids.
+        Fields by name: a single value, or a value for each organism, in order of uid.
 
     Returns
     -------

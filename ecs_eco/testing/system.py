@@ -1,4 +1,4 @@
-"""Conformance check of a system: the rules that make results independent of row order, threads and process."""
+"""Conformance check for a system: the rules that make results independent of row order, threads and process."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""The target, on which results depend in addition to the world and seed: processor and package versions."""
+"""The target, on which results depend in addition to the world and seed: the processor and the package
+versions."""
 
 from __future__ import annotations
 

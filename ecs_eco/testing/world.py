@@ -1,4 +1,4 @@
-"""Conformance check of a world."""
+"""Conformance check for a world."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ JAMMED = {2: 0.547 / (math.pi / 4), 3: 0.384 / (math.pi / 6)}
 
 
 def check_body(config: WorldConfig, name: str) -> Iterator[Problem]:
-    """Yield all problems with the species, except for its nervous system."""
+    """Yield all problems with the species, except those with its nervous system."""
     species, key = config.species[name], ("species", name)
     yield from check_matter(config, key, species)
     yield from check_size(config, key, species.body)
@@ -115,7 +115,7 @@ def _check_mating(config: WorldConfig, key: Key, species: Species, way: Sexual) 
 
 
 def _room(config: WorldConfig, species: Species) -> float:
-    """Return how many organisms fit, on sites or at random positions, given the spacing of newborns."""
+    """Return how many organisms fit on sites or at random positions, given the spacing of newborns."""
     way, size = species.reproduction, config.space.size
     if way is None or way.spacing == 0:
         return math.inf
@@ -133,7 +133,7 @@ def farthest(config: WorldConfig, species: Species) -> float:
 
 
 def check_matter(config: WorldConfig, key: Key, kind: Species | ObjectType) -> Iterator[Problem]:
-    """Yield problems with undeclared properties and substances, and with a missing pressure."""
+    """Yield problems with undeclared properties or substances, and with a missing pressure."""
     for name in kind.properties:
         yield from named((*key, "properties", name), "property", name, PROPERTIES)
     for name in kind.substances:

@@ -1,4 +1,4 @@
-"""Checks of one species' genome: the traits of its genes exist, and their values are possible."""
+"""Checks of one species' genome: whether the traits of its genes exist and their values are possible."""
 
 from collections.abc import Iterator
 from functools import partial
@@ -104,7 +104,7 @@ def _check_connections(name: str, species: Species) -> Iterator[Problem]:
 
 
 def _check_range(config: WorldConfig, species: Species, key: Key, gene: Gene) -> Iterator[Problem]:
-    """Yield problems with gene values that do not fit this world."""
+    """Yield problems with gene values that are not valid in this world."""
     most, trait = min(config.space.size) / 2, gene.trait
     fastest = max(species.locomotion.speed.values()) * config.dt if species.locomotion else 0.0
     highest = max(gene.values) if gene.values else gene.high
@@ -137,7 +137,7 @@ def _ends(gene: Gene) -> list[tuple[str, float]]:
 
 
 def _check_masses(species: Species, key: Key, gene: Gene) -> Iterator[Problem]:
-    """Yield a problem if a gene for the radius, combined with the density, leads to masses out of range."""
+    """Yield a problem if a gene for the radius, combined with the density, leads to out-of-range masses."""
     for field, radius in _ends(gene) if species.body.density is not None else ():
         mass = species.body.mass * (radius / species.body.radius) ** 3
         if radius > 0 and not SMALLEST <= mass <= LARGEST:
@@ -201,7 +201,8 @@ def _check_founders(key: Key, section: GenomeSection, layout: Layout) -> Iterato
 
 
 def _check_operators(config: WorldConfig, species: Species, key: Key, layout: Layout) -> Iterator[Problem]:
-    """Yield problems with the operators; crossover is checked against these genomes only if it is used."""
+    """Yield problems with the genetic operators; crossover is checked against these genomes only if it is
+    used."""
     for word in ("mate", "mutate"):
         entry = getattr(species.genome, word)
         operator = entry.operator

@@ -1,4 +1,4 @@
-"""Checks of interventions and land use: everything they name exists, is in the world and can change."""
+"""Checks of interventions and land use: whether everything they name exists, is in the world and can change."""
 
 import math
 from collections.abc import Callable, Iterator, Mapping
@@ -72,7 +72,7 @@ def _check_cull(config: WorldConfig, key: Key, cull: Cull) -> Iterator[Problem]:
 
 
 def check_region(key: Key, region: list[float], config: WorldConfig) -> Iterator[Problem]:
-    """Yield problems with a region that is not within the world."""
+    """Yield problems with a region that extends beyond the world."""
     size = config.space.size[:2]
     allowed = f"{REGION}, within {extent(size)}"
     if len(region) == 4:
@@ -154,7 +154,7 @@ def learns(species: Species) -> bool:
 def _check_standing(
     config: WorldConfig, kind: type[Fence | Road], there: list[tuple[Any, Any]]
 ) -> Iterator[Problem]:
-    """Yield problems with fences or roads in chronological order; only those in `there` can be removed."""
+    """Yield problems with fences or roads, in chronological order; only those in `there` can be removed."""
     missing, lines, gone, allowed = {
         Fence: (
             "is missing, and so is region",
@@ -203,7 +203,8 @@ def check_line(key: Key, line: list[list[float]], config: WorldConfig) -> Iterat
 
 
 def _check_sets(config: WorldConfig, folder: Path, changed: Changed) -> Iterator[Problem]:
-    """Yield problems with values to be set, in chronological order; after each, the world must be valid."""
+    """Yield problems with values to be set, in chronological order; the world must be valid after each
+    change."""
     now = config
     for place, change in _in_time(config, Set):
         key = (*place, "set")

@@ -32,7 +32,7 @@ from ecs_eco.learning.aliases import ALIASES
 from ecs_eco.learning.settings import check_setting
 
 MOST_WHOLE = 10**9  # maximum value of an integer hyperparameter
-MOST_WEIGHTS = 10_000_000  # per network; larger ones take seconds to initialize and 1 ms per decision
+MOST_WEIGHTS = 10_000_000  # per network; larger networks take seconds to initialize and 1 ms per decision
 
 
 def check_nerves(config: WorldConfig, name: str, folder: Path) -> Iterator[Problem]:
@@ -48,7 +48,7 @@ def check_nerves(config: WorldConfig, name: str, folder: Path) -> Iterator[Probl
 
 
 def check_sensors(config: WorldConfig, name: str) -> Iterator[Problem]:
-    """Yield all problems with the species' sensors, except for the names of their channels."""
+    """Yield all problems with the species' sensors, except those with the names of their channels."""
     for i, sensor in enumerate(config.species[name].sensors):
         yield from _check_sensor(config, config.species[name], ("species", name, "sensors", i), sensor)
 

@@ -1,4 +1,4 @@
-"""Checks of reporters, of recorded fields, and of the code that a world names, which is not called."""
+"""Checks of reporters, of recorded fields, and (without calling it) of the code that a world names."""
 
 import re
 from collections.abc import Collection, Iterator
@@ -23,7 +23,7 @@ NAME = re.compile(r"[^\W\d_][\w \-/%()]{0,39}")
 
 
 def check_reporters(config: WorldConfig) -> Iterator[Problem]:
-    """Yield problems with names and formulas; functions are checked with all other code."""
+    """Yield problems with reporters' names and formulas; functions are checked with all other code."""
     for i, (name, what) in enumerate(config.reporters.items()):
         key = ("reporters", name)
         if fault := fault_of_name(name, [*config.species, *config.objects]):
@@ -57,7 +57,7 @@ def check_record(config: WorldConfig) -> Iterator[Problem]:
 
 
 def fault_of_name(name: str, kinds: Collection[str]) -> str:
-    """Return the problem with a reporter's name and what is expected, or ""."""
+    """Return the problem with a reporter's name and the expected form, or ""."""
     if not NAME.fullmatch(name):
         return (
             "not a name; expected: a letter, then letters, digits, spaces or _ - / % ( ), at most 40 "

@@ -1,4 +1,4 @@
-"""Checks across the sections of a world: all names exist, and values fit together."""
+"""Checks across the sections of a world: whether all names exist and the values are consistent."""
 
 import math
 from collections.abc import Iterator
@@ -21,7 +21,7 @@ from ecs_eco.config.rules import Key, at_most, inside, named
 from ecs_eco.engine.errors import MOST, ConfigError, Problem, unknown
 from ecs_eco.inputs.section import RESERVED
 
-MOST_CELLS = 100_000_000  # cells of one field or of the height map
+MOST_CELLS = 100_000_000  # maximum number of cells in one field or in the height map
 MOST_INDEX_CELLS = 4_000_000
 MOST_CAUSES = 255  # causes of death, each stored as one byte
 MOST_STEPS = 1000  # diffusion steps per tick
@@ -77,7 +77,8 @@ def _check_names(config: WorldConfig) -> Iterator[Problem]:
 
 
 def _check_causes(config: WorldConfig) -> Iterator[Problem]:
-    """Yield the problem of too many causes of death, at the key of the first one beyond the maximum."""
+    """Yield a problem if there are too many causes of death, at the key of the first cause beyond the
+    maximum."""
     known = {"culled"}
     for key, cause in _causes(config):
         known.add(cause)
@@ -157,7 +158,7 @@ def _check_field_of_substance(config: WorldConfig, name: str) -> Iterator[Proble
 
 
 def _check_year(config: WorldConfig) -> Iterator[Problem]:
-    """Yield the problem of a year that is given twice."""
+    """Yield a problem if the year is given twice."""
     if config.year is not None and config.sun is not None and config.sun.year is not None:
         fault = "given together with the section year"
         yield Problem(("sun", "year"), fault, config.sun.year, "either year.length or sun.year")

@@ -9,8 +9,8 @@ from ecs_eco.inputs.section import ANEW, FREE, POPULATION, Count, NonNegative, S
 
 
 class Build(Section, change=FREE, own=True):
-    """An object that an animal can make at its position; without the action group `build`, it does so
-    whenever it can."""
+    """An object that an animal can make at its position; without the action group `build`, the animal makes
+    it whenever possible."""
 
     object: str = about("an object type, which is also the name of the action", change=ANEW)
     cost: NonNegative = quantity(
@@ -23,7 +23,7 @@ class Build(Section, change=FREE, own=True):
 
 
 class Building(Feature, after="carries"):
-    """Animals make objects, by decision or whenever they can: system `Build`."""
+    """Animals make objects, by decision or whenever possible: system `Build`."""
 
     acts = {"build": None}
     builds: list[Build] = about("objects that it can build", [], omit=True)

@@ -12,7 +12,7 @@ from ecs_eco.inputs.section import FREE, SHAPE, NonNegative, Section, about, qua
 
 class Carry(Section, change=FREE, own=True):
     """An object type that an animal can pick up, one at a time, and put down; without the actions `take` and
-    `drop`, it picks up any object it can and keeps it."""
+    `drop`, it picks up any object that it can carry, and keeps it."""
 
     object: str = about("an object type whose bodies are not solid", change=SHAPE)
     reach: NonNegative = quantity("maximum distance between the bodies' surfaces", "m", 0.0)

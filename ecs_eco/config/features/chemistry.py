@@ -37,7 +37,7 @@ class Reaction(_From, change=FREE, own=True):  # type: ignore[call-arg]
     """A reaction within the body, limited by its rate and its reactants.
 
     The extent in a tick is rate × Π c/(half + c) × volume × dt over the substances under `half` (Michaelis &
-    Menten 1913; Monod 1949), times the light at its position if `light` is set. A reaction that releases
+    Menten 1913; Monod 1949), times the light at the body's position if `light` is set. A reaction that releases
     energy stops when the organism's store is full; a reaction that needs energy stops when the store is
     empty.
     """
@@ -58,9 +58,9 @@ class Reaction(_From, change=FREE, own=True):  # type: ignore[call-arg]
 
 
 class Uptake(Section, change=FREE, own=True):
-    """Uptake of a field's substance at the mouth: breathing, drinking, absorption by roots.
+    """Uptake of a substance from a field at the mouth: breathing, drinking, absorption by roots.
 
-    Uptake in a tick is at most rate × c/(half + c) × volume × dt, where c is the concentration there; if
+    Uptake in a tick is at most rate × c/(half + c) × volume × dt, where c is the concentration at the mouth; if
     total demand exceeds the supply, each body gets the same proportion of its demand.
     """
 
@@ -182,7 +182,7 @@ class Provision(Feature, after="exchange"):
 
 class Decomposition(Section, change=FREE):
     """Decay: each substance passes into its first field, dc/dt = −rate c (Olson 1963), or is lost if it has
-    none; the object vanishes when little is left."""
+    no field; the object vanishes when little is left."""
 
     rate: Positive = quantity("proportion returned per second", "1/s")
     left: Annotated[float, Field(gt=0, lt=1)] = quantity(

@@ -1,4 +1,4 @@
-"""Ectothermy: animals whose temperature follows their surroundings slow down in the cold."""
+"""Ectothermy: animals whose temperature follows the ambient temperature slow down in the cold."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -11,9 +11,9 @@ from ecs_eco.inputs.section import FREE, SHAPE, NonNegative, Positive, Section, 
 
 class Cold(Section, change=FREE, own=True):
     """The dependence of rates on temperature: speeds and the basal rate have their declared values at
-    `reference`, and change by the factor `q10` per 10 K (van 't Hoff 1884; between 2 and 3 in most animals).
+    `reference`, and change by a factor of `q10` per 10 K (van 't Hoff 1884; between 2 and 3 in most animals).
 
-    The temperature is the body's if `properties` has one, otherwise the ambient temperature.
+    The body's temperature is used if `properties` has one, otherwise the ambient temperature.
     """
 
     q10: Positive = quantity("factor by which rates change per 10 K", "1", 2.0)
@@ -22,7 +22,7 @@ class Cold(Section, change=FREE, own=True):
 
 
 class Ectothermy(Feature, after="heat"):
-    """Animals live more slowly in the cold: system `SlowDown`, component `SpeedScale`."""
+    """Animals slow down in the cold: system `SlowDown`, component `SpeedScale`."""
 
     ectothermy: Cold | None = about(
         "dependence of its rates on temperature; absent: none", omit=True, change=SHAPE

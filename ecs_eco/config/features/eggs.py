@@ -76,7 +76,7 @@ class Eggs(Feature, after="care"):
 
 
 def laid_by(species: Any) -> str | None:
-    """Return the species of the eggs that a species lays; None if it lays none."""
+    """Return the species of the eggs that a species lays; None if it lays no eggs."""
     return getattr(species.reproduction, "eggs", None)
 
 

@@ -17,23 +17,23 @@ class Cost(NamedTuple):
     key: Key  # within the species' section
     value: float  # [energy/s] or, if `most` is given, [energy] per unit
     most: float | None = None  # for costs per unit: maximum units per second
-    owed: bool = False  # whether it is burned even without energy
+    owed: bool = False  # whether it is burned even when no energy is left
 
 
 class Feature(Section):
-    """A feature of species: keys in their sections of the world file, with checks and effects.
+    """A feature of species: keys in their sections of the world file, with their checks and effects.
 
-    Derive a class and declare its keys as fields. Override the functions below that it needs; in them,
+    Derive a class and declare its keys as fields. Override the functions below that the feature needs; in them,
     `species` is the whole section and `key` its path, ("species", name). Object types can have features, too,
     with the path ("objects", name).
 
     Attributes
     ----------
     systems : tuple of type
-        Systems of a custom feature, each added at the end of the system's phase; `ecs_eco.systems.schedule`
+        Systems of a custom feature, each added at the end of its phase; `ecs_eco.systems.schedule`
         lists the systems of shipped features.
     acts : Mapping of str to tuple of str
-        Action groups that it adds, with their actions; None if `acting` yields them.
+        Action groups that the feature adds, with their actions; None if `acting` yields them.
 
     Notes
     -----
@@ -64,7 +64,7 @@ class Feature(Section):
 
     @staticmethod
     def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
-        """Yield problems with its keys, checked together with the other sections.
+        """Yield problems with the feature's keys, checked together with the other sections.
 
         Yields
         ------
@@ -74,12 +74,12 @@ class Feature(Section):
 
     @staticmethod
     def acting(species: Any) -> Iterator[tuple[str, str, list[str]]]:
-        """Yield action groups that depend on its keys.
+        """Yield action groups that depend on the feature's keys.
 
         Yields
         ------
         tuple
-            The group, the word for an action in messages, and the actions.
+            The group, the word used for an action in messages, and the actions.
         """
         yield from ()
 
@@ -90,7 +90,7 @@ class Feature(Section):
         Yields
         ------
         tuple
-            The key that adds it, and the cause.
+            The key that adds the cause, and the cause.
         """
         yield from ()
 
@@ -116,7 +116,7 @@ class Feature(Section):
 
     @staticmethod
     def feels(species: Any) -> Iterator[tuple[str, str]]:
-        """Yield body properties that it adds, which members can sense and die from.
+        """Yield body properties that this feature adds, which members can sense and die from.
 
         Yields
         ------
@@ -170,7 +170,7 @@ class Feature(Section):
 
     @staticmethod
     def brings(species: Any) -> Iterator[tuple[str | None, type[Any]]]:
-        """Yield the components that it needs.
+        """Yield the components that this feature needs.
 
         Yields
         ------
@@ -210,7 +210,7 @@ def _hooks_of(model: type[Section], what: str) -> tuple[Callable[..., Iterator[A
 
 @cache
 def features_of(model: type[Section]) -> tuple[type[Feature], ...]:
-    """Return the features of a model of species or object types, in the order of its keys."""
+    """Return the features of a model of species or object types, in the same order as its keys."""
     return tuple(c for c in model.__mro__ if Feature in c.__bases__ and "after" in vars(c) and c is not model)
 
 

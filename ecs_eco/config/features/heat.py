@@ -1,4 +1,4 @@
-"""Heat: a body's temperature changes through exchange with its surroundings and regulation."""
+"""Heat: a body's temperature changes through regulation and through exchange with its surroundings."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -31,7 +31,7 @@ class Heat(Section, change=FREE):
 class Regulation(Section, own=True):
     """Regulation of body temperature: at full power up to the set point, then as much as needed.
 
-    It costs the animal energy, and stops when there is none.
+    It costs the animal energy, and stops when none is left.
     """
 
     set_point: NonNegative = quantity("set point", "K")

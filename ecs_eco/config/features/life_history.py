@@ -14,8 +14,8 @@ class Breeding(Section, change=FREE, own=COLUMN):
     """The dependence of fertility on age and season; `fertility` is its peak, reached at the prime, in
     season.
 
-    With age, it follows a beta curve from maturity to the end; if the prime is a third of the way between
-    them, this is Brass's polynomial (Brass 1975), which fits mammals well (Gage 2001). Over the year, it
+    With age, it follows a beta curve from maturity to the end; if the prime is a third of the way between the
+    two, this is Brass's polynomial (Brass 1975), which fits mammals well (Gage 2001). Over the year, it
     follows a von Mises curve, the circular analog of the normal curve.
     """
 
@@ -117,7 +117,7 @@ class Growing(Feature, after="breeding"):
 class Care(Section, change=FREE, own=True):
     """Feeding of the young at their parents' expense.
 
-    With the action `nurse`, a parent feeds them when it decides to; otherwise it does so whenever it can.
+    With the action `nurse`, a parent feeds them when it decides to; otherwise it feeds them whenever possible.
     """
 
     rate: Positive = quantity("maximum energy given to each offspring", "energy/s")
@@ -131,7 +131,7 @@ class Care(Section, change=FREE, own=True):
 
 
 class Caring(Feature, after="reproduction"):
-    """Parents feed their young, by decision or whenever they can: system `Nurse`."""
+    """Parents feed their young, by decision or whenever possible: system `Nurse`."""
 
     acts = {"nurse": ("nurse",)}
     care: Care | None = about("feeding of the young; absent: none", omit=True, change=SHAPE)

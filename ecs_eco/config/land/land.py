@@ -130,8 +130,8 @@ def _stamp(name: str, folder: Path) -> tuple[int, int]:
 
 @lru_cache(maxsize=8)
 def _read(text: str, size: tuple[float, float], folder: Path, stamps: tuple[tuple[int, int], ...]) -> Land:
-    """Read the land described by a `terrain` section in JSON; `stamps` prevents the cache from returning old
-    files."""
+    """Read the land described by a `terrain` section in JSON; `stamps` prevents the cache from returning
+    outdated land."""
     terrain = Terrain.model_validate_json(text)
     assert terrain.raster is not None
     raster = read_raster(terrain.raster, folder, terrain.band, terrain.crs)
@@ -237,8 +237,8 @@ def _picked(values: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 
 def metres(raster: Raster) -> tuple[float, float]:
-    """Return the meters per unit of x and of y; for degrees and Web Mercator, on the WGS 84 ellipsoid at the
-    middle latitude (Snyder 1987, pages 25 and 41).
+    """Return the number of meters per unit of x and y; for degrees and Web Mercator, on the WGS 84 ellipsoid
+    at the middle latitude (Snyder 1987, pages 25 and 41).
 
     Raises RasterError if the middle latitude is unknown or if units differ greatly from meters on the ground.
     """
@@ -268,7 +268,8 @@ def _of_degrees(latitude: float) -> tuple[float, float]:
 
 
 def _lengths(cosine: float, unit: float) -> tuple[float, float]:
-    """Return the meters east and north that an angle spans; `unit` is its length [m] at the equator."""
+    """Return the meters east and north that an angle spans; `unit` is the length [m] of this angle at the
+    equator."""
     curved = 1 - ECCENTRICITY2 * (1 - cosine * cosine)
     long = unit / math.sqrt(curved)
     return long * cosine, long * (1 - ECCENTRICITY2) / curved

@@ -136,7 +136,7 @@ def _content(path: Path, layer: str | None) -> Content:
 
 
 def _of_geojson(data: Any, stem: str, layer: str | None) -> Content:
-    """Return the same for GeoJSON (RFC 7946), which can name its coordinate system as in the 2008
+    """Do the same for GeoJSON (RFC 7946), which can name its coordinate system as in the 2008
     specification."""
     crs = data.get("crs") or {"type": "name", "properties": {"name": "EPSG:4326"}}
     if crs["type"] != "name":
@@ -204,7 +204,7 @@ def _parts(wkb: bytes, at: int) -> tuple[list[tuple[int, Line]], int]:
 
 
 def covered(rings: list[Line], frame: Any) -> np.ndarray:
-    """Return which cells have centers within the areas, bool[ny, nx].
+    """Return whether each cell's center is within the areas, bool[ny, nx].
 
     A center is inside if a ray from it crosses the rings an odd number of times, so holes remain holes.
     """
@@ -222,7 +222,7 @@ def covered(rings: list[Line], frame: Any) -> np.ndarray:
 
 
 def within(line: Line, size: tuple[float, float]) -> list[Line]:
-    """Return the pieces of a line inside the world (Liang & Barsky 1984)."""
+    """Return the parts of a line that lie inside the world (Liang & Barsky 1984)."""
     pieces: list[list[np.ndarray]] = []
     for a, b in pairwise(line):
         way, first, last = b - a, 0.0, 1.0

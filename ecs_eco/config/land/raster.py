@@ -1,4 +1,4 @@
-"""Read rasters: NumPy's .npz and ESRI ASCII grids directly, GeoTIFF and other formats through rasterio.
+"""Read rasters: NumPy's .npz and ESRI ASCII grids directly, and GeoTIFF and other formats through rasterio.
 
 Files may be untrusted. They must be regular files in the folder of their world or a subfolder. GDAL receives
 only their bytes and the one driver that they need, so it opens no other file and sends no request.
@@ -126,7 +126,7 @@ def read_raster(name: str, folder: Path, band: int | str | None = None, crs: str
 
 
 def _check_place(raster: Raster, name: str) -> None:
-    """Raise RasterError for a raster with coordinates that are impossible on the Earth."""
+    """Raise RasterError for a raster with coordinates that are impossible on Earth."""
     for word, value in (("west", raster.west), ("north", raster.north)):
         if value is not None and not abs(value) <= FARTHEST:
             fault = f"has its {word} edge at {value:g}"
@@ -173,7 +173,7 @@ def degrees(crs: str) -> bool:
 
 @lru_cache(maxsize=4)
 def _read(path: Path, changed: int, size: int, band: int | str | None) -> Raster:
-    """Read a file; `changed` and `size` keep the cache from returning an old file."""
+    """Read a file; `changed` and `size` prevent the cache from returning an outdated file."""
     if path.suffix.lower() == ".npz":
         return _of_npz(path, band)
     if path.suffix.lower() in OWN:
@@ -226,7 +226,7 @@ def _edges(arrays: dict[str, np.ndarray]) -> tuple[float | None, float | None, f
 
 
 def _chosen(band: int | str | None, names: list[str]) -> int:
-    """Return the index of a band, from 0, by its number or name. Raises RasterError."""
+    """Return the zero-based index of a band, given its number or name. Raises RasterError."""
     if not names:
         raise refused("raster", "has no two-dimensional array", "", "numbers on a grid")
     if isinstance(band, str) and band not in names:

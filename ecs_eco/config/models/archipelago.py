@@ -69,7 +69,7 @@ class Archipelago(Section):
 
     @property
     def names(self) -> list[str]:
-        """The names of the islands in the order of their numbers, from 0."""
+        """The names of the islands, ordered by number, from 0."""
         return list(self.islands)
 
     @property

@@ -53,7 +53,8 @@ class Intervention(Section):
         return at if self.until is None or at <= self.until else None
 
     def once(self, tick: int) -> dict[str, Any]:
-        """Return its single occurrence in this tick as a dict of JSON types, as in a world file."""
+        """Return the intervention's single occurrence in this tick as a dict of JSON types, as in a world
+        file."""
         data = self.model_dump(mode="json", exclude={"every", "until"}) | {"at": tick}
         return {key: value for key, value in data.items() if value is not None}
 
@@ -92,7 +93,7 @@ class Add(Intervention):
 
 
 class Fence(Intervention):
-    """A new line that walkers cannot cross, but smells, sight and births can."""
+    """A new line that walkers cannot cross; smells, sight and births can."""
 
     kind: Literal["fence"]
     line: Annotated[list[Pair], Field(min_length=2)] | None = quantity("the corners of the fence", "m", None)
@@ -139,7 +140,7 @@ class Dose(Intervention):
 
 
 class Set(Intervention):
-    """Changes values of the world file for the rest of the run."""
+    """Changes values in the world file for the rest of the run."""
 
     kind: Literal["set"]
     set: Annotated[
@@ -239,7 +240,7 @@ class Use(Section, change=FREE):
         return first <= share < last if first < last else share >= first or share < last
 
     def year(self, tick: int, dt: float) -> int:
-        """Return a tick's year, counted from 0; `dt` is the length of a tick [s]. It is 0 without
+        """Return a tick's year, counted from 0; `dt` is the length of a tick [s]. It is always 0 without
         `period`."""
         return 0 if self.period is None else tick // exact(self.period / dt)
 
@@ -251,7 +252,7 @@ def exact(value: float) -> Fraction:
 
 
 class Harvest(Use):
-    """Removes organisms or objects at a rate, up to a quota: fishing, felling, hunting, reaping."""
+    """Removes organisms or objects at a given rate, up to a quota: fishing, felling, hunting, reaping."""
 
     kind: Annotated[Literal["harvest"], Change(ANEW)]
     rate: NonNegative = quantity("proportion removed per second (the mortality F of Baranov 1918)", "1/s")
@@ -266,7 +267,8 @@ class Harvest(Use):
 
 
 class Plant(Use):
-    """Adds organisms or objects at a rate, with the initial state of founders: planting, sowing, stocking."""
+    """Adds organisms or objects at a given rate, with the initial state of founders: planting, sowing,
+    stocking."""
 
     kind: Annotated[Literal["plant"], Change(ANEW)]
     rate: NonNegative = quantity("number per second", "1/s")

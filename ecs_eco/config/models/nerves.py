@@ -42,8 +42,8 @@ Neutral = Annotated[
 
 
 class Connection(Section, own=COLUMN):
-    """A connection in the reflex network: while the sensor is beyond the threshold, the action gets the
-    weight."""
+    """A connection in the reflex network: while the reading is beyond the threshold, the weight is added to
+    the action."""
 
     name: Name | None = about("name used by genes and in drawings; default: SENSOR_ACTION", None)
     sensor: str = about("name of a sensor channel")
@@ -57,7 +57,7 @@ class Connection(Section, own=COLUMN):
 
     @property
     def label(self) -> str:
-        """Its name, by default SENSOR_ACTION."""
+        """The connection's name, by default SENSOR_ACTION."""
         return self.name or f"{self.sensor}_{self.action.replace('.', '_')}"
 
     @model_validator(mode="after")
@@ -68,7 +68,8 @@ class Connection(Section, own=COLUMN):
 
 
 class Reflex(Section):
-    """The reflex network; if it has several forms, their values are added, and the sign of the sum counts."""
+    """The reflex network; if it has several forms, their values are added, and only the sign of the sum
+    matters."""
 
     connections: list[Connection] = table("individual connections", list)
     formulas: dict[str, str] = table("action = expression of sensors; the sign of its value counts", dict)

@@ -1,4 +1,5 @@
-"""Reporters: users' measurements of a world, each a formula over components or a function of the world."""
+"""Reporters: user-defined measurements of a world, each a formula over components or a function of the
+world."""
 
 import re
 from typing import Annotated, Any

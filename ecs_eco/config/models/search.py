@@ -63,7 +63,7 @@ class Confirm(Section):
 
 class Posterior(Section):
     """Approximate Bayesian computation: the optimizers abc and abc-smc sample parameter values for which the
-    world resembles the measurements of [data]."""
+    world resembles the measurements in [data]."""
 
     particles: Annotated[int, Field(ge=10, le=100_000)] = about(
         "abc-smc: number of candidates in the first generation, drawn from the ranges", 100
@@ -152,7 +152,8 @@ Text = Annotated[str, Field(min_length=1, max_length=200)]
 
 
 class Data(Section):
-    """An external series: measurements that reports show next to a run, and that a search can fit."""
+    """An external series: measurements that reports show next to a run's results, and to which a search can
+    fit a world."""
 
     file: Annotated[str, Field(min_length=1, max_length=1000)] = about(
         "a CSV file next to the world file: a header with column names, then a row for each of the evenly "

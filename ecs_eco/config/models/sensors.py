@@ -36,7 +36,7 @@ WIDEST = 2.0 * math.pi + 1e-6
 
 
 def _on_body(text: str) -> Any:
-    """Declare a position on the body that files leave out if it is the center, in 2 or 3 axes."""
+    """Declare a position on the body, with 2 or 3 axes; files omit it if it is the center."""
     return quantity(text, "1", [0.0, 0.0], exclude_if=lambda at: not any(at), own=COLUMN)
 
 
@@ -55,7 +55,7 @@ class Sensor(Section):
         return self.called.format(self).replace(".", "_")
 
     def channels(self, dims: int) -> tuple[str, ...]:
-        """Return the names of its channels in a space with `dims` axes."""
+        """Return the names of the sensor's channels in a space with `dims` axes."""
         return (self.name or self.base(),)
 
 
@@ -78,8 +78,9 @@ class Own(Sensor):
 class Nearest(Sensor, own=True):
     """Sees the nearest target; channels: name_forward, name_left (cosine, sine of its bearing), name_near.
 
-    name_near is 1 on contact and falls to 0 at the maximum distance; all are 0 if no target is within it. The
-    sensor sees the center of a sphere, or the nearest point of a box or of a capsule's axis.
+    name_near is 1 on contact and falls to 0 at the maximum distance; all channels are 0 if no target is
+    within this distance. The sensor sees the center of a sphere, or the nearest point of a box or of a
+    capsule's axis.
     """
 
     kind: Literal["nearest"]
@@ -112,8 +113,8 @@ class Nearest(Sensor, own=True):
 
 
 class Rays(Sensor):
-    """Casts rays. Channels are name_target_1 … with per_ray (closeness along each ray), or
-    name_target_forward, _left and _near with closest."""
+    """Casts rays. With per_ray, the channels are name_target_1 … (closeness along each ray); with closest,
+    they are name_target_forward, _left and _near."""
 
     kind: Literal["rays"]
     count: Annotated[int, Field(ge=1, le=360)] = quantity("number of rays", "1", own=WIDTH)
@@ -153,7 +154,7 @@ class Property(Sensor, own=COLUMN):
     The weight of a body at distance d [m] is 1 with decay = "none", 1 − d/range with "linear" and 1/d² [1/m²]
     with "inverse_square", where d is at least that body's own radius: luminous intensity [cd] becomes
     illuminance [lx]. The mean is this sum divided by the sum of the weights. The sensor reads 0 if there are
-    no bodies; its own body does not count.
+    no bodies; the organism's own body does not count.
     """
 
     kind: Literal["property"]
@@ -189,7 +190,7 @@ class Property(Sensor, own=COLUMN):
         return "_".join([*(self.kinds() or ["any"]), *kin, self.property.replace(".", "_")])
 
     def kinds(self) -> list[str]:
-        """The species and object types that it senses; empty means all that have the property."""
+        """The species and object types that the sensor detects; empty means all that have the property."""
         return [self.of] if isinstance(self.of, str) else list(self.of or [])
 
 

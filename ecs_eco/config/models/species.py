@@ -247,7 +247,7 @@ class Species(
         return (*OWN, *(name for name, _ in of_each(self, "feels")), *self.properties, *self.substances)
 
     def knows_kin(self) -> bool:
-        """Return whether its members must know their parents."""
+        """Return whether the species' members must know their parents."""
         return self.care is not None or any(getattr(sensor, "kin", None) for sensor in self.sensors)
 
     def felt(self) -> tuple[str, ...]:

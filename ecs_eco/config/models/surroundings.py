@@ -58,7 +58,7 @@ class Space(Section):
 
     @property
     def too_wide(self) -> str:
-        """Message for a distance above `widest`."""
+        """The message for a distance above `widest`."""
         return "larger than half the width of the torus" if self.edges == "torus" else "larger than the world"
 
 
@@ -166,7 +166,7 @@ class Store(Section, change=FREE):
 
 class Motion(Section, change=FREE):
     """Independent movement of objects, either with a velocity or along a path. In addition, water carries
-    them, as it carries all bodies."""
+    them along, like all bodies."""
 
     velocity: Annotated[list[Real], Field(min_length=2, max_length=3)] | None = quantity(
         "velocity along each axis; rocks, lakes, fences and walls stop it", "m/s", None
@@ -181,7 +181,7 @@ class Motion(Section, change=FREE):
 
 @assembled
 class ObjectType(WarmObjects, Chemistry, Decomposing, Emitting):
-    """A type of inanimate objects."""
+    """A type of inanimate object."""
 
     count: Annotated[int, Field(ge=0, le=50_000_000)] = quantity(
         "initial number of objects at random positions", "1", 0, change=NUMBERS

@@ -47,7 +47,7 @@ class Ramp(Section):
     )
 
     def at(self, share: float) -> float:
-        """Return its value after a fraction of the training."""
+        """Return the number's value after a given fraction of the training."""
         first, last = self.values
         return last if share >= self.duration else first + (last - first) * share / self.duration
 
@@ -157,7 +157,7 @@ class WorldConfig(Section):
     _folder: Path = PrivateAttr(default_factory=Path)  # folder for relative file names
     _source: str = PrivateAttr(default="dict")  # for messages
     _code: Code = PrivateAttr(default=NONE)  # the source files listed in `code`, as read
-    _renamed: tuple[str, ...] = PrivateAttr(default=())  # notes on keys given by their former names
+    _renamed: tuple[str, ...] = PrivateAttr(default=())  # notes on keys given under their former names
     _land: Any = PrivateAttr(default=None)  # the Land read from terrain.raster
 
     @property
@@ -266,7 +266,7 @@ class WorldConfig(Section):
         Parameters
         ----------
         former : bool, default False
-            Use the former names of keys, so that renaming a key does not change hashes and digests.
+            Whether to use the former names of keys, so that renaming a key does not change hashes or digests.
 
         Returns
         -------
