@@ -130,8 +130,8 @@ def shortened(text: str, width: int = 60) -> str:
 
 
 def _short(value: object, width: int = 90) -> str:
-    """Return a value in TOML notation, cut to `width` characters: paths lose their beginning, other values
-    their end."""
+    """Return a value in TOML notation, cut to `width` characters: paths at the beginning, other values at the
+    end."""
     if (
         isinstance(value, str)
         and len(value) > width

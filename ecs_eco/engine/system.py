@@ -19,7 +19,8 @@ TURN = random.LOT + (3 << 8)  # the purpose of draws for the order of tables
 class System(Scheduled):
     """A behavior of all entities that have the components in `needs`, carried out once per tick.
 
-    Derive a class, set `needs` and `phase`, implement `update`, and pass an instance to `World.add_system`.
+    Derive a class from it, set `needs` and `phase`, implement `update`, and pass an instance to
+    `World.add_system`.
 
     Attributes
     ----------
@@ -96,7 +97,7 @@ class System(Scheduled):
     def competes(self, table: Table) -> bool:
         """Return whether members of a table compete with members of other tables in this system.
 
-        If so, tables are updated in random order, so that none has an advantage.
+        If so, tables are updated in random order, so that no table has an advantage.
 
         Parameters
         ----------

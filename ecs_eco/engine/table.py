@@ -213,7 +213,7 @@ class Table(dict[type, Any]):
         Raises
         ------
         TypeError
-            If it is not a component.
+            If the class is not a component.
         UnknownName
             If a field is unknown.
 
@@ -505,7 +505,7 @@ class Table(dict[type, Any]):
             self.newborn.clear()
             self.gone.clear()
         self.version += 1
-        if 4 * rows.size > self.n:  # a fresh start is as fast
+        if 4 * rows.size > self.n:  # starting afresh is as fast
             self.steady = (-1, -1)
         else:
             if rows.size:

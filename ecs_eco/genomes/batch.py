@@ -222,7 +222,7 @@ class VariableOperators(Operators):
     duplicated or lost, and letters inserted or deleted, with the section's probabilities; finally, `mutate`
     is applied.
 
-    A change that would make a string empty or longer than `longest` is not made, but counted in `at_limit`
+    A change that would make a string empty or longer than `longest` is not made but is counted in `at_limit`
     i64[5]: crossings, duplications, losses, insertions and deletions.
     """
 

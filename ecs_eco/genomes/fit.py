@@ -141,7 +141,7 @@ def fit_network(
     Raises
     ------
     ValueError
-        If the function returns a wrong shape, or values that are not finite.
+        If the function returns an array of the wrong shape, or values that are not finite.
 
     Examples
     --------

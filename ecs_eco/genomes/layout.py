@@ -207,7 +207,7 @@ class Layout:
         Returns
         -------
         array of uint8, shape (n, row)
-            `decode` returns each value within half of the gene's resolution.
+            `decode` returns each value to within half the gene's resolution.
 
         Raises
         ------

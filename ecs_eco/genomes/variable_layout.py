@@ -19,7 +19,7 @@ SEPARATORS = "|/;:,. "  # separators between the strings of a text; the first th
 
 class VariableLayout(Layout):
     """Genes on one or two strings of at most `longest` letters: a row u8[longest * ploidy] contains the
-    letters of each string, then blanks, whose number follows the last letter's.
+    letters of each string, then blanks (the number after the last letter's).
 
     Every row decodes to valid values: `doubled` determines how several copies of a gene combine; without a
     copy, the species' own value is used (0 for a neutral marker, zero weights for a network). Raises

@@ -172,7 +172,7 @@ def apply_species(
     if parts is None or not {"reflex", "happiness"}.isdisjoint(parts):
         taken_away = had_reflex and nerves.reflex is None
         networks(nerves, species, world.config.function)
-        if taken_away:  # by a treatment, which remains in force
+        if taken_away:  # removed by a treatment, which remains in force
             nerves.reflex = None
 
 

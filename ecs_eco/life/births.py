@@ -109,7 +109,7 @@ def share_out(
 ) -> tuple[np.ndarray, int]:
     """Return how many newborns of each litter, i64[k], and how many immigrants are allocated one of `n`
     slots. Each of the `number` i64[k] newborns of parents `uid` u64[k] and each of the `come` immigrants has
-    the same probability."""
+    the same probability of getting one."""
     uid = np.concatenate([uid, future(world, table, come)])
     number = np.concatenate([number, np.ones(come, np.int64)])
     wanted = int(number.sum())

@@ -55,7 +55,7 @@ class Bodies(NamedTuple):
 
 
 def is_island(world: Any) -> bool:
-    """Return whether a world can exchange migrants with others; if so, its ledgers contain exports and
+    """Return whether a world can exchange migrants with other worlds; if so, its ledgers contain exports and
     imports."""
     return world.config is not None and world.config.archipelago is not None
 

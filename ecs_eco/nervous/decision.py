@@ -36,8 +36,8 @@ def all_finite(logits, values):
 
 @lone_njit
 def uniforms(first, last, key, uid, group, out):
-    """Draw the random numbers `out` f32[n, groups] that select actions in group number `group` and later
-    groups; each uid always gets the same numbers."""
+    """Draw the random numbers `out` f32[n, groups] that select actions in group `group` and all later groups;
+    each uid always gets the same numbers."""
     for g in range(out.shape[1]):
         for k in range(last - first):
             i = np.uint64(first + k)

@@ -232,7 +232,7 @@ class Nerves:
         """Return the reflex network's y for the current observations, i8[n, actions]; None without such a
         network.
 
-        Afterwards, `shift` is what the network adds to continuous actions, whose y is 0.
+        Afterward, `shift` is what the network adds to continuous actions, whose y is 0.
         """
         if self.reflex is None:
             self.shift = None

@@ -33,7 +33,8 @@ class Places(NamedTuple):
 
 
 class Space:
-    """A plane or a volume whose edges wrap around or are walls; a volume always has walls below and above.
+    """A plane or a volume whose edges wrap around or are walls; a volume always has walls at the bottom and
+    the top.
 
     Parameters
     ----------
@@ -93,7 +94,7 @@ class Space:
 
 
 def cells_within(side: float, most: int, radius: float) -> int:
-    """Return how many cells of this side [m] a radius [m] spans, at most `most`; 0 for NaN."""
+    """Return how many cells with this side length [m] a radius [m] spans, at most `most`; 0 for NaN."""
     cells = radius / side
     return max(math.ceil(cells - 1e-6), 0) if cells < most else most * (cells >= most)
 

@@ -106,12 +106,13 @@ class OneBand:
         return stands
 
     def learnt(self, minds: object, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Record what individuals have learned in this tick, with one entry per individual; return it."""
+        """Record what individuals have learned in this tick, with one entry per individual; return the
+        record."""
         return arrays
 
     def undivided(self, world: T) -> T | None:
-        """Return the whole world in the one process that displays it or writes it to a file; None in the
-        others."""
+        """Return the whole world in the one process that displays it or writes it to a file; None in all
+        other processes."""
         return world
 
     def ask(self, what: Callable[[Any], Any]) -> Any:

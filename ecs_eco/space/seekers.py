@@ -79,7 +79,7 @@ class Seekers:
         Parameters
         ----------
         other : Table or str
-            May be the same table: an organism is never its own neighbor.
+            It can be the same table; an organism is never its own neighbor.
         radius : float
             Search distance, from center to center [m].
 
@@ -93,9 +93,9 @@ class Seekers:
         Raises
         ------
         UnknownName
-            For an unknown table.
+            If the table is unknown.
         ValueError
-            For an invalid radius.
+            If the radius is invalid.
 
         Examples
         --------

@@ -35,7 +35,7 @@ def volume(length: Size, width: Size, height: Size, rounding: Size) -> Any:
 
 
 def surface(length: Size, width: Size, height: Size, rounding: Size) -> Any:
-    """Return the surface area [m^2] of a box enlarged in the same way as in `volume`."""
+    """Return the surface area [m^2] of a box enlarged as in `volume`."""
     flat = length * width + width * height + height * length
     return 2 * flat + 2 * math.pi * rounding * (length + width + height) + 4 * math.pi * power(rounding, 2)
 

@@ -106,8 +106,8 @@ def rock_between(x, y, dx, dy, ground, space):
 
 @njit
 def hidden(x, y, z, dx, dy, dz, me, it, bodies, space):
-    """Return whether a body other than `me` and `it`, the two ends, cuts the line from (x, y, z) along (dx,
-    dy, dz).
+    """Return whether a body other than `me` and `it`, the two ends, intersects the line from (x, y, z) along
+    (dx, dy, dz).
 
     Checks the cells of the line's bounding box, widened by the largest radius of a body.
     """

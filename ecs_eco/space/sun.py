@@ -22,7 +22,7 @@ class Sun:
         spring: float = 0.0,
     ) -> None:
         self.kind, self.day, self.start, self.year, self.moon = kind, day, start, year, moon
-        self.spring = spring  # share of the year since spring that has passed at the start
+        self.spring = spring  # share of the year, counted from spring, that has passed at the start
         self.latitude, self.declination = math.radians(latitude), math.radians(declination)
 
     def season(self, time: float) -> float:

@@ -58,12 +58,12 @@ class Terrain:
         self.height = np.zeros((ny, nx), np.float32)
         self.ground = np.zeros((ny, nx), np.uint8)
         self.inverse = np.array([nx / space.size[0], ny / space.size[1]], np.float32)
-        self.declared = True  # by the world file; otherwise an intervention created the ground and stores it
+        self.declared = True  # in the world file; otherwise an intervention created the ground and stores it
         self.fences: list[np.ndarray] = []  # corners of each fence, f64[k, 2] [m]
         self.roads: list[Road] = []
         self.land: LandMaps | None = None  # set for real land; see ecs_eco.space.land
-        self.pace: np.ndarray | None = None  # f32[ny, nx], factor of speeds; None if all are 1
-        self.toll: np.ndarray | None = None  # f32[ny, nx], factor of costs
+        self.pace: np.ndarray | None = None  # f32[ny, nx], factor for speeds; None if all are 1
+        self.toll: np.ndarray | None = None  # f32[ny, nx], factor for costs
         if hills:
             self.height += _hills(space, nx, ny, **hills)
         for mountain in mountains:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 NOTHING = np.zeros(0, np.float32)
-KEYS = (  # in the order of the fields of `Heat`
+KEYS = (  # in the order of `Heat`'s fields
     "heat.specific_heat",
     "heat.conductance",
     "heat.insulation",
@@ -40,7 +40,7 @@ class Heat(NamedTuple):
     specific_heat: Number  # [J/(kg K)]
     conductance: Number  # [W/(m^2 K)]
     insulation: Number  # [m^2 K/W]
-    metabolic_heat: Number  # [J] heat per unit of burned energy
+    metabolic_heat: Number  # [J] heat per unit of energy burned
     set_point: Number  # [K]
     warming: Number  # maximum production [W]
     cooling: Number  # maximum loss [W]

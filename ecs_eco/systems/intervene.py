@@ -65,11 +65,11 @@ class Intervene(System):
 
     def ask(self, intervention: dict[str, Any] | Intervention) -> None:
         """Request an intervention, a dict or a model, for the next tick. Raises a ConfigError if a world file
-        with it would be invalid."""
+        containing this intervention would be invalid."""
         self.requests.append(checked(self.world, intervention, [x.once(x.at) for x in self.requests]))
 
     def cull(self, world: SpatialWorld, order: Cull) -> None:
-        """Mark members of a species to die."""
+        """Mark members of a species for death."""
         table = world.table(order.species)
         rows = table.by_uid()
         rows = rows[table.cause[rows] == 0]
@@ -135,7 +135,7 @@ class Intervene(System):
             dose_bodies(world, world.table(order.species or ""), order.substance or "", order.amount, region)
 
     def set(self, world: Any, order: Set) -> None:
-        """Change values of the world."""
+        """Change values in the world's configuration."""
         world.reconfigure(changed(world.config, order.set))
 
     def switch(self, world: Any, order: Switch) -> None:

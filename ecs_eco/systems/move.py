@@ -1,4 +1,4 @@
-"""Organisms move as they decided."""
+"""Organisms move as they have decided."""
 
 from __future__ import annotations
 
@@ -186,7 +186,7 @@ def move(
     """Move the living rows first … last − 1. `gone` f32[rows] receives the distance [m] that each has moved
     forward, unless it is empty.
 
-    Rows are processed in blocks, so that many sines and cosines are computed at a time.
+    Rows are processed in blocks, so that many sines and cosines are computed at once.
     """
     if first >= last:
         return
@@ -300,8 +300,8 @@ def lag(drag, dt):
 
 @njit
 def cost_between(v, speeds, costs):
-    """Return the cost of a speed, interpolated linearly between ascending speeds f32[k]; beyond them, the
-    cost of the slowest or fastest."""
+    """Return the cost of a speed, interpolated linearly between ascending speeds f32[k]; outside their range,
+    it is the cost of the slowest or fastest."""
     if v <= speeds[0]:
         return costs[0]
     for k in range(1, speeds.size):
