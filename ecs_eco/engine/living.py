@@ -1,4 +1,4 @@
-"""The interface of a world for lower parts of the engine, and the mark of an unfinished action."""
+"""The interface of a world for lower layers of the engine, and the mark of an unfinished action."""
 
 from __future__ import annotations
 

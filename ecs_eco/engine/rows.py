@@ -202,7 +202,8 @@ def vacate_dying(own, high, died):
 
 @njit
 def first_outside(columns, start, n, each, low, high):
-    """Return the index of the first flat column at or after `start` with a value outside low … high, or -1.
+    """Return the index of the first flat column at or after `start` with a value outside low … high, or -1 if
+    there is none.
 
     Checks the first n * each[k] values of column k, including dead rows.
     """

@@ -363,7 +363,7 @@ class World:
         raise KeyError(f"no living entity has the uid {uid}")
 
     def get(self, uid: int, component: type[C]) -> C:
-        """Return a handle of one organism's component, which reads and writes its row of the columns.
+        """Return a handle to one organism's component, which reads and writes its row of the columns.
 
         Parameters
         ----------
@@ -398,7 +398,7 @@ class World:
         return found
 
     def each(self, *components: type[Any]) -> Iterator[tuple[Any, ...]]:
-        """Yield the uid and handles of all living entities that have these components, sorted by uid.
+        """Yield the uids and handles of all living entities that have these components, sorted by uid.
 
         Entities that are born or die during the loop are skipped.
 
@@ -482,7 +482,7 @@ class World:
                 self.debug.act(processor)
 
     def _pass_tick(self) -> None:
-        """Run all processors, dividing work among threads if that was faster recently."""
+        """Run all processors, dividing work among threads if that has recently been faster."""
         processors = tuple(self.schedule)
         if self.workers.helpers:
             self.workers.tick(lambda: self._act(processors), lambda: sum(t.n for t in self.tables.values()))
@@ -490,7 +490,7 @@ class World:
             self._act(processors)
 
     def _entered(self) -> AbstractContextManager[None]:
-        """Return the context for part of a tick; the esper bridge overrides this."""
+        """Return the context for a part of a tick; the esper bridge overrides this."""
         return nullcontext()
 
     def _mine(self) -> None:

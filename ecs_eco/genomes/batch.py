@@ -39,8 +39,8 @@ class Operators:
     Parameters
     ----------
     toolbox : deap.base.Toolbox
-        Has `mate` and `mutate`; `toolbox_of` creates one. Each birth uses the operators registered at that
-        time.
+        A toolbox with `mate` and `mutate`; `toolbox_of` creates one. Each birth uses the operators registered
+        at that time.
     layout : Layout
     chance : float, default 1.0
         Probability of a crossover.
@@ -294,7 +294,7 @@ class VariableOperators(Operators):
     def _take(
         self, string: np.ndarray, loci: np.ndarray | slice, letters: np.ndarray, before: int | None
     ) -> None:
-        """Write new letters to a string, unless there are none or too many; count these cases."""
+        """Write new letters to a string, unless there are no letters or too many; count these cases."""
         if not 0 < letters.size <= string.size:
             event = "crossing" if before is None else "insertion" if letters.size > before else "deletion"
             self.at_limit[EVENTS.index(event)] += 1

@@ -38,14 +38,14 @@ class Layout:
     loci : int, optional
         Length of a string; default: the length of all genes. Loci that no gene uses are neutral.
     traits : Mapping of str to Trait, optional
-        Values for which genes can code; default: any name.
+        Values that genes can code for; default: any name.
     shapes : Mapping, optional
         Shapes of networks' matrices, by trait or gene.
 
     Raises
     ------
     ConfigError
-        Contains every problem with the genes.
+        If there are problems with the genes; the error lists all of them.
 
     Examples
     --------
@@ -140,13 +140,13 @@ class Layout:
         ]
 
     def decode(self, loci: np.ndarray, names: Collection[str] | None = None) -> dict[str, np.ndarray]:
-        """Return the values for which genomes code.
+        """Return the values that genomes code for.
 
         Parameters
         ----------
         loci : array of uint8, shape (n, row)
         names : collection of str, optional
-            Genes to decode; default: all.
+            Genes to decode; default: all genes.
 
         Returns
         -------

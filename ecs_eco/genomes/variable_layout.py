@@ -118,7 +118,8 @@ class VariableLayout(Layout):
     def _by_string(
         self, loci: np.ndarray, found: tuple[np.ndarray, ...], code: Code
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the combined value of each string's copies f64[strings, …], and whether it has any."""
+        """Return the combined value of each string's copies f64[strings, …], and whether the string has any
+        copies."""
         string, values = self._values(loci, found, code)
         out = np.zeros((len(loci) * self.ploidy, *code.width))
         has = np.zeros(len(out), np.bool_)
@@ -229,7 +230,7 @@ def layout_of(
     ----------
     section : GenomeSection
     traits : Mapping of str to Trait, optional
-        Values for which genes can code; default: any name.
+        Values that genes can code for; default: any name.
     shapes : Mapping or sequence, optional
         Shapes of networks by trait; a sequence contains the shapes of policy.weights.
 
@@ -240,7 +241,7 @@ def layout_of(
     Raises
     ------
     ConfigError
-        Contains every problem with the genes.
+        If there are problems with the genes; the error lists all of them.
 
     Examples
     --------

@@ -86,7 +86,7 @@ def apply_surroundings(
     """Configure the surroundings of all organisms: ambient values, sun, water and year, smells, slopes.
 
     Sets everything if `changed` is None, otherwise only the configuration keys in it, so that settings made
-    by the user remain.
+    by the user are preserved.
     """
 
     def wanted(*key: str) -> bool:

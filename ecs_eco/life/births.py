@@ -92,8 +92,8 @@ class Litters(NamedTuple):
 
 
 def room(table: Table, world: SpatialWorld, wanted: int) -> int:
-    """Return how many of `wanted` newborns fit under `max_count`, and count those refused. Living organisms,
-    pending births and the nursery occupy slots."""
+    """Return how many of the `wanted` newborns fit under `max_count`, and count those refused. Living
+    organisms, pending births and the nursery occupy slots."""
     most, nursery, n = table.species.max_count, table.species.nursery, wanted
     if nursery is not None:
         n = room(nursery, world, n)

@@ -116,7 +116,7 @@ class External:
     channels : tuple of str
         Names of the readings, the columns of `Sensed.x`.
     options : dict of str to tuple of str
-        Names of the options in each action group; none for a continuous group.
+        Names of the options in each action group; empty for a continuous group.
     low : array of float32, shape (groups,)
         Smallest valid choice in each group.
     high : array of float32, shape (groups,)
@@ -156,7 +156,7 @@ class External:
         )
 
     def observe(self) -> Sensed:
-        """Start the tick and return what the species senses; until `act`, further calls return the same
+        """Start the tick and return the species' observations; until `act`, further calls return the same
         result.
 
         Returns
@@ -279,7 +279,7 @@ class External:
 
 
 class Awaited:
-    """The ticks of a world in which some species wait for outside choices."""
+    """The ticks of a world in which some species wait for external choices."""
 
     def __init__(self, world: SpatialWorld) -> None:
         self.world = weakref.proxy(world)

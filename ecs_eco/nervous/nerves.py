@@ -85,7 +85,7 @@ class Nerves:
         self.outside: Any = None  # `nervous.outside.Outside`, which replaces a network
         self.learning = False
         self.heads()
-        self.shift: np.ndarray | None = None  # f32[n, continuous]: what the reflex adds in this tick
+        self.shift: np.ndarray | None = None  # f32[n, continuous]: added by the reflex in this tick
         self.rows = np.zeros(0, np.int64)
         self.sensed = NOTHING_SENSED
         self._later = np.zeros((0, 0), np.float32)  # the memories after the current observations
@@ -232,7 +232,7 @@ class Nerves:
         """Return the reflex network's y for the current observations, i8[n, actions]; None without such a
         network.
 
-        Afterward, `shift` is what the network adds to continuous actions, whose y is 0.
+        Afterward, `shift` contains the numbers that the network adds to continuous actions, whose y is 0.
         """
         if self.reflex is None:
             self.shift = None

@@ -31,7 +31,7 @@ class OneBand:
 
     size, rank = 1, 0
     divided = False
-    inherited: Callable[..., Any] | None = None  # what newborns inherit from parents in other processes
+    inherited: Callable[..., Any] | None = None  # inheritance from parents in other processes
 
     def stops(self) -> bool:
         """Return whether a process that is asked to stop may stop alone; otherwise all processes stop at the
@@ -59,7 +59,7 @@ class OneBand:
         return list(names)
 
     def share(self, arrays: dict[str, np.ndarray]) -> None:
-        """Copy each named array from the process that owns it (`mine`) to all others."""
+        """Copy each named array from the process that owns it (`mine`) to all other processes."""
 
     # --- divided work if each process holds only a part of the world ---------------------------------------
 
@@ -93,7 +93,8 @@ class OneBand:
         return litters
 
     def holds(self, y: np.ndarray) -> np.ndarray | None:
-        """Return which positions f32[n] [m] are in the band of this process: bool[n]; None: all."""
+        """Return which positions f32[n] [m] are in the band of this process: bool[n]; None means all of
+        them."""
         return None
 
     def either(self, flags: np.ndarray) -> np.ndarray:

@@ -86,9 +86,9 @@ class Seekers:
         Returns
         -------
         rows : array of int64, shape (n,)
-            Rows of the other table; −1 if none is in reach.
+            Rows of the other table; −1 if no member is in reach.
         distances : array of float32, shape (n,)
-            [m]; infinite if none is in reach.
+            [m]; infinite if no member is in reach.
 
         Raises
         ------

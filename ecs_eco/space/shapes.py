@@ -1,4 +1,4 @@
-"""Capsules and boxes: the distance between bodies of any shape, and where rays meet them.
+"""Capsules and boxes: the distance between bodies of any shape, and the points at which rays meet them.
 
 A body is a row of `form` f32[n, 9]: the position of its center x, y, z [m]; half the length, width and height
 of the box within it [m]; the radius of its rounding [m]; cosine and sine of its heading. A sphere has only a

@@ -62,7 +62,7 @@ class Terrain:
         self.fences: list[np.ndarray] = []  # corners of each fence, f64[k, 2] [m]
         self.roads: list[Road] = []
         self.land: LandMaps | None = None  # set for real land; see ecs_eco.space.land
-        self.pace: np.ndarray | None = None  # f32[ny, nx], factor for speeds; None if all are 1
+        self.pace: np.ndarray | None = None  # f32[ny, nx], factor for speeds; None if all factors are 1
         self.toll: np.ndarray | None = None  # f32[ny, nx], factor for costs
         if hills:
             self.height += _hills(space, nx, ny, **hills)

@@ -99,7 +99,7 @@ class SpatialWorld(World):
         self.stopping = self.bands.stops()
 
     def species_names(self) -> list[str]:
-        """Return the names of the species in the order of the world file, without object types.
+        """Return the names of the species, excluding object types, in world-file order.
 
         Returns
         -------
@@ -183,7 +183,7 @@ class SpatialWorld(World):
         return index
 
     def _build(self, table: Table) -> Index:
-        """Update an index; if several threads need it, one updates it and the others wait."""
+        """Update an index; if several threads need it, one updates it and the other threads wait."""
         index = self._indexes.get(table.name)
         if index is None or index.space is not self.space:
             index = self._index_of(table)
@@ -259,7 +259,7 @@ class SpatialWorld(World):
         Returns
         -------
         Pairs
-            Indices of positions, rows of the table, and distances f32[k] [m], in the order of positions.
+            Indices of positions, rows of the table, and distances f32[k] [m], ordered by position.
 
         Raises
         ------

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 NOTHING = np.zeros(0, np.float32)
-KEYS = (  # in the order of `Heat`'s fields
+KEYS = (  # in the field order of `Heat`
     "heat.specific_heat",
     "heat.conductance",
     "heat.insulation",

@@ -61,8 +61,8 @@ class Feed(System):
 
     Each animal claims one item of each kind of food in its diet; each item goes to the nearest eater of any
     species that claims it, with ties broken at random. An animal that wins several items takes the nearest
-    first, then the others if it still can. An animal that is itself eaten in a nearer meal eats nothing;
-    eaten organisms die. The order of species and diets has no effect.
+    first, then the other items if it can still eat. An animal that is itself eaten in a nearer meal eats
+    nothing; eaten organisms die. The order of species and diets has no effect.
 
     An animal with an action `eat` eats when it decides to; an animal without it eats whenever it can. Tough
     food and prey sheltered by the land resist some bites; poison costs the eater energy, and deadly food
@@ -291,7 +291,7 @@ def meal(table: Table, food: Diet, dt: float) -> tuple[Any, Any, Effect]:
 
 
 def in_ticks(chance: Number, dt: float) -> Any:
-    """Convert probabilities per second to probabilities per tick of dt [s]."""
+    """Convert probabilities per second to probabilities per tick of length dt [s]."""
     return 1 - power(1 - chance, dt)
 
 

@@ -82,7 +82,7 @@ class GrowUp(System):
             m.energy,
             m.burnt,
         )
-        table.version += 1  # bodies that have grown may touch and hide others
+        table.version += 1  # bodies that have grown may touch and hide other bodies
 
 
 @njit

@@ -54,7 +54,7 @@ class Intervene(System):
         self.made_ground = False  # whether the world's ground was created for a fence
 
     def process(self, *_: object) -> None:
-        """Carry out the interventions due in this tick, in the order of the file, then pending requests."""
+        """Carry out the interventions due in this tick, in file order, then the pending requests."""
         world = self.world
         plan = () if world.config is None else world.config.interventions
         planned = [x for x in plan if x.due(world.tick)] if plan else []

@@ -156,7 +156,8 @@ def _on_roads(table: Table, terrain: Terrain) -> tuple[np.ndarray, np.ndarray]:
 
 
 def paces(table: Table) -> np.ndarray:
-    """Return the factor f32[rows] by which genes and size multiply each organism's speeds; empty: 1 for all."""
+    """Return the factor f32[rows] by which genes and size multiply each organism's speeds; empty if all
+    factors are 1."""
     pace = table[SpeedScale].pace if SpeedScale in table else NO_SCALE
     if (growth := table.species.growth) is None:
         return pace

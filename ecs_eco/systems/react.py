@@ -25,7 +25,7 @@ NO_ENERGY = np.zeros(0, np.float32)
 
 
 class Stores(NamedTuple):
-    """Energy of organisms, for kernels: f32[rows], empty if they have none."""
+    """Energy of organisms, for kernels: f32[rows], empty if they have no energy."""
 
     energy: np.ndarray
     taken: np.ndarray

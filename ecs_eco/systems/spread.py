@@ -220,7 +220,7 @@ class Sites:
     def __init__(self, rows: np.ndarray) -> None:
         self.rows = rows
         self._of = np.zeros(0, np.int32)  # the site of each row
-        self._version = -1  # version of the table for which they are valid
+        self._version = -1  # version of the table for which these rows are valid
         self._single = False  # whether no site holds two plants
 
     def look(self, table: Table, inverse: np.ndarray) -> np.ndarray:
