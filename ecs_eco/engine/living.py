@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Underway:
-    """An action that must not leave a world half changed; it is `world.underway` until it is complete.
+    """An action that must not leave a world half-changed; it is `world.underway` until it is complete.
 
     It is set before the first change and removed after the last, so no interruption can clear it.
     """

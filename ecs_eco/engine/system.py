@@ -19,7 +19,7 @@ TURN = random.LOT + (3 << 8)  # the purpose of draws for the order of tables
 class System(Scheduled):
     """A behavior of all entities that have the components in `needs`, carried out once per tick.
 
-    Derive a class from it, set `needs` and `phase`, implement `update`, and pass an instance to
+    Subclass it, set `needs` and `phase`, implement `update`, and pass an instance to
     `World.add_system`.
 
     Attributes
@@ -27,7 +27,7 @@ class System(Scheduled):
     needs : tuple of type
         Components that a table must have for `update` to be called with it.
     phase : str
-        One of `PHASES`; default "interact".
+        One of `PHASES`; default: "interact".
     acts : tuple of str
         Action groups, in addition to the built-in ones, that the system implements and that species can
         declare.

@@ -393,7 +393,7 @@ class Table(dict[type, Any]):
 
         Notes
         -----
-        Newborns get their uids in the order of requests. This order must therefore not depend on rows; you
+        Newborns get their uids in request order. This order must therefore not depend on rows; you
         can sort requests by the uids of parents.
 
         Examples
@@ -523,7 +523,7 @@ class Table(dict[type, Any]):
         Raises
         ------
         ValueError
-            If they are not these rows.
+            If `rows` does not contain exactly these rows.
 
         Notes
         -----

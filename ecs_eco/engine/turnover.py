@@ -114,7 +114,7 @@ class Turnover:
             listen(table, rows)
 
     def bear(self) -> list[tuple[Table, np.ndarray]]:
-        """Add the requested newborns, table by table, in the order of requests; return tables and rows."""
+        """Add the requested newborns, table by table, in request order; return tables and rows."""
         born = []
         for table in self.world.tables.values():
             if not table.births:

@@ -34,9 +34,9 @@ class World:
     `dt` [s] is the length of a tick; `seed` fixes every random draw; `threads` affects speed, never results.
 
     Hooks are lists of functions. `before_tick` (no arguments) is called before each tick of `run`, `on_death`
-    (table, rows) before the rows are freed, `on_birth` (table, rows, uids of first and second parents, 0 for
-    none) once the rows are filled, and `on_departure` (table, rows, numbers of the destination islands) and
-    `on_arrival` (table, rows, numbers of the origin islands) for migrants. Hooks are called in the list's
+    (table, rows) before the rows are freed, `on_birth` (table, rows, uids of the first and second parents, 0
+    for none) once the rows are filled, and `on_departure` (table, rows, numbers of the destination islands)
+    and `on_arrival` (table, rows, numbers of the origin islands) for migrants. Hooks are called in the list's
     order at the time of the event, so a hook can remove itself. Hooks are not saved.
     """
 
@@ -110,12 +110,12 @@ class World:
         Parameters
         ----------
         system : System or esper.Processor
-            An instance, which belongs to one world.
+            An instance, which can belong to only one world.
         phase : str, optional
             One of `PHASES`; default: the system's phase, or "interact" for a plain esper.Processor.
         priority : int, optional
-            Position among all processors, instead of a phase, as in esper: priorities count down from 0, a
-            million per phase.
+            Position among all processors, instead of a phase, as in esper: priorities count down from 0, with
+            one million per phase.
 
         Returns
         -------
@@ -125,7 +125,7 @@ class World:
         Raises
         ------
         TypeError
-            If it is not an instance of a system or processor.
+            If `system` is not an instance of a system or processor.
         ValueError
             If the phase is unknown or the system is already in a world.
 
@@ -175,7 +175,7 @@ class World:
         Raises
         ------
         RuntimeError
-            If it is a `System`, because the schedule depends on it.
+            If the processor is a `System`, because the schedule depends on it.
         """
         if isinstance(processor, Scheduled) or processor not in self.systems:
             raise RuntimeError(
@@ -531,7 +531,7 @@ class World:
             self.debug.watch(Deaths.label, self.turnover.bury_dying, flush=True)
 
     def _flush_births(self) -> None:
-        """Add the requested newborns, table by table, in the order of requests."""
+        """Add the requested newborns, table by table, in request order."""
         if self.debug is None:
             self.turnover.bear()
         else:

@@ -34,9 +34,9 @@ class Layout:
     ploidy : {1, 2}
         Strings per organism. A row of loci contains the first string, then the second.
     expression : {"first", "mean", "greater"}
-        Value of two alleles: the first string's value, the mean, or the greater one.
+        Value for two alleles: the first string's value, the mean, or the greater one.
     loci : int, optional
-        Length of a string; default: the length of all genes. Loci that no gene uses are neutral.
+        Length of a string; default: the total length of all genes. Loci that no gene uses are neutral.
     traits : Mapping of str to Trait, optional
         Values that genes can code for; default: any name.
     shapes : Mapping, optional
@@ -300,7 +300,8 @@ class Layout:
         return [begin for one, begins in self._founder() if one is code for begin in begins]
 
     def own_value(self, code: Code) -> float:
-        """Return the value if there is no copy of a gene: the species' own value, or 0 if it has no trait."""
+        """Return the value used if there is no copy of a gene: the species' own value, or 0 if it has no
+        trait."""
         return 0.0 if code.trait is None else float(code.trait.default)
 
     def _founder(self) -> list[tuple[Code, list[int]]]:

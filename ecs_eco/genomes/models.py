@@ -127,7 +127,7 @@ class Operator(Section):
     with its keyword arguments.
 
     In Python, a function registered in a DEAP toolbox, such as `toolbox.mate`, can replace the whole section,
-    or `operator`.
+    or just `operator`.
     """
 
     model_config = ConfigDict(extra="allow")

@@ -79,7 +79,8 @@ def toolbox_of(
     select_mate : {"nearest", "random", "richest", "oldest"}
         The mate-choice rule.
     find : callable, optional
-        Returns the function for "module:name", like `WorldConfig.function`; default: accept only functions.
+        Returns the function for "module:name", like `WorldConfig.function`; by default, only functions are
+        accepted.
     mates : bool, default True
         Whether `mate` is used and must be checked.
 

@@ -43,7 +43,7 @@ def reconfigure(world: SpatialWorld, config: WorldSource, learners: Iterable[str
     Raises
     ------
     ConfigError
-        Before anything changes, with each value that cannot change in a live world.
+        If a value cannot change in a live world; the error lists each such value, and nothing has changed.
     RuntimeError
         If the world was built by hand.
 

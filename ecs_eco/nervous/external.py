@@ -191,8 +191,8 @@ class External:
         Raises
         ------
         ConfigError
-            Before anything changes, if an action is missing, given twice, impossible, or given for an
-            organism that does not sense.
+            If an action is missing, given twice, impossible, or given for an organism that does not sense;
+            nothing has been changed.
         """
         self._open()
         if not self._awaited.halves.begun:
@@ -231,7 +231,7 @@ class External:
         Raises
         ------
         RuntimeError
-            While a tick is under way.
+            If a tick is under way.
         """
         if self._awaited.halves.begun:
             raise RuntimeError(f'world.external("{self.species}"): a tick is under way; call `act` first')

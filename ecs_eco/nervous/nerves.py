@@ -29,7 +29,8 @@ class Nerves:
 
     `groups` maps a group to its actions; `actions` lists them in the order of y, z and the decision. `rows`
     i64[n] and `x` f32[n, channels] are the organisms that sensed, in canonical order, and their observations;
-    `sensed` contains the same by uid, for observers of the world, and is empty while sensing is under way.
+    `sensed` contains the same observations by uid, for observers of the world, and is empty while sensing is
+    under way.
     Each network is optional: without a reflex network y is 0, without a policy z is 0, and without a
     happiness network the reward is 0. The policy is one `brain` for all, trained by `learner`, or one brain
     per individual (`individuals`), stored in the columns of Policy and Experience. `ranges` are the limits of
@@ -169,7 +170,7 @@ class Nerves:
         """Return the policy's logits f32[n, options] and values f32[n] for the current observations; zeros if
         there is no network.
 
-        Raises a FloatingPointError that names species, tick and organism if a number is not finite.
+        Raises a FloatingPointError that names the species, tick and organism if a number is not finite.
         """
         if self.individuals is not None:
             thought = self._ask_each(table, world, self.rows, self.x_by_row)

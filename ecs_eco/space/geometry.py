@@ -181,7 +181,7 @@ def floor_between(place, low, high):
 
 @njit
 def half_cells(way, inverse, lengths):
-    """Return the length of a path [m] in half cells of a map, at most the sum of the space's length and
+    """Return the length of a path [m] in units of half a map cell, at most the sum of the space's length and
     width."""
     each = max(inverse[0], inverse[1]) * np.float32(2.0)
     n, most = np.ceil(way * each), np.ceil((lengths[0] + lengths[1]) * each)

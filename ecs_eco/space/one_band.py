@@ -85,7 +85,8 @@ class OneBand:
         return table.n
 
     def everyone(self, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Return the arrays [n, …] of all processes concatenated, in canonical order if each part is."""
+        """Return the arrays [n, …] of all processes concatenated, in canonical order if each part is in
+        canonical order."""
         return arrays
 
     def litters(self, litters: Any, where: object) -> Any:

@@ -308,7 +308,7 @@ def ways(dx, dy, d2, r2, ux, uy, best, way):
 
 @njit
 def wall_ahead(x, y, ux, uy, lengths):
-    """Return the distance [m] to the edge of the space in a direction."""
+    """Return the distance [m] to the edge of the space in a given direction."""
     wall = np.float32(np.inf)
     if ux > 0:
         wall = min(wall, (lengths[0] - x) / ux)

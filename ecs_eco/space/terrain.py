@@ -185,7 +185,7 @@ class Terrain:
         width : float
             [m]
         pace, cost : float
-            Factors that multiply walkers' speed on the road and their costs per second.
+            Factors by which the road multiplies walkers' speed and their costs per second.
         """
         self.roads.append(Road(np.asarray(corners, float), float(width), float(pace), float(cost)))
         self.draw_roads()

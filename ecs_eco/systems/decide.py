@@ -145,7 +145,7 @@ def _draw(
     log_probability: np.ndarray,
 ) -> None:
     """Draw numbers f32[n, k] for continuous actions, uniformly over the range if there is no network, and
-    add their log-probabilities; the draws depend only on seed, tick and uid."""
+    add their log-probabilities; the draws depend only on the seed, tick and uid."""
     chance = np.empty((len(uid), 2 * numbers.shape[1]), np.float32)
     uniforms(0, len(uid), key, uid, len(nerves.offsets) - 1, chance)
     if nerves.brain is None and nerves.individuals is None:

@@ -115,7 +115,7 @@ def deliver(
     wombs: Wombs,
 ) -> None:
     """Charge the mothers for their newborns, refund the father's payment for young that could not be born,
-    and start the mothers' rest."""
+    and start the mothers' rest period."""
     carrying, _, father, stored, rest = wombs
     for i in range(mothers.size):
         row = mothers[i]

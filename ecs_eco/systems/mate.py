@@ -422,7 +422,8 @@ def propose(
 
 @njit
 def pair(order, partner, rows, taken, pairs):
-    """List the pairs that mate, as rows of chooser and chosen; `order` lists the choosers by precedence."""
+    """List the pairs that mate, as rows of the chooser and the chosen; `order` lists the choosers by
+    precedence."""
     n = 0
     for i in order:
         j = partner[i]
