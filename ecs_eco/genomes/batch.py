@@ -30,7 +30,7 @@ Births = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, int]
 """Both parents, whether they are swapped and crossed, keys, and a salt."""
 MATE, MUTATE = 1, 2  # parts of a birth's key that seed Python's random number generator
 WHOLE = slice(None)  # all loci of a string
-EVENTS = ("crossing", "duplication", "loss", "insertion", "deletion")  # in at_limit
+EVENTS = ("crossing", "duplication", "loss", "insertion", "deletion")  # entries of at_limit
 
 
 class Operators:

@@ -9,9 +9,9 @@ from ecs_eco.genomes.models import Gene
 from ecs_eco.genomes.traits import Shapes, Trait
 
 Key = tuple[str | int, ...]
-MOST_LEVELS = 2**31  # of a codon
+MOST_LEVELS = 2**31  # values of a codon
 MOST_WEIGHT_LEVELS = 2**16
-LONGEST = 50_000_000  # loci of a string
+LONGEST = 50_000_000  # loci in a string
 
 
 def problems(

@@ -15,7 +15,7 @@ from ecs_eco.genomes.kernels import LETTER, MUTATE, POINT_1, SALT, change
 
 # purposes of a birth's draws, following those in `kernels`
 DUPLICATE, REARRANGE, GAP, INDEL, INSERT, SLIP = range(9, 15)
-CROSSING, DUPLICATION, LOSS, INSERTION, DELETION = range(5)  # in at_limit
+CROSSING, DUPLICATION, LOSS, INSERTION, DELETION = range(5)  # entries of at_limit
 NEVER = 1 << 40  # larger than the number of letters in any string
 
 

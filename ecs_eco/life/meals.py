@@ -27,7 +27,7 @@ class Appetite(NamedTuple):
     until: Number  # energy of satiation
     decision: np.ndarray  # u8[rows, actions]
     column: int  # column of the action `eat`; −1: none
-    cause: np.ndarray  # i32[rows], of death
+    cause: np.ndarray  # i32[rows], cause of death
     energy: np.ndarray
     digesting: np.ndarray  # i32[rows], remaining ticks
 
@@ -37,7 +37,7 @@ class Foods(NamedTuple):
 
     radius: Number  # [m]
     toughness: np.ndarray  # share of bites that fail, or an array of length 1; empty: none
-    cause: np.ndarray  # i32[rows], of death
+    cause: np.ndarray  # i32[rows], cause of death
 
 
 class Eaters(NamedTuple):

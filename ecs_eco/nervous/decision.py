@@ -28,7 +28,7 @@ def all_finite(logits, values):
     """Return whether all numbers in two flat arrays are finite. Branch-free, so that it vectorizes."""
     beyond = False
     for i in range(logits.size):
-        beyond |= not abs(logits[i]) <= HIGHEST  # true for NaN
+        beyond |= not abs(logits[i]) <= HIGHEST  # also true for NaN
     for i in range(values.size):
         beyond |= not abs(values[i]) <= HIGHEST
     return not beyond

@@ -31,8 +31,8 @@ class Nerves:
     i64[n] and `x` f32[n, channels] are the organisms that sensed, in canonical order, and their observations;
     `sensed` contains the same observations by uid, for observers of the world, and is empty while sensing is
     under way.
-    Each network is optional: without a reflex network y is 0, without a policy z is 0, and without a
-    happiness network the reward is 0. The policy is one `brain` for all, trained by `learner`, or one brain
+    Each network is optional: without a reflex network, y is 0; without a policy, z is 0; without a happiness
+    network, the reward is 0. The policy is one `brain` for all members, trained by `learner`, or one brain
     per individual (`individuals`), stored in the columns of Policy and Experience. `ranges` are the limits of
     the continuous groups, each of which has a single action with the group's name.
     """
@@ -348,7 +348,7 @@ class Nerves:
         ]  # only the latest report, because some species learn in nearly every tick
 
     def _read(self, network: Network, table: Table, name: str, shape: tuple[int, ...]) -> np.ndarray:
-        owner = getattr(network, "__self__", network)  # of a method
+        owner = getattr(network, "__self__", network)  # the object, if the network is a method
         x = self.x if isinstance(owner, ReflexNetwork | HappinessNetwork) else self.x_by_row
         out = network(x, table, self.rows) if getattr(owner, "individual", False) else network(x)
         if not isinstance(out, np.ndarray) or out.shape != shape:

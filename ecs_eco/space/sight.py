@@ -18,7 +18,7 @@ class Poses(NamedTuple):
     y: np.ndarray
     z: np.ndarray
     uid: np.ndarray  # u64[n]
-    cos: np.ndarray  # f32[n], of the heading
+    cos: np.ndarray  # f32[n], cosine of the heading
     sin: np.ndarray
 
 

@@ -279,8 +279,8 @@ class Road(NamedTuple):
 
     line: np.ndarray  # f64[k, 2] [m]
     width: float  # [m]
-    pace: float  # factor of speeds
-    cost: float  # factor of costs
+    pace: float  # factor for speeds
+    cost: float  # factor for costs
 
     def covers(self, terrain: Terrain) -> np.ndarray:
         """Return the cells whose centers are on the road or that its line crosses: bool[ny, nx]."""

@@ -30,7 +30,7 @@ class Decide(System):
     """The reflex network blocks (−1), leaves (0) or forces (+1) each action; the policy selects one action in
     each group.
 
-    For each continuous action the policy selects a number, which the reflex shifts.
+    For each continuous action, the policy selects a number, which the reflex then shifts.
     """
 
     needs = (Nervous,)

@@ -92,7 +92,7 @@ class Feed(System):
         draws="whether an attempt to feed succeeds, and which of two equally near animals gets an item",
     )
     world: SpatialWorld
-    _wanted: list[Meals]  # in this tick
+    _wanted: list[Meals]  # claimed in this tick
     _shaped: bool  # whether some distances are between surfaces
 
     @cached_property

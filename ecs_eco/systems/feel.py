@@ -91,7 +91,7 @@ def feel(first, last, rows, x, operation, operand, height, least, happiness, rew
         for k in range(size):
             i, now = np.uint64(start + k), pile[0, k]
             row = np.uint64(rows[i])
-            now = now if (now > least) | (now != now) else least  # as numpy's maximum
+            now = now if (now > least) | (now != now) else least  # like numpy's maximum
             reward[row] = now - happiness[row] if awake[row] else np.float32(0.0)
             happiness[row] = now
             awake[row] = True

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class GiveBirth(System):
-    """At term a mother gives birth to her litter and pays the share that the father has not paid.
+    """At term, a mother gives birth to her litter and pays the share that the father has not paid.
 
     The litter is limited by the energy that she can spend, by `max_count` and by the number of free
     positions. She keeps the father's payment for young that could not be born, up to her capacity; this

@@ -40,7 +40,7 @@ class Intervene(System):
     """Carries out interventions from the world file and from `World.intervene` at the start of their tick.
 
     Culled organisms die at the end of the phase `die` of this tick, newcomers are alive from the end of the
-    phase `reproduce`, and everything else takes effect at once. `world.intervened` lists the interventions
+    phase `reproduce` on, and everything else takes effect at once. `world.intervened` lists the interventions
     carried out so far.
     """
 

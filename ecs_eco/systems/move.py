@@ -50,13 +50,13 @@ class Bodies(NamedTuple):
 class Move(System):
     """An animal turns, then moves forward at the speed of its gait and pays the cost.
 
-    Uphill costs more. SpeedScale multiplies the speed of every gait, and its square multiplies the cost; the
-    size of growing young has the same effect. Animals stop at the edge of water, rock, fences and walls;
-    roads change speed and cost; torpid animals do not move. In a volume, the group `climb` moves an animal up
-    and down: at a separate speed, or along a slope at the speed of its gait. With drag, speed approaches the
-    gait's speed by dv/dt = drag (v_gait − v), the balance of thrust and Stokes' drag (Stokes 1851), solved
-    exactly. The center of a solid animal stops at an immovable solid capsule or box, however fast the animal
-    is.
+    Moving uphill costs more. SpeedScale multiplies the speed of every gait, and its square multiplies the
+    cost; the size of growing young has the same effect. Animals stop at the edge of water, rock, fences and
+    walls; roads change speed and cost; torpid animals do not move. In a volume, the group `climb` moves an
+    animal up and down, either at a separate speed or along a slope at the speed of its gait. With drag, speed
+    approaches the gait's speed by dv/dt = drag (v_gait − v), the balance of thrust and Stokes' drag (Stokes
+    1851), solved exactly. The center of a solid animal stops at an immovable solid capsule or box, however
+    fast the animal is.
 
     Continuous speed [m/s], turn [rad/s], climb [m/s] and pitch [rad] are used directly; the cost of a speed
     between two gaits is interpolated linearly.

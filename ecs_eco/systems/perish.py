@@ -121,7 +121,7 @@ class Perish(System):
 class Limits(NamedTuple):
     """The limits of one species, if all members share them and all values are columns."""
 
-    made_from: tuple[Any, ...]  # valid for these
+    made_from: tuple[Any, ...]  # valid as long as these are unchanged
     lethal: list[Any]
     columns: list[np.ndarray]  # kept because only their addresses are used
     limits: tuple[np.ndarray, ...] | None

@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 
 
 class Travel(System):
-    """Objects move on their own, either at a velocity until rocks, lakes, fences or walls stop them, or along
-    a closed path. Immovable solid capsules and boxes stop solid objects that move at a velocity. Carried
-    objects move with their carriers."""
+    """Objects move on their own, either at a given velocity until rocks, lakes, fences or walls stop them, or
+    along a closed path. Immovable solid capsules and boxes stop solid objects that move at a given velocity.
+    Carried objects move with their carriers."""
 
     needs = (Position, Route)
     phase = "move"

@@ -95,7 +95,7 @@ class Plain(NamedTuple):
     steps: np.ndarray = np.empty(0, np.int64)  # stride between rows
     sizes: np.ndarray = np.empty(0, np.int64)  # number of elements from the first row to the last
     factors: np.ndarray = np.empty(0, np.float32)
-    columns: np.ndarray = np.empty(0, np.int64)  # of the observations
+    columns: np.ndarray = np.empty(0, np.int64)  # columns of the observations
 
     @classmethod
     def of(cls, made_from: tuple[Any, ...], table: "Table", senses: list[tuple[Any, int]]) -> "Plain":
