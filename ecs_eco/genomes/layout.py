@@ -114,7 +114,7 @@ class Layout:
         )
 
     def table(self) -> list[dict[str, Any]]:
-        """Return one row per gene and derived trait.
+        """Return one row for each gene and each derived trait.
 
         Returns
         -------

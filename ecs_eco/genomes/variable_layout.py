@@ -56,7 +56,8 @@ class VariableLayout(Layout):
             code.stop = code.codons.length
 
     def table(self) -> list[dict[str, Any]]:
-        """Return one row per gene and derived trait: gene, promoter, letters, trait, meaning, resolution."""
+        """Return one row for each gene and each derived trait: gene, promoter, letters, trait, meaning,
+        resolution."""
         rows = super().table()
         letters = {code.name: code.codons.length for code in self.genes}
         return [

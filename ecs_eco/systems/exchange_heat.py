@@ -203,5 +203,5 @@ def when(gap, slope, rate):
 
 @njit
 def lasts(most, power):
-    """Return how long [s] an amount of heat [J] lasts at a power [W]."""
+    """Return how long [s] an amount of heat [J] lasts at a given power [W]."""
     return max(most, 0.0) / abs(power) if power != 0 else np.inf

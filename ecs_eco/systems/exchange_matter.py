@@ -90,7 +90,8 @@ class ExchangeMatter(System):
             )
 
     def take_up(self, world: SpatialWorld, field: Field, asked: list[Asked]) -> None:
-        """Take up the amounts that bodies of all kinds demand from one field, or their shares of its content."""
+        """Take up the amounts that bodies of all kinds demand from one field or, if it does not contain
+        enough, their shares of its content."""
         s, value = world.substances.index(field.substance or ""), field.value.reshape(-1)
         total, wants = np.zeros(value.size), []
         for table, way, key in asked:

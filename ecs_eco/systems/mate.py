@@ -46,7 +46,7 @@ class Wishes(NamedTuple):
 
 
 class Sires(NamedTuple):
-    """Possible sires, for kernels; `form` f32[k, 9] is empty if all are spheres."""
+    """Possible sires, for kernels; `form` f32[k, 9] is empty if all bodies are spheres."""
 
     can: np.ndarray  # u8[rows], roles
     radius: np.ndarray  # f32[rows] [m]

@@ -123,7 +123,7 @@ def ripen(
 
 @njit
 def by_age(age, maturity, prime, end):
-    """Return fertility at an age [s] as a share of its peak."""
+    """Return fertility at a given age [s] as a share of its peak."""
     if age < maturity or age >= end:
         return 0.0
     if end >= NEVER:

@@ -101,7 +101,7 @@ class Reproduce(System):
 
 
 def chance_of(rate: Number, dt: float) -> Any:
-    """Return the probability of a birth in a tick at a rate [1/s], or at individual rates."""
+    """Return the probability of a birth in a tick at a given rate [1/s], or at individual rates."""
     chance = 1 - arrays.exp(-rate * dt)
     return chance.astype(np.float32) if isinstance(rate, np.ndarray) else np.float32(chance)
 

@@ -30,7 +30,7 @@ class UseLand(System):
 
     Each individual of the right size in the region is taken with probability 1 − exp(−rate dt); if a quota
     would be exceeded, the individuals with the lowest draws are taken. They die at the end of the phase `die`
-    of this tick; newcomers are alive from the end of the phase `reproduce`.
+    of this tick; newcomers are alive from the end of the phase `reproduce` on.
     """
 
     phase = "environment"
