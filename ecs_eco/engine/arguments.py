@@ -1,4 +1,4 @@
-"""Checks of arguments passed from Python, as strict as those of files: errors give the name, the value and
+"""Checks of arguments passed from Python, as strict as the checks of files: errors give the name, the value and
 the expected values."""
 
 import inspect

@@ -1,4 +1,4 @@
-"""Errors that give the location, the value, the expected values and the nearest valid name."""
+"""Errors whose messages give the location, the value, the expected values and the nearest valid name."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pathlib import Path
 MISSING = type("Missing", (), {"__repr__": lambda self: "missing", "__bool__": lambda self: False})()
 SHOWN = 15  # number of problems shown at once
 MOST = 200  # maximum number of problems collected; after you fix these, the next ones appear
-LONGEST = 200  # maximum length of a name that is compared with others
+LONGEST = 200  # maximum length of a name that is compared with other names
 # minimum similarity of a suggested name (difflib) for short and for longer words
 ALIKE, CLOSE = 0.66, 0.8
 
@@ -99,7 +99,7 @@ class ConfigError(ValueError):
         Parameters
         ----------
         most : int
-            Number of problems to list; the rest are only counted.
+            Number of problems to list; any further problems are only counted.
 
         Returns
         -------
@@ -130,8 +130,8 @@ def shortened(text: str, width: int = 60) -> str:
 
 
 def _short(value: object, width: int = 90) -> str:
-    """Return a value in TOML notation, cut to `width` characters: paths lose their beginning, other values
-    their end."""
+    """Return a value in TOML notation, cut to `width` characters: paths at the beginning, other values at the
+    end."""
     if (
         isinstance(value, str)
         and len(value) > width

@@ -21,7 +21,7 @@ _BESIDE = re.compile(r"\.(?P<name>.+)\.ecs-eco-\d+-[0-9a-f]{8}\.tmp")
 
 
 def write(path: str | Path, content: bytes | str) -> Path:
-    """Atomically write a file (text as UTF-8); return its path. Raises an OSError that names it."""
+    """Atomically write a file (text as UTF-8); return its path. Raises an OSError that names the file."""
     with writing(path) as beside, open(beside, "wb") as file:
         file.write(content.encode() if isinstance(content, str) else content)
     return Path(path)

@@ -1,4 +1,4 @@
-"""The interface of a world for lower parts of the engine, and the mark of an unfinished action."""
+"""The interface of a world for lower layers of the engine, and the mark of an unfinished action."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Underway:
-    """An action that must not leave a world half changed; it is `world.underway` until it is complete.
+    """An action that must not leave a world half-changed; it is `world.underway` until it is complete.
 
     It is set before the first change and removed after the last, so no interruption can clear it.
     """

@@ -10,7 +10,7 @@ V = TypeVar("V")
 
 
 class Noted(dict[K, V]):
-    """A dict whose every change increments `Noted.changes`, one counter for all such dicts in the process.
+    """A dict that increments `Noted.changes`, one counter for all such dicts in the process, with every change.
 
     A world's tables and a table's components are such dicts, so one number shows whether any of them has
     changed. Reading is as fast as in a plain dict. `follow` is called after each change.

@@ -39,7 +39,7 @@ class Schedule(list[Processor]):
     """A tick's processors in the order in which they act."""
 
     def put(self, processor: Processor, priority: int) -> None:
-        """Insert a processor after all others of the same priority."""
+        """Insert a processor after all others with the same priority."""
         processor.priority = priority
         self.append(processor)
         self.sort(key=attrgetter("priority"), reverse=True)

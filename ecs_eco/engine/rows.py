@@ -119,8 +119,8 @@ def next_free(alive, row, capacity):
 
 @njit
 def list_dying(rows, high, own):
-    """List those of the first `high` rows that have a cause of death, sorted by uid if they are few. Return
-    their number, which can exceed the length of `rows`. `own` u64 contains the addresses of ROWS."""
+    """List those of the first `high` rows that have a cause of death, sorted by uid if there are few of them.
+    Return their number, which can exceed the length of `rows`. `own` u64 contains the addresses of ROWS."""
     uid, cause = column_at(own[1], np.uint64, high), column_at(own[3], np.uint8, high)
     n, eight = 0, cause[: high // 8 * 8].view(np.uint64)
     for k in range(eight.size + 1):
@@ -202,7 +202,8 @@ def vacate_dying(own, high, died):
 
 @njit
 def first_outside(columns, start, n, each, low, high):
-    """Return the index of the first flat column at or after `start` with a value outside low … high, or -1.
+    """Return the index of the first flat column at or after `start` with a value outside low … high, or -1 if
+    there is none.
 
     Checks the first n * each[k] values of column k, including dead rows.
     """

@@ -1,4 +1,5 @@
-"""Run ticks one after another: call hooks before each, stop on request, and mark the world after an error."""
+"""Run ticks one after another: call hooks before each tick, stop on request, and mark the world after an
+error."""
 
 import time
 from collections.abc import Callable

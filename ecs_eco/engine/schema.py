@@ -191,7 +191,7 @@ class Handle:
 
     @classmethod
     def attach(cls, columns: Columns, row: int) -> "Handle":
-        """Return the handle of one row, without copying."""
+        """Return a handle to one row, without copying."""
         handle = cls.__new__(cls)
         handle._columns = columns
         handle._row = row

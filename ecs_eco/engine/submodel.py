@@ -12,8 +12,8 @@ class Submodel(NamedTuple):
     implements it.
 
     Keys are keys of a species, an object type or the world file: "diet.gain" applies if its value is not
-    absent, 0, false or empty, "reproduction.kind=sexual" if it has this value, "Defence" if the table has
-    this component.
+    absent, 0, false or empty, "reproduction.kind=sexual" if the key has this value, and "Defence" if the
+    table has this component.
     """
 
     title: str = ""

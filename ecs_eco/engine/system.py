@@ -19,14 +19,15 @@ TURN = random.LOT + (3 << 8)  # the purpose of draws for the order of tables
 class System(Scheduled):
     """A behavior of all entities that have the components in `needs`, carried out once per tick.
 
-    Derive a class, set `needs` and `phase`, implement `update`, and pass an instance to `World.add_system`.
+    Subclass it, set `needs` and `phase`, implement `update`, and pass an instance to
+    `World.add_system`.
 
     Attributes
     ----------
     needs : tuple of type
         Components that a table must have for `update` to be called with it.
     phase : str
-        One of `PHASES`; default "interact".
+        One of `PHASES`; default: "interact".
     acts : tuple of str
         Action groups, in addition to the built-in ones, that the system implements and that species can
         declare.
@@ -96,7 +97,7 @@ class System(Scheduled):
     def competes(self, table: Table) -> bool:
         """Return whether members of a table compete with members of other tables in this system.
 
-        If so, tables are updated in random order, so that none has an advantage.
+        If so, tables are updated in random order, so that no table has an advantage.
 
         Parameters
         ----------

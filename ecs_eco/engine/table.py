@@ -213,7 +213,7 @@ class Table(dict[type, Any]):
         Raises
         ------
         TypeError
-            If it is not a component.
+            If the class is not a component.
         UnknownName
             If a field is unknown.
 
@@ -393,7 +393,7 @@ class Table(dict[type, Any]):
 
         Notes
         -----
-        Newborns get their uids in the order of requests. This order must therefore not depend on rows; you
+        Newborns get their uids in request order. This order must therefore not depend on rows; you
         can sort requests by the uids of parents.
 
         Examples
@@ -505,7 +505,7 @@ class Table(dict[type, Any]):
             self.newborn.clear()
             self.gone.clear()
         self.version += 1
-        if 4 * rows.size > self.n:  # a fresh start is as fast
+        if 4 * rows.size > self.n:  # starting afresh is as fast
             self.steady = (-1, -1)
         else:
             if rows.size:
@@ -523,7 +523,7 @@ class Table(dict[type, Any]):
         Raises
         ------
         ValueError
-            If they are not these rows.
+            If `rows` does not contain exactly these rows.
 
         Notes
         -----

@@ -114,7 +114,7 @@ class Turnover:
             listen(table, rows)
 
     def bear(self) -> list[tuple[Table, np.ndarray]]:
-        """Add the requested newborns, table by table, in the order of requests; return tables and rows."""
+        """Add the requested newborns, table by table, in request order; return tables and rows."""
         born = []
         for table in self.world.tables.values():
             if not table.births:
@@ -139,7 +139,7 @@ class Turnover:
 
 
 def depart(world: LivingWorld, table: Table, rows: np.ndarray, to: np.ndarray) -> None:
-    """Free the rows i64[k] of emigrants to islands `to` i64[k], sorted by uid. This does not count as
+    """Free the rows i64[k] of emigrants to islands `to` i64[k], sorted by uid. This does not count as a
     death."""
     for listen in tuple(world.on_departure):
         listen(table, rows, to)
@@ -155,7 +155,7 @@ def arrive(
     origin: np.ndarray,
 ) -> None:
     """Assign rows to immigrants from islands `origin` i64[k] with these uids u64[k] and columns. This does
-    not count as birth."""
+    not count as a birth."""
     rows = table.settle(uid, born, values)
     for listen in tuple(world.on_arrival):
         listen(table, rows, origin)

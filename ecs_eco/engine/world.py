@@ -34,9 +34,9 @@ class World:
     `dt` [s] is the length of a tick; `seed` fixes every random draw; `threads` affects speed, never results.
 
     Hooks are lists of functions. `before_tick` (no arguments) is called before each tick of `run`, `on_death`
-    (table, rows) before the rows are freed, `on_birth` (table, rows, uids of first and second parents, 0 for
-    none) once the rows are filled, and `on_departure` (table, rows, numbers of the destination islands) and
-    `on_arrival` (table, rows, numbers of the origin islands) for migrants. Hooks are called in the list's
+    (table, rows) before the rows are freed, `on_birth` (table, rows, uids of the first and second parents, 0
+    for none) once the rows are filled, and `on_departure` (table, rows, numbers of the destination islands)
+    and `on_arrival` (table, rows, numbers of the origin islands) for migrants. Hooks are called in the list's
     order at the time of the event, so a hook can remove itself. Hooks are not saved.
     """
 
@@ -110,12 +110,12 @@ class World:
         Parameters
         ----------
         system : System or esper.Processor
-            An instance, which belongs to one world.
+            An instance, which can belong to only one world.
         phase : str, optional
             One of `PHASES`; default: the system's phase, or "interact" for a plain esper.Processor.
         priority : int, optional
-            Position among all processors, instead of a phase, as in esper: priorities count down from 0, a
-            million per phase.
+            Position among all processors, instead of a phase, as in esper: priorities count down from 0, with
+            one million per phase.
 
         Returns
         -------
@@ -125,7 +125,7 @@ class World:
         Raises
         ------
         TypeError
-            If it is not an instance of a system or processor.
+            If `system` is not an instance of a system or processor.
         ValueError
             If the phase is unknown or the system is already in a world.
 
@@ -175,7 +175,7 @@ class World:
         Raises
         ------
         RuntimeError
-            If it is a `System`, because the schedule depends on it.
+            If the processor is a `System`, because the schedule depends on it.
         """
         if isinstance(processor, Scheduled) or processor not in self.systems:
             raise RuntimeError(
@@ -363,7 +363,7 @@ class World:
         raise KeyError(f"no living entity has the uid {uid}")
 
     def get(self, uid: int, component: type[C]) -> C:
-        """Return a handle of one organism's component, which reads and writes its row of the columns.
+        """Return a handle to one organism's component, which reads and writes its row of the columns.
 
         Parameters
         ----------
@@ -398,7 +398,7 @@ class World:
         return found
 
     def each(self, *components: type[Any]) -> Iterator[tuple[Any, ...]]:
-        """Yield the uid and handles of all living entities that have these components, sorted by uid.
+        """Yield the uids and handles of all living entities that have these components, sorted by uid.
 
         Entities that are born or die during the loop are skipped.
 
@@ -482,7 +482,7 @@ class World:
                 self.debug.act(processor)
 
     def _pass_tick(self) -> None:
-        """Run all processors, dividing work among threads if that was faster recently."""
+        """Run all processors, dividing work among threads if that has recently been faster."""
         processors = tuple(self.schedule)
         if self.workers.helpers:
             self.workers.tick(lambda: self._act(processors), lambda: sum(t.n for t in self.tables.values()))
@@ -490,7 +490,7 @@ class World:
             self._act(processors)
 
     def _entered(self) -> AbstractContextManager[None]:
-        """Return the context for part of a tick; the esper bridge overrides this."""
+        """Return the context for a part of a tick; the esper bridge overrides this."""
         return nullcontext()
 
     def _mine(self) -> None:
@@ -531,7 +531,7 @@ class World:
             self.debug.watch(Deaths.label, self.turnover.bury_dying, flush=True)
 
     def _flush_births(self) -> None:
-        """Add the requested newborns, table by table, in the order of requests."""
+        """Add the requested newborns, table by table, in request order."""
         if self.debug is None:
             self.turnover.bear()
         else:

@@ -30,7 +30,7 @@ Births = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, int]
 """Both parents, whether they are swapped and crossed, keys, and a salt."""
 MATE, MUTATE = 1, 2  # parts of a birth's key that seed Python's random number generator
 WHOLE = slice(None)  # all loci of a string
-EVENTS = ("crossing", "duplication", "loss", "insertion", "deletion")  # in at_limit
+EVENTS = ("crossing", "duplication", "loss", "insertion", "deletion")  # entries of at_limit
 
 
 class Operators:
@@ -39,8 +39,8 @@ class Operators:
     Parameters
     ----------
     toolbox : deap.base.Toolbox
-        Has `mate` and `mutate`; `toolbox_of` creates one. Each birth uses the operators registered at that
-        time.
+        A toolbox with `mate` and `mutate`; `toolbox_of` creates one. Each birth uses the operators registered
+        at that time.
     layout : Layout
     chance : float, default 1.0
         Probability of a crossover.
@@ -222,7 +222,7 @@ class VariableOperators(Operators):
     duplicated or lost, and letters inserted or deleted, with the section's probabilities; finally, `mutate`
     is applied.
 
-    A change that would make a string empty or longer than `longest` is not made, but counted in `at_limit`
+    A change that would make a string empty or longer than `longest` is not made but is counted in `at_limit`
     i64[5]: crossings, duplications, losses, insertions and deletions.
     """
 
@@ -294,7 +294,7 @@ class VariableOperators(Operators):
     def _take(
         self, string: np.ndarray, loci: np.ndarray | slice, letters: np.ndarray, before: int | None
     ) -> None:
-        """Write new letters to a string, unless there are none or too many; count these cases."""
+        """Write new letters to a string, unless there are no letters or too many; count these cases."""
         if not 0 < letters.size <= string.size:
             event = "crossing" if before is None else "insertion" if letters.size > before else "deletion"
             self.at_limit[EVENTS.index(event)] += 1

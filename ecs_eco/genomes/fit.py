@@ -26,7 +26,7 @@ class Fitted:
         A happiness network returns float32, shape (n,); a reflex network returns the most probable of −1, 0
         and 1 as int8, shape (n, actions).
     sizes : tuple of int
-        Units of each layer, including inputs and outputs.
+        Number of units in each layer, including inputs and outputs.
     weights : array of float32
         For each layer, the matrix (inputs, units) row by row, then the bias.
     error : float
@@ -58,7 +58,7 @@ class Fitted:
         Returns
         -------
         array
-            The same as when the network is called.
+            The same values as when the network is called.
 
         Raises
         ------
@@ -126,13 +126,13 @@ def fit_network(
     low, high : float or sequence of float
         Lowest and highest reading of each channel; samples are drawn uniformly between them.
     hidden : sequence of int, default (16,)
-        Units of each hidden layer.
+        Number of units in each hidden layer.
     kind : {"reflex", "happiness"}
     seed : int, default 0
-        Fixes samples and initial weights.
+        Determines the samples and the initial weights.
     samples : int, default 8192
     steps : int, default 2000
-        Steps of Adam.
+        Number of Adam steps.
 
     Returns
     -------
@@ -141,7 +141,7 @@ def fit_network(
     Raises
     ------
     ValueError
-        If the function returns a wrong shape, or values that are not finite.
+        If the function returns an array of the wrong shape, or values that are not finite.
 
     Examples
     --------

@@ -54,8 +54,8 @@ class Heredity:
         self.shuffled = False
 
     def state(self) -> dict[str, np.ndarray]:
-        """Return the state that is not in columns: the founders' weights (empty if random), and how often
-        strings of variable length reached the limit."""
+        """Return the state that is not stored in columns: the founders' weights (empty if random), and how
+        often strings of variable length reached the limit."""
         out = (
             {}
             if self.minds is None
@@ -133,7 +133,7 @@ class Heredity:
         return values
 
     def _prune(self, table: Table, values: Values) -> None:
-        """Keep only as many hidden units of networks as genes specify."""
+        """Keep only as many hidden units in networks as genes specify."""
         for layer, at in hidden_units(table).items():
             if (Policy, "weights") in values and (Traits, "value") in values:
                 values[Policy, "weights"] = np.ascontiguousarray(values[Policy, "weights"])
@@ -161,7 +161,7 @@ class Heredity:
         return out
 
     def _noisy(self, weights: np.ndarray, keys: np.ndarray) -> np.ndarray:
-        """Add the noise of inheritance to copies of weights f32[k, w]."""
+        """Add inheritance noise to copies of weights f32[k, w]."""
         if self.noise > 0 and self.mutation:
             blur(keys, np.float32(self.noise), weights)
         return weights

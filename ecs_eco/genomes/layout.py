@@ -34,18 +34,18 @@ class Layout:
     ploidy : {1, 2}
         Strings per organism. A row of loci contains the first string, then the second.
     expression : {"first", "mean", "greater"}
-        Value of two alleles: the first string's value, the mean, or the greater one.
+        Value for two alleles: the first string's value, the mean, or the greater one.
     loci : int, optional
-        Length of a string; default: the length of all genes. Loci that no gene uses are neutral.
+        Length of a string; default: the total length of all genes. Loci that no gene uses are neutral.
     traits : Mapping of str to Trait, optional
-        Values for which genes can code; default: any name.
+        Values that genes can code for; default: any name.
     shapes : Mapping, optional
         Shapes of networks' matrices, by trait or gene.
 
     Raises
     ------
     ConfigError
-        Contains every problem with the genes.
+        If there are problems with the genes; the error lists all of them.
 
     Examples
     --------
@@ -114,7 +114,7 @@ class Layout:
         )
 
     def table(self) -> list[dict[str, Any]]:
-        """Return one row per gene and derived trait.
+        """Return one row for each gene and each derived trait.
 
         Returns
         -------
@@ -140,13 +140,13 @@ class Layout:
         ]
 
     def decode(self, loci: np.ndarray, names: Collection[str] | None = None) -> dict[str, np.ndarray]:
-        """Return the values for which genomes code.
+        """Return the values that genomes code for.
 
         Parameters
         ----------
         loci : array of uint8, shape (n, row)
         names : collection of str, optional
-            Genes to decode; default: all.
+            Genes to decode; default: all genes.
 
         Returns
         -------
@@ -207,7 +207,7 @@ class Layout:
         Returns
         -------
         array of uint8, shape (n, row)
-            `decode` returns each value within half of the gene's resolution.
+            `decode` returns each value to within half the gene's resolution.
 
         Raises
         ------
@@ -300,7 +300,8 @@ class Layout:
         return [begin for one, begins in self._founder() if one is code for begin in begins]
 
     def own_value(self, code: Code) -> float:
-        """Return the value if there is no copy of a gene: the species' own value, or 0 if it has no trait."""
+        """Return the value used if there is no copy of a gene: the species' own value, or 0 if it has no
+        trait."""
         return 0.0 if code.trait is None else float(code.trait.default)
 
     def _founder(self) -> list[tuple[Code, list[int]]]:

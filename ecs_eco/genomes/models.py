@@ -113,7 +113,7 @@ class Derived(_From, own=LETTERS):  # type: ignore[call-arg]
 
 
 def _deaps_name(function: object) -> str:
-    """Return the name of a function in `deap.tools`, which world files can also use; "" for others."""
+    """Return the name of a function in `deap.tools`, which world files can also use; "" for other functions."""
     if not getattr(function, "__module__", "").startswith("deap."):
         return ""
     from deap import tools
@@ -123,11 +123,11 @@ def _deaps_name(function: object) -> str:
 
 
 class Operator(Section):
-    """A DEAP operator by name, a function of the same kind as "module:name", or the function itself, with its
-    keyword arguments.
+    """A DEAP operator by name, a function of the same kind given as "module:name", or the function itself,
+    with its keyword arguments.
 
     In Python, a function registered in a DEAP toolbox, such as `toolbox.mate`, can replace the whole section,
-    or `operator`.
+    or just `operator`.
     """
 
     model_config = ConfigDict(extra="allow")

@@ -1,6 +1,6 @@
 """DEAP's operators on genomes: a toolbox with `mate`, `mutate` and `select_mate`.
 
-A DEAP operator for which there is a kernel runs as that kernel for all births at once; any other function in
+A DEAP operator that has a kernel runs as that kernel for all births at once; any other function in
 the toolbox is called for each birth with lists of integers, as in DEAP.
 """
 
@@ -79,7 +79,8 @@ def toolbox_of(
     select_mate : {"nearest", "random", "richest", "oldest"}
         The mate-choice rule.
     find : callable, optional
-        Returns the function for "module:name", like `WorldConfig.function`; default: accept only functions.
+        Returns the function for "module:name", like `WorldConfig.function`; by default, only functions are
+        accepted.
     mates : bool, default True
         Whether `mate` is used and must be checked.
 
@@ -96,8 +97,8 @@ def toolbox_of(
 
     Notes
     -----
-    DEAP operators for which there is a kernel (cxOnePoint, cxTwoPoint, cxUniform, mutUniformInt …) run as
-    that kernel for all births at once; other functions are called for each birth with lists of integers.
+    DEAP operators that have a kernel (cxOnePoint, cxTwoPoint, cxUniform, mutUniformInt …) run as this kernel
+    for all births at once; other functions are called for each birth with lists of integers.
 
     Examples
     --------

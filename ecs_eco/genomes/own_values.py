@@ -11,7 +11,7 @@ from ecs_eco.engine.table import Table
 
 
 def own_values(table: Table, shared: Mapping[str, Any]) -> tuple[Any, ...]:
-    """Return the values of keys of the world file: unchanged if no gene codes for any of them; otherwise, all
+    """Return the values of keys in the world file: unchanged if no gene codes for any of them; otherwise, all
     are arrays [table.high], with individual values for keys that genes code for.
 
     Kernels are therefore compiled at most twice: for shared and for individual values. Arrays have the type
@@ -24,7 +24,7 @@ def own_values(table: Table, shared: Mapping[str, Any]) -> tuple[Any, ...]:
 
 
 def own_value(table: Table, key: str, shared: Any) -> Any:
-    """Return the value of a key of the world file for each organism.
+    """Return the value of a key in the world file for each organism.
 
     Parameters
     ----------

@@ -9,9 +9,9 @@ from ecs_eco.genomes.models import Gene
 from ecs_eco.genomes.traits import Shapes, Trait
 
 Key = tuple[str | int, ...]
-MOST_LEVELS = 2**31  # of a codon
+MOST_LEVELS = 2**31  # values of a codon
 MOST_WEIGHT_LEVELS = 2**16
-LONGEST = 50_000_000  # loci of a string
+LONGEST = 50_000_000  # loci in a string
 
 
 def problems(
@@ -62,7 +62,7 @@ def is_weights(gene: Gene, trait: Trait | None) -> bool:
 
 
 def shapes_of(gene: Gene, shapes: Mapping[str, Shapes]) -> Shapes | None:
-    """Return the shapes of the network for which a gene codes, if known."""
+    """Return the shapes of the network that a gene codes for, if known."""
     return shapes.get(gene.name, shapes.get(gene.trait or ""))
 
 
@@ -80,7 +80,7 @@ def n_codons(gene: Gene, trait: Trait | None, shapes: Mapping[str, Shapes]) -> i
 def places(
     genes: Sequence[Gene], traits: Mapping[str, Trait], shapes: Mapping[str, Shapes]
 ) -> list[tuple[int, int]] | None:
-    """Return each gene's first locus and the locus after its last; None if any length is unknown."""
+    """Return each gene's first locus and the locus after its last one; None if any length is unknown."""
     spans, at = [], 0
     for gene in genes:
         n = n_codons(gene, traits.get(gene.trait or ""), shapes)

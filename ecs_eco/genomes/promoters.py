@@ -98,7 +98,7 @@ def problems_of_variable(
 
 
 def _of_words(genes: Sequence[Gene], letters: str) -> Iterator[Problem]:
-    """Yield a problem if a promoter is not a word of the alphabet, or one begins with another."""
+    """Yield a problem if a promoter is not a word over the alphabet, or if it begins with another promoter."""
     most = max(k for k in range(1, 17) if len(letters) ** k <= MOST_WORDS)
     words = promoters_of(genes, letters)
     for i, word in enumerate(words):

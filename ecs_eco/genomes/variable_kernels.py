@@ -3,8 +3,8 @@
 The blank is the number after the last letter's. Genes are found by their promoters: `words` i16[size ** k]
 contains the gene whose promoter begins each word of k letters, and `spans` i64[genes] the number of letters
 in a copy, including its promoter. A change that would make a string empty or longer than `longest` is not
-made, but counted in `at_limit` i64[5]: crossings, duplications, losses, insertions, deletions. Draws work as
-in `kernels`.
+made but is counted in `at_limit` i64[5]: crossings, duplications, losses, insertions, deletions. Draws work
+as in `kernels`.
 """
 
 import numpy as np
@@ -15,7 +15,7 @@ from ecs_eco.genomes.kernels import LETTER, MUTATE, POINT_1, SALT, change
 
 # purposes of a birth's draws, following those in `kernels`
 DUPLICATE, REARRANGE, GAP, INDEL, INSERT, SLIP = range(9, 15)
-CROSSING, DUPLICATION, LOSS, INSERTION, DELETION = range(5)  # in at_limit
+CROSSING, DUPLICATION, LOSS, INSERTION, DELETION = range(5)  # entries of at_limit
 NEVER = 1 << 40  # larger than the number of letters in any string
 
 

@@ -19,7 +19,7 @@ SEPARATORS = "|/;:,. "  # separators between the strings of a text; the first th
 
 class VariableLayout(Layout):
     """Genes on one or two strings of at most `longest` letters: a row u8[longest * ploidy] contains the
-    letters of each string, then blanks, whose number follows the last letter's.
+    letters of each string, then blanks (the number after the last letter's).
 
     Every row decodes to valid values: `doubled` determines how several copies of a gene combine; without a
     copy, the species' own value is used (0 for a neutral marker, zero weights for a network). Raises
@@ -56,7 +56,8 @@ class VariableLayout(Layout):
             code.stop = code.codons.length
 
     def table(self) -> list[dict[str, Any]]:
-        """Return one row per gene and derived trait: gene, promoter, letters, trait, meaning, resolution."""
+        """Return one row for each gene and each derived trait: gene, promoter, letters, trait, meaning,
+        resolution."""
         rows = super().table()
         letters = {code.name: code.codons.length for code in self.genes}
         return [
@@ -118,7 +119,8 @@ class VariableLayout(Layout):
     def _by_string(
         self, loci: np.ndarray, found: tuple[np.ndarray, ...], code: Code
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the combined value of each string's copies f64[strings, …], and whether it has any."""
+        """Return the combined value of each string's copies f64[strings, …], and whether the string has any
+        copies."""
         string, values = self._values(loci, found, code)
         out = np.zeros((len(loci) * self.ploidy, *code.width))
         has = np.zeros(len(out), np.bool_)
@@ -229,7 +231,7 @@ def layout_of(
     ----------
     section : GenomeSection
     traits : Mapping of str to Trait, optional
-        Values for which genes can code; default: any name.
+        Values that genes can code for; default: any name.
     shapes : Mapping or sequence, optional
         Shapes of networks by trait; a sequence contains the shapes of policy.weights.
 
@@ -240,7 +242,7 @@ def layout_of(
     Raises
     ------
     ConfigError
-        Contains every problem with the genes.
+        If there are problems with the genes; the error lists all of them.
 
     Examples
     --------

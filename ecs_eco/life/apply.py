@@ -86,7 +86,7 @@ def apply_surroundings(
     """Configure the surroundings of all organisms: ambient values, sun, water and year, smells, slopes.
 
     Sets everything if `changed` is None, otherwise only the configuration keys in it, so that settings made
-    by the user remain.
+    by the user are preserved.
     """
 
     def wanted(*key: str) -> bool:
@@ -172,7 +172,7 @@ def apply_species(
     if parts is None or not {"reflex", "happiness"}.isdisjoint(parts):
         taken_away = had_reflex and nerves.reflex is None
         networks(nerves, species, world.config.function)
-        if taken_away:  # by a treatment, which remains in force
+        if taken_away:  # removed by a treatment, which remains in force
             nerves.reflex = None
 
 

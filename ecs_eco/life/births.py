@@ -92,8 +92,8 @@ class Litters(NamedTuple):
 
 
 def room(table: Table, world: SpatialWorld, wanted: int) -> int:
-    """Return how many of `wanted` newborns fit under `max_count`, and count those refused. Living organisms,
-    pending births and the nursery occupy slots."""
+    """Return how many of the `wanted` newborns fit under `max_count`, and count those refused. Living
+    organisms, pending births and the nursery occupy slots."""
     most, nursery, n = table.species.max_count, table.species.nursery, wanted
     if nursery is not None:
         n = room(nursery, world, n)
@@ -109,7 +109,7 @@ def share_out(
 ) -> tuple[np.ndarray, int]:
     """Return how many newborns of each litter, i64[k], and how many immigrants are allocated one of `n`
     slots. Each of the `number` i64[k] newborns of parents `uid` u64[k] and each of the `come` immigrants has
-    the same probability."""
+    the same probability of getting one."""
     uid = np.concatenate([uid, future(world, table, come)])
     number = np.concatenate([number, np.ones(come, np.int64)])
     wanted = int(number.sum())

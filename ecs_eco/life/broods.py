@@ -89,7 +89,7 @@ def small_brood(
     )
     if m < n:
         which, names, values = which[:m], names[:, :m], values[:, :m]
-    # one by one, because unpacking an array ends with an IndexError within numpy, which takes longest
+    # one by one, because unpacking an array ends with an IndexError within numpy, which takes longer
     return Brood(which, names[0], names[1], values[0], values[1], values[2], values[3], values[4]), born
 
 
@@ -120,8 +120,8 @@ def in_the_way(
 
 @njit
 def name(uid, number, which, identity):
-    """Write the litter and the identity of each newborn of a tick: its parent's uid for the first of a
-    litter, a hash of that uid for the others."""
+    """Write the litter and the identity of each newborn of a tick: its parent's uid for the first newborn of
+    a litter, a hash of that uid for its other newborns."""
     n = 0
     for i in range(uid.size):
         for nth in range(min(number[i], which.size - n)):

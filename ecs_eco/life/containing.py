@@ -70,7 +70,7 @@ def add_matter(world: SpatialWorld, config: WorldConfig) -> None:
 
 
 def keep_books(world: SpatialWorld) -> None:
-    """Start the ledger of matter of a world in which bodies or fields contain substances."""
+    """Start the ledger of matter for a world in which bodies or fields contain substances."""
     if any(Chemistry in table for table in world.tables.values()) or any(
         field.substance is not None for field in world.fields.values()
     ):

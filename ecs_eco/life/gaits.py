@@ -18,7 +18,7 @@ SIGNS = {"left": 1.0, "right": -1.0, "up": 1.0, "down": -1.0}  # the sign of eac
 
 class Gaits(NamedTuple):
     """The actions that move a body, for kernels: layout i64[4, 3] is (start, n, default) for speed, turn,
-    climb and pitch, (column of command, −1, −1) for a continuous action, or (0, 0, −1) for none."""
+    climb and pitch, (column of command, −1, −1) for a continuous action, or (0, 0, −1) for no action."""
 
     layout: np.ndarray
     speeds: np.ndarray  # f32[k] [m/s], or [high, k] if individual

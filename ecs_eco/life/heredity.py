@@ -103,7 +103,7 @@ def apply_heredity(
     create genomes.
 
     Rebuilds operators if `changed` is None or contains one of their dotted keys in the species' section. For
-    a living species, whose section was `before`, only traits that differ are set.
+    a species in a live world, whose section was `before`, only traits that differ are set.
     """
     heredity = table.species.heredity
     if heredity is None:
@@ -132,7 +132,8 @@ def apply_traits(
 ) -> None:
     """Set the columns of newborns' individual traits, unless a gene codes for them.
 
-    For a living table, whose traits were `before`, those that differ are also set for living organisms.
+    For a table in a live world, whose traits were `before`, those that differ are also set for living
+    organisms.
     """
     written = {component.__name__ for component, _, _ in table.species.heredity.targets.values()}
     columns = {

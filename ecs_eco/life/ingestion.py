@@ -44,8 +44,8 @@ def swallow(
 def ingest(
     eaters: np.ndarray, eaten: np.ndarray, share: Number, bodies: Bodies, foods: Bodies, left: np.ndarray
 ) -> np.ndarray:
-    """Empty the eaten organisms, add the assimilated share to their eaters, and write the rest to `left`
-    f64[k, substances] [mol]; return the amounts eaten f64[substances] [mol]."""
+    """Empty the eaten organisms, add the assimilated share of their substances to their eaters, and write the
+    rest to `left` f64[k, substances] [mol]; return the amounts eaten f64[substances] [mol]."""
     taken, volume = np.zeros(bodies.molarity.shape[1]), bodies.volume
     for i in range(eaten.size):
         row, food = eaters[i], eaten[i]

@@ -27,7 +27,7 @@ class Kind:
     """The properties of a table's species or object type that systems read: its section of the world file,
     values derived from it, and values that change while the world runs.
 
-    Every key of the section is an attribute: `table.species.metabolism`. A key that is missing from the
+    Every key of the section is an attribute, as in `table.species.metabolism`. A key that is missing from the
     section, or any key of a table without a section, has its default value.
     """
 

@@ -55,7 +55,7 @@ class Bodies(NamedTuple):
 
 
 def is_island(world: Any) -> bool:
-    """Return whether a world can exchange migrants with others; if so, its ledgers contain exports and
+    """Return whether a world can exchange migrants with other worlds; if so, its ledgers contain exports and
     imports."""
     return world.config is not None and world.config.archipelago is not None
 
@@ -231,7 +231,7 @@ def release(
 
 
 def part_lost(rate: Any) -> Any:
-    """Return the share lost in a tick at a rate [1/tick], a number or f64[k]."""
+    """Return the share lost in a tick at a given rate [1/tick], a number or f64[k]."""
     return -arrays.expm1(-rate) if isinstance(rate, np.ndarray) else -scalars.expm1(-rate)
 
 

@@ -1,4 +1,4 @@
-"""The meals that eaters of all species propose, and the selection of those that take place."""
+"""The food that eaters of all species claim, and the selection of the meals that take place."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Appetite(NamedTuple):
     until: Number  # energy of satiation
     decision: np.ndarray  # u8[rows, actions]
     column: int  # column of the action `eat`; −1: none
-    cause: np.ndarray  # i32[rows], of death
+    cause: np.ndarray  # i32[rows], cause of death
     energy: np.ndarray
     digesting: np.ndarray  # i32[rows], remaining ticks
 
@@ -37,7 +37,7 @@ class Foods(NamedTuple):
 
     radius: Number  # [m]
     toughness: np.ndarray  # share of bites that fail, or an array of length 1; empty: none
-    cause: np.ndarray  # i32[rows], of death
+    cause: np.ndarray  # i32[rows], cause of death
 
 
 class Eaters(NamedTuple):
@@ -104,7 +104,7 @@ def to_surfaces(meals: Meals) -> None:
 
 
 def award(key: np.uint64, rivals: list[Meals]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Give each item of one kind of food to the nearest eater that proposes it; return that eater's index
+    """Give each item of one kind of food to the nearest eater that claims it; return that eater's index
     among all rivals, i32[foods] (−1: none), and the rivals' squared distances and uids."""
     first, start = rivals[0], 0
     best, target, distance2, uid = first.best, first.target, first.distance2, first.eaters.uid
@@ -161,7 +161,7 @@ def in_order(key: np.uint64, eaten: list[Meals]) -> Iterator[tuple[Meals, np.nda
 
 @njit
 def win(target, distance2, uid, food_uid, key, best):
-    """Write the nearest eater that proposes each item to `best` i32[foods] (−1: none); ties are broken at
+    """Write the nearest eater that claims each item to `best` i32[foods] (−1: none); ties are broken at
     random."""
     best[:] = -1
     for i in range(target.size):
@@ -217,7 +217,7 @@ def prefer(best, distance2, uid, food_uid, key, kind, first, least, item):
 
 @njit
 def postpone(best, kind, first, later):
-    """Move the meals that are not their eater's first to `later` i32[foods]; return their number."""
+    """Move meals that are not their eater's first to `later` i32[foods]; return their number."""
     n = 0
     for j in range(best.size):
         later[j] = -1

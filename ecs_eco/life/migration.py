@@ -106,7 +106,7 @@ def admit(world: SpatialWorld, groups: Iterable[tuple[int, Mapping[str, Migrants
 
 
 def _columns(table: Table, rows: np.ndarray) -> dict[str, np.ndarray]:
-    """Return copies of all columns of some rows."""
+    """Return copies of all columns for some rows."""
     return {
         f"{stored_name(component)}.{field}": np.array(array[rows])
         for component, held in table.columns.items()

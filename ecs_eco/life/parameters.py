@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def kept_elsewhere(world: SpatialWorld, new: WorldConfig) -> list[Problem]:
-    """Return a problem for each changed parameter for which its system has no attribute of the same name."""
+    """Return a problem for each changed parameter whose system has no attribute of the same name."""
     fault = "cannot change in a live world, because {} has no attribute {}"
     return [
         Problem(

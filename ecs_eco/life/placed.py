@@ -19,7 +19,8 @@ Values = dict[tuple[type, str], np.ndarray]
 
 
 def placed(kind: ObjectType, space: Space) -> Iterator[Values]:
-    """Yield the columns of a type's objects at single points, then those of its objects between two points."""
+    """Yield the columns of a type's objects at single points, then those of its objects that extend between
+    two points."""
     if kind.at:
         place = np.array([[*at, 0.0][:3] for at in kind.at], np.float32)
         values: Values = {(Position, axis): place[:, i] for i, axis in enumerate("xyz")}

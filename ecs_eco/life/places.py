@@ -124,8 +124,8 @@ def _forbidden(
 
 
 def takes_room(table: Table) -> bool:
-    """Return whether newborns keep clear of a table's bodies: they do if the bodies are opaque and the table
-    was not built by hand."""
+    """Return whether newborns are kept clear of a table's bodies, which is true if the bodies are opaque and
+    the table was not built by hand."""
     kind = table.species
     return table.n > 0 and kind.section is not None and kind.body.opaque and Body in table.columns
 

@@ -22,7 +22,7 @@ def root(
     world: SpatialWorld, table: Table, values: Mapping[tuple[type, str], np.ndarray], site: np.ndarray
 ) -> np.ndarray:
     """Take the substances of newborns with these columns from the soil below them; return which newborns find
-    everything they need, bool[k]. The order in which they take them is random, drawn for their sites u64[k]."""
+    everything they need, bool[k]. Newborns take substances in a random order, drawn for their sites u64[k]."""
     molarity, fields = table.defaults[Chemistry]["molarity"], first_fields(world)
     needed = [s for s, name in enumerate(world.substances) if molarity[s] > 0 and name in fields]
     n = values[Position, "x"].size

@@ -37,15 +37,15 @@ def reconfigure(world: SpatialWorld, config: WorldSource, learners: Iterable[str
     config : str, Path, Mapping or WorldConfig
         The new configuration.
     learners : iterable of str
-        Species whose `policy.learn` follows the new configuration even if the world was built with another
-        setting.
+        Species whose `policy.learn` follows the new configuration even if the world was built with a
+        different setting.
 
     Raises
     ------
     ConfigError
-        Before anything changes, with each value that cannot change in a live world.
+        If a value cannot change in a live world; the error lists each such value, and nothing has changed.
     RuntimeError
-        For a world built by hand.
+        If the world was built by hand.
 
     Examples
     --------

@@ -1,4 +1,5 @@
-"""The sizes and masses of newborns and founders that differ within a species, and the consequences."""
+"""The sizes and masses of newborns and founders that differ within a species, and the consequences of these
+differences."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ def all_finite(logits, values):
     """Return whether all numbers in two flat arrays are finite. Branch-free, so that it vectorizes."""
     beyond = False
     for i in range(logits.size):
-        beyond |= not abs(logits[i]) <= HIGHEST  # true for NaN
+        beyond |= not abs(logits[i]) <= HIGHEST  # also true for NaN
     for i in range(values.size):
         beyond |= not abs(values[i]) <= HIGHEST
     return not beyond
@@ -36,8 +36,8 @@ def all_finite(logits, values):
 
 @lone_njit
 def uniforms(first, last, key, uid, group, out):
-    """Draw the random numbers `out` f32[n, groups] that select actions in group number `group` and later
-    groups; each uid always gets the same numbers."""
+    """Draw the random numbers `out` f32[n, groups] that select actions in group `group` and all later groups;
+    each uid always gets the same numbers."""
     for g in range(out.shape[1]):
         for k in range(last - first):
             i = np.uint64(first + k)

@@ -116,7 +116,7 @@ class External:
     channels : tuple of str
         Names of the readings, the columns of `Sensed.x`.
     options : dict of str to tuple of str
-        Names of the options in each action group; none for a continuous group.
+        Names of the options in each action group; empty for a continuous group.
     low : array of float32, shape (groups,)
         Smallest valid choice in each group.
     high : array of float32, shape (groups,)
@@ -156,7 +156,7 @@ class External:
         )
 
     def observe(self) -> Sensed:
-        """Start the tick and return what the species senses; until `act`, further calls return the same
+        """Start the tick and return the species' observations; until `act`, further calls return the same
         result.
 
         Returns
@@ -191,8 +191,8 @@ class External:
         Raises
         ------
         ConfigError
-            Before anything changes, if an action is missing, given twice, impossible, or given for an
-            organism that does not sense.
+            If an action is missing, given twice, impossible, or given for an organism that does not sense;
+            nothing has been changed.
         """
         self._open()
         if not self._awaited.halves.begun:
@@ -231,7 +231,7 @@ class External:
         Raises
         ------
         RuntimeError
-            While a tick is under way.
+            If a tick is under way.
         """
         if self._awaited.halves.begun:
             raise RuntimeError(f'world.external("{self.species}"): a tick is under way; call `act` first')
@@ -279,7 +279,7 @@ class External:
 
 
 class Awaited:
-    """The ticks of a world in which some species wait for outside choices."""
+    """The ticks of a world in which some species wait for external choices."""
 
     def __init__(self, world: SpatialWorld) -> None:
         self.world = weakref.proxy(world)
@@ -359,7 +359,7 @@ def _ends(nerves: Nerves) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _nerves_of(world: Any, species: str) -> Nerves:
-    """Return the nervous system of a species. Raises a ConfigError if it cannot be controlled."""
+    """Return the nervous system of a species. Raises a ConfigError if the species cannot be controlled."""
     nerves: Nerves | None = world.table(species).species.nerves
     fault = allowed = ""
     if nerves is None or not nerves.policy:

@@ -29,9 +29,10 @@ class Nerves:
 
     `groups` maps a group to its actions; `actions` lists them in the order of y, z and the decision. `rows`
     i64[n] and `x` f32[n, channels] are the organisms that sensed, in canonical order, and their observations;
-    `sensed` contains the same by uid, for observers of the world, and is empty while sensing is under way.
-    Each network is optional: without a reflex network y is 0, without a policy z is 0, and without a
-    happiness network the reward is 0. The policy is one `brain` for all, trained by `learner`, or one brain
+    `sensed` contains the same observations by uid, for observers of the world, and is empty while sensing is
+    under way.
+    Each network is optional: without a reflex network, y is 0; without a policy, z is 0; without a happiness
+    network, the reward is 0. The policy is one `brain` for all members, trained by `learner`, or one brain
     per individual (`individuals`), stored in the columns of Policy and Experience. `ranges` are the limits of
     the continuous groups, each of which has a single action with the group's name.
     """
@@ -85,7 +86,7 @@ class Nerves:
         self.outside: Any = None  # `nervous.outside.Outside`, which replaces a network
         self.learning = False
         self.heads()
-        self.shift: np.ndarray | None = None  # f32[n, continuous]: what the reflex adds in this tick
+        self.shift: np.ndarray | None = None  # f32[n, continuous]: added by the reflex in this tick
         self.rows = np.zeros(0, np.int64)
         self.sensed = NOTHING_SENSED
         self._later = np.zeros((0, 0), np.float32)  # the memories after the current observations
@@ -169,7 +170,7 @@ class Nerves:
         """Return the policy's logits f32[n, options] and values f32[n] for the current observations; zeros if
         there is no network.
 
-        Raises a FloatingPointError that names species, tick and organism if a number is not finite.
+        Raises a FloatingPointError that names the species, tick and organism if a number is not finite.
         """
         if self.individuals is not None:
             thought = self._ask_each(table, world, self.rows, self.x_by_row)
@@ -232,7 +233,7 @@ class Nerves:
         """Return the reflex network's y for the current observations, i8[n, actions]; None without such a
         network.
 
-        Afterwards, `shift` is what the network adds to continuous actions, whose y is 0.
+        Afterward, `shift` contains the numbers that the network adds to continuous actions, whose y is 0.
         """
         if self.reflex is None:
             self.shift = None
@@ -347,7 +348,7 @@ class Nerves:
         ]  # only the latest report, because some species learn in nearly every tick
 
     def _read(self, network: Network, table: Table, name: str, shape: tuple[int, ...]) -> np.ndarray:
-        owner = getattr(network, "__self__", network)  # of a method
+        owner = getattr(network, "__self__", network)  # the object, if the network is a method
         x = self.x if isinstance(owner, ReflexNetwork | HappinessNetwork) else self.x_by_row
         out = network(x, table, self.rows) if getattr(owner, "individual", False) else network(x)
         if not isinstance(out, np.ndarray) or out.shape != shape:

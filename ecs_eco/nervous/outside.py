@@ -28,7 +28,7 @@ class Answer(NamedTuple):
 
 class Outside:
     """A decision maker that replaces a species' network; `partial` means that it decides for some organisms
-    and the network decides for the rest."""
+    and the network decides for all others."""
 
     partial = False
 

@@ -30,8 +30,8 @@ class Minds(NamedTuple):
     """The nervous systems of k organisms in the last tick.
 
     If a species has continuous actions, y, z and the decision are f32; for these actions they contain, in the
-    actions' units, what the reflex added, what the policy drew (the resting value without a policy), and what
-    was executed.
+    actions' units, the number added by the reflex, the number drawn by the policy (the resting value without
+    a policy), and the number executed.
     """
 
     x: np.ndarray  # f32[k, channels], their observations
@@ -45,7 +45,7 @@ def thinkers(table: Table, who: np.ndarray | None = None) -> tuple[np.ndarray, n
     """Return the living organisms that sensed in the last tick, as rows i64[k] in uid order and positions
     i64[k] in `nerves.rows`.
 
-    `who` u64[…] are the requested uids; None: all.
+    `who` u64[…] are the requested uids; None means all.
     """
     nerves = table.species.nerves
     thoughts = None if nerves is None else nerves.thoughts
@@ -75,7 +75,7 @@ def minds(table: Table, rows: np.ndarray, at: np.ndarray) -> Minds:
 
 
 def numbers_of(table: Table, rows: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return what the reflex added to continuous actions, what the policy chose and what was executed, each
+    """Return the numbers added to continuous actions by the reflex, chosen by the policy, and executed, each
     f32[k, continuous groups], given rows and positions from `thinkers`."""
     nerves, thoughts = table.species.nerves, table.species.nerves.thoughts
     shape = len(at), len(nerves.ranges)

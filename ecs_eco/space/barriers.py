@@ -121,7 +121,7 @@ def _free_part(px, py, pz, wx, wy, wz, walls, space, point, near, seen):
                 continue
             if t == 0:
                 _, ox, oy, oz = contact(point, 0, form, e, ax, ay, dz, space.volume, 1.0)
-                if ox * wx + oy * wy + oz * wz >= 0:  # on its way out
+                if ox * wx + oy * wy + oz * wz >= 0:  # moving out of the barrier
                     continue
             free = t
     return free

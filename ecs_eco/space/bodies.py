@@ -43,7 +43,8 @@ def tops(table: "Table", rows: np.ndarray) -> np.ndarray:
 
 
 def opaque_kinds(world: "SpatialWorld") -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the names of the tables whose bodies block sight, first of spheres, then of other shapes."""
+    """Return the names of the tables whose bodies block sight, first those of spheres, then those of other
+    shapes."""
     spheres: tuple[str, ...] = ()
     others: tuple[str, ...] = ()
     for name, table in world.tables.items():

@@ -31,9 +31,9 @@ class Environment(dict[str, Quantity]):
     def __init__(self) -> None:
         super().__init__()
         self.ambient: dict[str, float] = {"temperature": 285.0, "pressure": 101_325.0, "light": 1.0}
-        self.sun: Sun | None = None  # rises and sets
-        self.water: Water | None = None  # fills a volume
-        self.year: Year | None = None  # its seasons
+        self.sun: Sun | None = None  # a sun that rises and sets
+        self.water: Water | None = None  # water that fills a volume
+        self.year: Year | None = None  # a year with seasons
 
     def set_climate(self, sun: Sun | None, water: Water | None, year: Year | None = None) -> None:
         """Replace the sun, the water and the year."""

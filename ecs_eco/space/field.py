@@ -188,8 +188,8 @@ def _flow(
     arrives: np.floating,
     torus: bool,
 ) -> None:
-    """Add amounts to the source, scale source and field by their remaining shares, and diffuse the sum in
-    steps that alternate between two arrays; after an odd number of steps, the result is in `other`."""
+    """Add amounts to the source, scale the source and the field by their remaining shares, and diffuse the
+    sum in steps that alternate between two arrays; after an odd number of steps, the result is in `other`."""
     _deposit(source, places, amount, inverse)
     for k in range(value.shape[0]):
         for j in range(value.shape[1]):

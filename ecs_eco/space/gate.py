@@ -168,7 +168,7 @@ def _declared(component: type[Any], heavy: bool) -> list[tuple[str, Any, Any, An
 
 def admit(world: Surroundings, refuse: bool = True, known: Looked | None = None) -> Looked:
     """Wrap or reject the values written since the last tick: columns of living organisms, fields, ground,
-    ambient values, requested births.
+    ambient values and requested births.
 
     Returns the checked fields; passing them to the next call saves time. Raises a ValueError that names the
     organism, the field, the value and the limits, unless debug mode will raise it.

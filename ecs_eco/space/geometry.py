@@ -33,7 +33,8 @@ class Places(NamedTuple):
 
 
 class Space:
-    """A plane or a volume whose edges wrap around or are walls; a volume always has walls below and above.
+    """A plane or a volume whose edges wrap around or are walls; a volume always has walls at the bottom and
+    the top.
 
     Parameters
     ----------
@@ -93,7 +94,7 @@ class Space:
 
 
 def cells_within(side: float, most: int, radius: float) -> int:
-    """Return how many cells of this side [m] a radius [m] spans, at most `most`; 0 for NaN."""
+    """Return how many cells with this side length [m] a radius [m] spans, at most `most`; 0 for NaN."""
     cells = radius / side
     return max(math.ceil(cells - 1e-6), 0) if cells < most else most * (cells >= most)
 
@@ -180,7 +181,7 @@ def floor_between(place, low, high):
 
 @njit
 def half_cells(way, inverse, lengths):
-    """Return the length of a path [m] in half cells of a map, at most the sum of the space's length and
+    """Return the length of a path [m] in units of half a map cell, at most the sum of the space's length and
     width."""
     each = max(inverse[0], inverse[1]) * np.float32(2.0)
     n, most = np.ceil(way * each), np.ceil((lengths[0] + lengths[1]) * each)

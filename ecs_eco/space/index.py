@@ -193,8 +193,8 @@ def put_in(
     any newborn's z is not 0. `before` and `after` share the same `start`.
 
     `gone` and `born` are rows, given with their uids. The uids of newborns are ascending and larger than all
-    others, so each newborn comes last in its cell. Entities that were born and have died since are left out;
-    `now` contains the current uid of each row.
+    other uids, so each newborn comes last in its cell. Entities that were born and have died since are left
+    out; `now` contains the current uid of each row.
     """
     (x, y, z), nx, ny, nz, inverse = places, space.nx, space.ny, space.nz, space.inverse
     rows, sx, sy, sz, su, start = before

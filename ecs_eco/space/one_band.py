@@ -31,7 +31,7 @@ class OneBand:
 
     size, rank = 1, 0
     divided = False
-    inherited: Callable[..., Any] | None = None  # what newborns inherit from parents in other processes
+    inherited: Callable[..., Any] | None = None  # inheritance from parents in other processes
 
     def stops(self) -> bool:
         """Return whether a process that is asked to stop may stop alone; otherwise all processes stop at the
@@ -59,7 +59,7 @@ class OneBand:
         return list(names)
 
     def share(self, arrays: dict[str, np.ndarray]) -> None:
-        """Copy each named array from the process that owns it (`mine`) to all others."""
+        """Copy each named array from the process that owns it (`mine`) to all other processes."""
 
     # --- divided work if each process holds only a part of the world ---------------------------------------
 
@@ -85,7 +85,8 @@ class OneBand:
         return table.n
 
     def everyone(self, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Return the arrays [n, …] of all processes concatenated, in canonical order if each part is."""
+        """Return the arrays [n, …] of all processes concatenated, in canonical order if each part is in
+        canonical order."""
         return arrays
 
     def litters(self, litters: Any, where: object) -> Any:
@@ -93,7 +94,8 @@ class OneBand:
         return litters
 
     def holds(self, y: np.ndarray) -> np.ndarray | None:
-        """Return which positions f32[n] [m] are in the band of this process: bool[n]; None: all."""
+        """Return which positions f32[n] [m] are in the band of this process: bool[n]; None means all of
+        them."""
         return None
 
     def either(self, flags: np.ndarray) -> np.ndarray:
@@ -106,12 +108,13 @@ class OneBand:
         return stands
 
     def learnt(self, minds: object, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Record what individuals have learned in this tick, with one entry per individual; return it."""
+        """Record what individuals have learned in this tick, with one entry per individual; return the
+        record."""
         return arrays
 
     def undivided(self, world: T) -> T | None:
-        """Return the whole world in the one process that displays it or writes it to a file; None in the
-        others."""
+        """Return the whole world in the one process that displays it or writes it to a file; None in all
+        other processes."""
         return world
 
     def ask(self, what: Callable[[Any], Any]) -> Any:

@@ -64,7 +64,7 @@ def places_in(space: Space, places: ArrayLike) -> tuple[np.ndarray, ...]:
     """Return positions [n, axes] [m] as x, y, z f32[n] within the space: wrapped around a torus, unchanged
     between walls.
 
-    Raises a ValueError for a wrong shape, numbers that are not finite, or positions beyond the walls.
+    Raises a ValueError if the shape is wrong, a number is not finite, or a position is beyond the walls.
     """
     axes, array = len(space.size), np.asarray(places, np.float64)
     if array.ndim != 2 or array.shape[1] != axes:
@@ -93,7 +93,7 @@ def radii(radius: ArrayLike, n: int, rows: np.ndarray | None = None) -> np.ndarr
     """Return a radius for each of n seekers, f32[n] [m], from a number or an array.
 
     An array contains one radius per seeker or, if seekers are the `rows` i64[n] of a table, one per row of
-    the table. Raises a ValueError for other lengths, negative numbers or NaN.
+    the table. Raises a ValueError if the length is wrong or a number is negative or NaN.
     """
     array, least = np.asarray(radius, np.float32), n if rows is None else int(rows.max(initial=-1)) + 1
     if array.ndim > 1 or (array.ndim == 1 and (array.size != n if rows is None else array.size < least)):

@@ -18,7 +18,7 @@ class Region:
     [m]."""
 
     def __init__(self, space: Space | None, numbers: Sequence[float]) -> None:
-        self.space: Any = space  # None if only the border is needed
+        self.space: Any = space  # None if only the region's border is needed
         self.numbers, self.round = [float(v) for v in numbers], len(numbers) == 3
 
     def has(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:

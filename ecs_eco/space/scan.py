@@ -37,8 +37,8 @@ class ColumnGroup(NamedTuple):
         )
 
     def first_outside(self, start: int, rows: np.ndarray) -> int:
-        """Return the index of the first column at or after `start` with NaN or a value outside low … high, -1
-        if there is none; `rows` i64 is the number of rows of each table, including dead rows."""
+        """Return the index of the first column at or after `start` with NaN or a value outside low … high, or
+        -1 if there is none; `rows` i64 is the number of rows of each table, including dead rows."""
         outside: int = _first_outside(self.addresses, self.table, self.each, self.low, self.high, start, rows)
         return outside
 

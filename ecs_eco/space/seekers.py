@@ -79,23 +79,23 @@ class Seekers:
         Parameters
         ----------
         other : Table or str
-            May be the same table: an organism is never its own neighbor.
+            It can be the same table; an organism is never its own neighbor.
         radius : float
             Search distance, from center to center [m].
 
         Returns
         -------
         rows : array of int64, shape (n,)
-            Rows of the other table; −1 if none is in reach.
+            Rows of the other table; −1 if no member is in reach.
         distances : array of float32, shape (n,)
-            [m]; infinite if none is in reach.
+            [m]; infinite if no member is in reach.
 
         Raises
         ------
         UnknownName
-            For an unknown table.
+            If the table is unknown.
         ValueError
-            For an invalid radius.
+            If the radius is invalid.
 
         Examples
         --------

@@ -1,4 +1,4 @@
-"""Capsules and boxes: the distance between bodies of any shape, and where rays meet them.
+"""Capsules and boxes: the distance between bodies of any shape, and the points at which rays meet them.
 
 A body is a row of `form` f32[n, 9]: the position of its center x, y, z [m]; half the length, width and height
 of the box within it [m]; the radius of its rounding [m]; cosine and sine of its heading. A sphere has only a
@@ -35,7 +35,7 @@ def volume(length: Size, width: Size, height: Size, rounding: Size) -> Any:
 
 
 def surface(length: Size, width: Size, height: Size, rounding: Size) -> Any:
-    """Return the surface area [m^2] of a box enlarged in the same way as in `volume`."""
+    """Return the surface area [m^2] of a box enlarged as in `volume`."""
     flat = length * width + width * height + height * length
     return 2 * flat + 2 * math.pi * rounding * (length + width + height) + 4 * math.pi * power(rounding, 2)
 

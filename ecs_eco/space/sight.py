@@ -18,7 +18,7 @@ class Poses(NamedTuple):
     y: np.ndarray
     z: np.ndarray
     uid: np.ndarray  # u64[n]
-    cos: np.ndarray  # f32[n], of the heading
+    cos: np.ndarray  # f32[n], cosine of the heading
     sin: np.ndarray
 
 
@@ -106,8 +106,8 @@ def rock_between(x, y, dx, dy, ground, space):
 
 @njit
 def hidden(x, y, z, dx, dy, dz, me, it, bodies, space):
-    """Return whether a body other than `me` and `it`, the two ends, cuts the line from (x, y, z) along (dx,
-    dy, dz).
+    """Return whether a body other than `me` and `it`, the two ends, intersects the line from (x, y, z) along
+    (dx, dy, dz).
 
     Checks the cells of the line's bounding box, widened by the largest radius of a body.
     """
@@ -308,7 +308,7 @@ def ways(dx, dy, d2, r2, ux, uy, best, way):
 
 @njit
 def wall_ahead(x, y, ux, uy, lengths):
-    """Return the distance [m] to the edge of the space in a direction."""
+    """Return the distance [m] to the edge of the space in a given direction."""
     wall = np.float32(np.inf)
     if ux > 0:
         wall = min(wall, (lengths[0] - x) / ux)

@@ -76,7 +76,8 @@ def top_of(form, e):
 @njit
 def towards(form, e, x, y, z, limit, space):
     """Return the displacement from (x, y, z) to the nearest point of a body, and its squared length, infinite
-    beyond `limit` [m]. The point is the center of a sphere, on the axis of a capsule, or in a box."""
+    beyond `limit` [m]. The point is the center of a sphere, a point on the axis of a capsule, or a point in a
+    box."""
     images = 2 if space.torus else 1
     best, wx, wy, wz = np.inf, 0.0, 0.0, 0.0
     dx, dy, dz = x - form[e, 0], y - form[e, 1], z - form[e, 2]

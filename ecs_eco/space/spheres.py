@@ -20,7 +20,7 @@ class Spheres(NamedTuple):
     uid: np.ndarray  # u64[n]
     kind: np.ndarray  # i32[n]
     start: np.ndarray  # i64[cells + 1]
-    largest: np.float32  # [m], of all radii
+    largest: np.float32  # [m], the largest of all radii
 
 
 _NONE = np.zeros(0, np.float32)

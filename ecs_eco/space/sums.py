@@ -30,7 +30,7 @@ class Looking(NamedTuple):
 
 
 class Weighed(NamedTuple):
-    """Weights of bodies in a sum, for kernels, in the order of their index."""
+    """Weights of bodies in a sum, for kernels, in index order."""
 
     value: np.ndarray  # f32[k]
     size: np.ndarray  # f32[k] [m]

@@ -22,11 +22,11 @@ class Sun:
         spring: float = 0.0,
     ) -> None:
         self.kind, self.day, self.start, self.year, self.moon = kind, day, start, year, moon
-        self.spring = spring  # share of the year since spring that has passed at the start
+        self.spring = spring  # share of the year, counted from spring, that has passed at the start
         self.latitude, self.declination = math.radians(latitude), math.radians(declination)
 
     def season(self, time: float) -> float:
-        """Return the declination of the sun [rad] at a time [s]: sinusoidal over a year (Cooper 1969)."""
+        """Return the declination of the sun [rad] at a given time [s]: sinusoidal over a year (Cooper 1969)."""
         return (
             self.declination
             if self.year is None
@@ -34,7 +34,7 @@ class Sun:
         )
 
     def light(self, time: float) -> float:
-        """Return the light at a time [s]; seasons apply even without a daily cycle."""
+        """Return the light at a given time [s]; seasons apply even without a daily cycle."""
         season = self.season(time)
         if self.kind == "constant":
             return daily_mean(self.latitude, season) + self.moon * daily_mean(self.latitude, -season)
@@ -44,8 +44,8 @@ class Sun:
 
 
 def sine_of_elevation(share: float, latitude: float, declination: float) -> float:
-    """Return the sine of the sun's elevation at a share of the day since midnight; angles are in [rad] (Iqbal
-    1983, eq. 1.5.1)."""
+    """Return the sine of the sun's elevation when a share of the day has passed since midnight; angles are in
+    [rad] (Iqbal 1983, eq. 1.5.1)."""
     hour_angle = 2 * math.pi * (share - HALF_DAY)
     return scalars.sin(latitude) * scalars.sin(declination) + scalars.cos(latitude) * scalars.cos(
         declination

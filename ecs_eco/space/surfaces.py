@@ -1,4 +1,5 @@
-"""The nearest body of a kind by the distance between surfaces, for when some bodies are capsules or boxes."""
+"""The nearest body of a kind, by distance between surfaces, for worlds in which some bodies are capsules or
+boxes."""
 
 from typing import TYPE_CHECKING
 

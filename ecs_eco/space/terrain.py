@@ -58,12 +58,12 @@ class Terrain:
         self.height = np.zeros((ny, nx), np.float32)
         self.ground = np.zeros((ny, nx), np.uint8)
         self.inverse = np.array([nx / space.size[0], ny / space.size[1]], np.float32)
-        self.declared = True  # by the world file; otherwise an intervention created the ground and stores it
+        self.declared = True  # in the world file; otherwise an intervention created the ground and stores it
         self.fences: list[np.ndarray] = []  # corners of each fence, f64[k, 2] [m]
         self.roads: list[Road] = []
         self.land: LandMaps | None = None  # set for real land; see ecs_eco.space.land
-        self.pace: np.ndarray | None = None  # f32[ny, nx], factor of speeds; None if all are 1
-        self.toll: np.ndarray | None = None  # f32[ny, nx], factor of costs
+        self.pace: np.ndarray | None = None  # f32[ny, nx], factor for speeds; None if all factors are 1
+        self.toll: np.ndarray | None = None  # f32[ny, nx], factor for costs
         if hills:
             self.height += _hills(space, nx, ny, **hills)
         for mountain in mountains:
@@ -185,7 +185,7 @@ class Terrain:
         width : float
             [m]
         pace, cost : float
-            Factors that multiply walkers' speed on the road and their costs per second.
+            Factors by which the road multiplies walkers' speed and their costs per second.
         """
         self.roads.append(Road(np.asarray(corners, float), float(width), float(pace), float(cost)))
         self.draw_roads()
@@ -279,8 +279,8 @@ class Road(NamedTuple):
 
     line: np.ndarray  # f64[k, 2] [m]
     width: float  # [m]
-    pace: float  # factor of speeds
-    cost: float  # factor of costs
+    pace: float  # factor for speeds
+    cost: float  # factor for costs
 
     def covers(self, terrain: Terrain) -> np.ndarray:
         """Return the cells whose centers are on the road or that its line crosses: bool[ny, nx]."""

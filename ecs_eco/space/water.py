@@ -103,8 +103,8 @@ def drift(
     space: Extent,
     places: Places,
 ) -> None:
-    """Move living bodies with a current f32[k, 3] of (depth, u, v), and let them sink or rise between surface
-    and bottom."""
+    """Move living bodies with a current f32[k, 3] of (depth, u, v), and let them sink or rise between the
+    surface and the bottom."""
     (x, y, z), lengths, torus = places, space.lengths, space.torus
     height = lengths[2]
     for row in range(first, last):

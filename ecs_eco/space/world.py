@@ -35,7 +35,7 @@ class SpatialWorld(World):
     """Entities in one space, and the systems that act on them.
 
     `size` [m] and `edges` describe the space, and `cell` [m] is the cell side of the neighbor index.
-    Everything else is as in `ecs_eco.esper_bridge.world.World`. Attributes that higher packages set, such as
+    Everything else works as in `ecs_eco.esper_bridge.world.World`. Attributes that higher packages set, such as
     the configuration and the recorder, are declared here because systems use them.
     """
 
@@ -60,12 +60,12 @@ class SpatialWorld(World):
         self.reproduction = True  # switched off during pre-training
         self.config: Any = None  # the WorldConfig from which the world was built
         self.recorder: Any = None
-        self.own_systems: list[Any] = []  # systems that the configuration lists, in its order
+        self.own_systems: list[Any] = []  # systems that the configuration lists, in the order listed
         self.reporters: dict[str, Any] = {}  # values measured in every tick, by name
-        self.matter: Any = None  # the Books of its substances (ecs_eco.life.matter)
+        self.matter: Any = None  # the Books for its substances (ecs_eco.life.matter)
         self.origin: dict[str, Any] = {}  # the arguments of `build`
         self.awaited: Any = None  # ecs_eco.nervous.external.Awaited, if choices come from outside
-        self.intervened: list[tuple[int, Any]] = []  # (tick, intervention) carried out
+        self.intervened: list[tuple[int, Any]] = []  # interventions carried out, as (tick, intervention)
         self.lock = threading.RLock()  # held while an object that threads share is created
         self._looked: gate.Looked | None = None
         self._indexes: dict[str, Index] = {}
@@ -99,12 +99,12 @@ class SpatialWorld(World):
         self.stopping = self.bands.stops()
 
     def species_names(self) -> list[str]:
-        """Return the names of the species in the order of the world file, without object types.
+        """Return the names of the species, excluding object types, in world-file order.
 
         Returns
         -------
         list of str
-            `tables` has them in alphabetical order, on which results depend.
+            `tables` lists them in alphabetical order, on which results depend.
 
         Examples
         --------
@@ -169,7 +169,7 @@ class SpatialWorld(World):
         if many and self._index_of(table).version != table.version:
             placed = [t for t in self.tables.values() if Position in t]
             stale = [t for t in placed if self._index_of(t).version != t.version]
-            stale.sort(key=lambda t: -t.n)  # start the longest work first
+            stale.sort(key=lambda t: -t.n)  # start the longest jobs first
             self.together(*(lambda t=t: self._build(t) for t in stale))
         return self._build(table)
 
@@ -183,7 +183,7 @@ class SpatialWorld(World):
         return index
 
     def _build(self, table: Table) -> Index:
-        """Update an index; if several threads need it, one updates it and the others wait."""
+        """Update an index; if several threads need it, one updates it and the other threads wait."""
         index = self._indexes.get(table.name)
         if index is None or index.space is not self.space:
             index = self._index_of(table)
@@ -217,9 +217,9 @@ class SpatialWorld(World):
         Raises
         ------
         UnknownName
-            For an unknown table.
+            If the table is unknown.
         ValueError
-            For a negative radius or an array of the wrong size.
+            If the radius is negative or is an array of the wrong size.
 
         Notes
         -----
@@ -259,14 +259,14 @@ class SpatialWorld(World):
         Returns
         -------
         Pairs
-            Indices of positions, rows of the table, and distances f32[k] [m], in the order of positions.
+            Indices of positions, rows of the table, and distances f32[k] [m], ordered by position.
 
         Raises
         ------
         UnknownName
-            For an unknown table.
+            If the table is unknown.
         ValueError
-            For an invalid radius or position.
+            If a radius or position is invalid.
 
         Examples
         --------
@@ -303,9 +303,9 @@ class SpatialWorld(World):
         Raises
         ------
         UnknownName
-            For an unknown table.
+            If the table is unknown.
         ValueError
-            For an invalid radius.
+            If the radius is invalid.
 
         Examples
         --------

@@ -15,9 +15,9 @@ class Year:
         self.length, self.start, self.temperature, self.warmest = length, start, temperature, warmest
 
     def share(self, time: float) -> float:
-        """Return how much of the year has passed at a time [s]: from 0 to 1."""
+        """Return how much of the year has passed at a given time [s]: from 0 to 1."""
         return (time / self.length + self.start) % 1.0
 
     def warming(self, time: float) -> float:
-        """Return the deviation [K] from the annual mean temperature at a time [s], a sine wave."""
+        """Return the deviation [K] from the annual mean temperature at a given time [s], a sine wave."""
         return self.temperature * scalars.cos(2 * math.pi * (self.share(time) - self.warmest))

@@ -45,7 +45,7 @@ class Build(System):
     asked_for = staticmethod(lambda table: bool(table.species.builds))
 
     def competes(self, table: Table) -> bool:
-        """Return whether a species builds."""
+        """Return whether a species builds objects."""
         return bool(table.species.builds)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
@@ -111,7 +111,7 @@ def free(thing: Table, places: np.ndarray, spacing: np.ndarray, world: SpatialWo
 def keep_apart(
     places: np.ndarray, before: np.ndarray, spacing: np.ndarray, space: Extent, out: np.ndarray
 ) -> None:
-    """Clear `out` for positions closer than the spacing to a position in `before` or to an accepted position."""
+    """Clear `out` for positions closer than `spacing` to a position in `before` or to an accepted position."""
     for i in range(len(places)):
         for j in range(len(before) + i):
             if out[i] and (j < len(before) or out[j - len(before)]):

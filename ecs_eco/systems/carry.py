@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 
 
 class Wishes(NamedTuple):
-    """Animals of one table that could pick up objects of one type: rows i64[k] in both tables, and distances."""
+    """Animals of one table that could pick up objects of one type: rows i64[k] in both tables, and their
+    distances."""
 
     table: Table
     thing: Table

@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 
 
 class Collide(System):
-    """Overlapping bodies push each other apart by half the overlap each; if one of them cannot move, the
-    other moves by the whole overlap.
+    """Overlapping bodies push each other apart, each moving by half the overlap; if one of them cannot move,
+    the other moves by the whole overlap.
 
     All pushes are computed from the positions before any push, so the outcome does not depend on their order.
     Pushes stop at the edge of the space; no body is pushed through an immovable capsule or box, or across

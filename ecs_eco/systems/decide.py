@@ -30,7 +30,7 @@ class Decide(System):
     """The reflex network blocks (−1), leaves (0) or forces (+1) each action; the policy selects one action in
     each group.
 
-    For each continuous action the policy selects a number, which the reflex shifts.
+    For each continuous action, the policy selects a number, which the reflex then shifts.
     """
 
     needs = (Nervous,)
@@ -145,7 +145,7 @@ def _draw(
     log_probability: np.ndarray,
 ) -> None:
     """Draw numbers f32[n, k] for continuous actions, uniformly over the range if there is no network, and
-    add their log-probabilities; the draws depend only on seed, tick and uid."""
+    add their log-probabilities; the draws depend only on the seed, tick and uid."""
     chance = np.empty((len(uid), 2 * numbers.shape[1]), np.float32)
     uniforms(0, len(uid), key, uid, len(nerves.offsets) - 1, chance)
     if nerves.brain is None and nerves.individuals is None:

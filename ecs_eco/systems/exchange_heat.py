@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 NOTHING = np.zeros(0, np.float32)
-KEYS = (  # in the order of the fields of `Heat`
+KEYS = (  # in the field order of `Heat`
     "heat.specific_heat",
     "heat.conductance",
     "heat.insulation",
@@ -40,7 +40,7 @@ class Heat(NamedTuple):
     specific_heat: Number  # [J/(kg K)]
     conductance: Number  # [W/(m^2 K)]
     insulation: Number  # [m^2 K/W]
-    metabolic_heat: Number  # [J] heat per unit of burned energy
+    metabolic_heat: Number  # [J] heat per unit of energy burned
     set_point: Number  # [K]
     warming: Number  # maximum production [W]
     cooling: Number  # maximum loss [W]
@@ -203,5 +203,5 @@ def when(gap, slope, rate):
 
 @njit
 def lasts(most, power):
-    """Return how long [s] an amount of heat [J] lasts at a power [W]."""
+    """Return how long [s] an amount of heat [J] lasts at a given power [W]."""
     return max(most, 0.0) / abs(power) if power != 0 else np.inf

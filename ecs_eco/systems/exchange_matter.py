@@ -55,9 +55,9 @@ KINDS = "uptake", "equilibrate", "release"
 class ExchangeMatter(System):
     """Bodies take up substances from fields, then equilibrate with them, then release substances.
 
-    All bodies of all kinds do so simultaneously. Uptake is limited by the content of a cell; if there is not
-    enough, all bodies get the same share of their demand. Equilibration is solved exactly for a body and its
-    part of the cell. All steps run in canonical order.
+    All bodies of all kinds do so simultaneously. Uptake is limited by the content of a cell; if it does not
+    contain enough, all bodies get the same share of their demand. Equilibration is solved exactly for a body
+    and its part of the cell. All steps run in canonical order.
     """
 
     needs = (Position, Body, Chemistry, Matter)
@@ -90,7 +90,8 @@ class ExchangeMatter(System):
             )
 
     def take_up(self, world: SpatialWorld, field: Field, asked: list[Asked]) -> None:
-        """Take up the amounts that bodies of all kinds demand from one field, or their shares of its content."""
+        """Take up the amounts that bodies of all kinds demand from one field or, if it does not contain
+        enough, their shares of its content."""
         s, value = world.substances.index(field.substance or ""), field.value.reshape(-1)
         total, wants = np.zeros(value.size), []
         for table, way, key in asked:
@@ -139,7 +140,7 @@ class ExchangeMatter(System):
             self.book(table, world, way.field, "taken_up", s, moved)
 
     def release(self, table: Table, world: SpatialWorld, way: Release, key: str) -> None:
-        """Release a share of the content of bodies that exceeds the amount they keep."""
+        """Release a share of each body's content in excess of the amount that it keeps."""
         rate, above = own_values(table, {f"{key}rate": way.rate, f"{key}above": way.above})
         s, share = world.substances.index(way.substance), part_lost(rate * world.dt)
         if way.field is None:

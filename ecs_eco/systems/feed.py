@@ -59,10 +59,10 @@ class Feed(System):
     """An animal that eats and is not handling a meal takes the nearest food within reach, with the diet's
     probability of success.
 
-    Each animal proposes one item of each kind in its diet; an item goes to the nearest eater of any species
-    that wants it, with ties broken at random. An animal that wins several items takes the nearest first, then
-    the others if it still can. An animal that is itself eaten in a nearer meal eats nothing; eaten organisms
-    die. The order of species and diets has no effect.
+    Each animal claims one item of each kind of food in its diet; each item goes to the nearest eater of any
+    species that claims it, with ties broken at random. An animal that wins several items takes the nearest
+    first, then the other items if it can still eat. An animal that is itself eaten in a nearer meal eats
+    nothing; eaten organisms die. The order of species and diets has no effect.
 
     An animal with an action `eat` eats when it decides to; an animal without it eats whenever it can. Tough
     food and prey sheltered by the land resist some bites; poison costs the eater energy, and deadly food
@@ -92,7 +92,7 @@ class Feed(System):
         draws="whether an attempt to feed succeeds, and which of two equally near animals gets an item",
     )
     world: SpatialWorld
-    _wanted: list[Meals]  # in this tick
+    _wanted: list[Meals]  # claimed in this tick
     _shaped: bool  # whether some distances are between surfaces
 
     @cached_property
@@ -106,7 +106,7 @@ class Feed(System):
             register_eaters(world, table)
 
     def process(self, *_: object) -> None:
-        """Collect the proposals of all eaters, decide which ones win, and feed the winners."""
+        """Collect the claims of all eaters, decide which ones win, and feed the winners."""
         self._wanted, self._shaped = [], False
         super().process()
         wanted = self._wanted
@@ -141,7 +141,7 @@ class Feed(System):
             self.swallow(eaten)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Propose items of each kind of food for one species."""
+        """Claim items of each kind of food for one species."""
         for number, food in enumerate(table.species.foods):
             table.species.eaten[food.eats] = 0.0
             prey = world.tables[food.eats]
@@ -149,7 +149,7 @@ class Feed(System):
                 self.want(table, prey, food, number, world)
 
     def want(self, table: Table, prey: Table, food: Diet, number: int, world: SpatialWorld) -> None:
-        """Propose items of `prey` for all members of `table` that want to eat."""
+        """Claim items of `prey` for all members of `table` that want to eat."""
         eaters, foods = world.index(table), world.index(prey)
         b, m, nerves = table[Body], table[Metabolism], table.species.nerves
         reach, chance, effect = self.meal(table, food, number, world.dt)
@@ -291,7 +291,7 @@ def meal(table: Table, food: Diet, dt: float) -> tuple[Any, Any, Effect]:
 
 
 def in_ticks(chance: Number, dt: float) -> Any:
-    """Convert probabilities per second to probabilities per tick of dt [s]."""
+    """Convert probabilities per second to probabilities per tick of length dt [s]."""
     return 1 - power(1 - chance, dt)
 
 

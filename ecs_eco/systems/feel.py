@@ -83,7 +83,7 @@ def _source(nerves: Nerves, table: Table) -> tuple[np.ndarray, Steps, np.float32
 @njit
 def feel(first, last, rows, x, operation, operand, height, least, happiness, reward, awake):
     """Store the happiness of entries first … last − 1 (the result of a formula's steps, raised to at least
-    `least`) and the reward, its change; the reward is 0 for an organism's first happiness."""
+    `least`) and the reward, its change; the reward is 0 for an organism's first happiness value."""
     pile = np.empty((height + 1, BLOCK), x.dtype)
     for start in range(first, last, BLOCK):
         size = min(BLOCK, last - start)
@@ -91,7 +91,7 @@ def feel(first, last, rows, x, operation, operand, height, least, happiness, rew
         for k in range(size):
             i, now = np.uint64(start + k), pile[0, k]
             row = np.uint64(rows[i])
-            now = now if (now > least) | (now != now) else least  # as numpy's maximum
+            now = now if (now > least) | (now != now) else least  # like numpy's maximum
             reward[row] = now - happiness[row] if awake[row] else np.float32(0.0)
             happiness[row] = now
             awake[row] = True

@@ -21,11 +21,11 @@ if TYPE_CHECKING:
 
 
 class GiveBirth(System):
-    """At term a mother gives birth to her litter and pays the share that the father has not paid.
+    """At term, a mother gives birth to her litter and pays the share that the father has not paid.
 
     The litter is limited by the energy that she can spend, by `max_count` and by the number of free
-    positions. She keeps the father's payment for young that could not be born, up to her capacity, and it is
-    deducted from the parents' expenses. An unborn litter dies with its mother.
+    positions. She keeps the father's payment for young that could not be born, up to her capacity; this
+    amount is deducted from the parents' expenses. An unborn litter dies with its mother.
     """
 
     needs = (Position, Body, Metabolism, Biology, Gestation)
@@ -115,7 +115,7 @@ def deliver(
     wombs: Wombs,
 ) -> None:
     """Charge the mothers for their newborns, refund the father's payment for young that could not be born,
-    and start the mothers' rest."""
+    and start the mothers' rest period."""
     carrying, _, father, stored, rest = wombs
     for i in range(mothers.size):
         row = mothers[i]

@@ -31,7 +31,7 @@ class Law(NamedTuple):
 
 
 class GrowUp(System):
-    """A body smaller than an adult's grows to the extent that its owner can pay for new tissue.
+    """A body that is smaller than an adult's grows to the extent that its owner can pay for new tissue.
 
     The cube root of its mass approaches the adult's at a constant rate (von Bertalanffy 1957), or its fourth
     root does so (West, Brown & Enquist 2001) at a rate that falls with the fourth root of the adult's mass.
@@ -82,7 +82,7 @@ class GrowUp(System):
             m.energy,
             m.burnt,
         )
-        table.version += 1  # bodies that have grown may touch and hide others
+        table.version += 1  # bodies that have grown may touch and hide other bodies
 
 
 @njit

@@ -29,7 +29,7 @@ class Hatch(System):
     the egg's energy, genome and parents replaces it.
 
     The rate is proportional to the number of degrees above a threshold (degree-days, Réaumur 1735), measured
-    in the egg if it has a temperature, otherwise in its surroundings. Eaten eggs do not hatch, and no egg
+    in the egg if it has a temperature, or otherwise in its surroundings. Eaten eggs do not hatch, and no egg
     hatches during pre-training.
     """
 

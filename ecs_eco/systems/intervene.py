@@ -40,7 +40,7 @@ class Intervene(System):
     """Carries out interventions from the world file and from `World.intervene` at the start of their tick.
 
     Culled organisms die at the end of the phase `die` of this tick, newcomers are alive from the end of the
-    phase `reproduce`, and everything else takes effect at once. `world.intervened` lists the interventions
+    phase `reproduce` on, and everything else takes effect at once. `world.intervened` lists the interventions
     carried out so far.
     """
 
@@ -54,7 +54,7 @@ class Intervene(System):
         self.made_ground = False  # whether the world's ground was created for a fence
 
     def process(self, *_: object) -> None:
-        """Carry out the interventions due in this tick, in the order of the file, then pending requests."""
+        """Carry out the interventions due in this tick, in file order, then the pending requests."""
         world = self.world
         plan = () if world.config is None else world.config.interventions
         planned = [x for x in plan if x.due(world.tick)] if plan else []
@@ -65,11 +65,11 @@ class Intervene(System):
 
     def ask(self, intervention: dict[str, Any] | Intervention) -> None:
         """Request an intervention, a dict or a model, for the next tick. Raises a ConfigError if a world file
-        with it would be invalid."""
+        containing this intervention would be invalid."""
         self.requests.append(checked(self.world, intervention, [x.once(x.at) for x in self.requests]))
 
     def cull(self, world: SpatialWorld, order: Cull) -> None:
-        """Mark members of a species to die."""
+        """Mark members of a species for death."""
         table = world.table(order.species)
         rows = table.by_uid()
         rows = rows[table.cause[rows] == 0]
@@ -135,7 +135,7 @@ class Intervene(System):
             dose_bodies(world, world.table(order.species or ""), order.substance or "", order.amount, region)
 
     def set(self, world: Any, order: Set) -> None:
-        """Change values of the world."""
+        """Change values in the world's configuration."""
         world.reconfigure(changed(world.config, order.set))
 
     def switch(self, world: Any, order: Switch) -> None:

@@ -46,7 +46,7 @@ class Wishes(NamedTuple):
 
 
 class Sires(NamedTuple):
-    """Possible sires, for kernels; `form` f32[k, 9] is empty if all are spheres."""
+    """Possible sires, for kernels; `form` f32[k, 9] is empty if all bodies are spheres."""
 
     can: np.ndarray  # u8[rows], roles
     radius: np.ndarray  # f32[rows] [m]
@@ -422,7 +422,8 @@ def propose(
 
 @njit
 def pair(order, partner, rows, taken, pairs):
-    """List the pairs that mate, as rows of chooser and chosen; `order` lists the choosers by precedence."""
+    """List the pairs that mate, as rows of the chooser and the chosen; `order` lists the choosers by
+    precedence."""
     n = 0
     for i in order:
         j = partner[i]

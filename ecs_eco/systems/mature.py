@@ -40,8 +40,8 @@ class Mature(System):
 
     When a share u of the time from maturity to the end of fertility has passed, fertility is proportional to
     u^(3 m) (1 − u)^(3 (1 − m)), a beta curve with its peak at m; m = 1/3 gives Brass's polynomial u (1 − u)²
-    (Brass 1975, Gage 2001). The season multiplies it by exp(κ (cos 2π(t − season) − 1)), the von Mises curve,
-    where t is the elapsed share of the year and κ = 1/(2π width)².
+    (Brass 1975, Gage 2001). The season multiplies fertility by exp(κ (cos 2π(t − season) − 1)), the von Mises
+    curve, where t is the elapsed share of the year and κ = 1/(2π width)².
     """
 
     needs = (Biology,)
@@ -123,7 +123,7 @@ def ripen(
 
 @njit
 def by_age(age, maturity, prime, end):
-    """Return fertility at an age [s] as a share of its peak."""
+    """Return fertility at a given age [s] as a share of its peak."""
     if age < maturity or age >= end:
         return 0.0
     if end >= NEVER:

@@ -1,4 +1,4 @@
-"""Organisms move as they decided."""
+"""Organisms move as they have decided."""
 
 from __future__ import annotations
 
@@ -50,13 +50,13 @@ class Bodies(NamedTuple):
 class Move(System):
     """An animal turns, then moves forward at the speed of its gait and pays the cost.
 
-    Uphill costs more. SpeedScale multiplies the speed of every gait, and its square multiplies the cost; the
-    size of growing young has the same effect. Animals stop at the edge of water, rock, fences and walls;
-    roads change speed and cost; torpid animals do not move. In a volume, the group `climb` moves an animal up
-    and down: at a separate speed, or along a slope at the speed of its gait. With drag, speed approaches the
-    gait's speed by dv/dt = drag (v_gait − v), the balance of thrust and Stokes' drag (Stokes 1851), solved
-    exactly. The center of a solid animal stops at an immovable solid capsule or box, however fast the animal
-    is.
+    Moving uphill costs more. SpeedScale multiplies the speed of every gait, and its square multiplies the
+    cost; the size of growing young has the same effect. Animals stop at the edge of water, rock, fences and
+    walls; roads change speed and cost; torpid animals do not move. In a volume, the group `climb` moves an
+    animal up and down, either at a separate speed or along a slope at the speed of its gait. With drag, speed
+    approaches the gait's speed by dv/dt = drag (v_gait − v), the balance of thrust and Stokes' drag (Stokes
+    1851), solved exactly. The center of a solid animal stops at an immovable solid capsule or box, however
+    fast the animal is.
 
     Continuous speed [m/s], turn [rad/s], climb [m/s] and pitch [rad] are used directly; the cost of a speed
     between two gaits is interpolated linearly.
@@ -156,7 +156,8 @@ def _on_roads(table: Table, terrain: Terrain) -> tuple[np.ndarray, np.ndarray]:
 
 
 def paces(table: Table) -> np.ndarray:
-    """Return the factor f32[rows] by which genes and size multiply each organism's speeds; empty: 1 for all."""
+    """Return the factor f32[rows] by which genes and size multiply each organism's speeds; empty if all
+    factors are 1."""
     pace = table[SpeedScale].pace if SpeedScale in table else NO_SCALE
     if (growth := table.species.growth) is None:
         return pace
@@ -186,7 +187,7 @@ def move(
     """Move the living rows first … last − 1. `gone` f32[rows] receives the distance [m] that each has moved
     forward, unless it is empty.
 
-    Rows are processed in blocks, so that many sines and cosines are computed at a time.
+    Rows are processed in blocks, so that many sines and cosines are computed at once.
     """
     if first >= last:
         return
@@ -300,8 +301,8 @@ def lag(drag, dt):
 
 @njit
 def cost_between(v, speeds, costs):
-    """Return the cost of a speed, interpolated linearly between ascending speeds f32[k]; beyond them, the
-    cost of the slowest or fastest."""
+    """Return the cost of a speed, interpolated linearly between ascending speeds f32[k]; outside their range,
+    it is the cost of the slowest or fastest."""
     if v <= speeds[0]:
         return costs[0]
     for k in range(1, speeds.size):

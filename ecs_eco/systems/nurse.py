@@ -33,9 +33,9 @@ class Nurse(System):
     """A parent with more energy than its reserve gives energy at a given rate to each of its young within
     reach, until they are full or old enough.
 
-    If it cannot meet all demands, each gets the same share of its demand. The part of the payment that does
-    not reach the young is burned. A parent with an action `nurse` feeds its young when it decides to; a
-    parent without it feeds them whenever it can. If both parents feed, the mother feeds first.
+    If it cannot meet all demands, each young animal gets the same share of its demand. The part of the
+    payment that does not reach the young is burned. A parent with an action `nurse` feeds its young when it
+    decides to; a parent without it feeds them whenever it can. If both parents feed, the mother feeds first.
     """
 
     needs = (Position, Body, Metabolism, Biology, Parentage)

@@ -121,7 +121,7 @@ class Perish(System):
 class Limits(NamedTuple):
     """The limits of one species, if all members share them and all values are columns."""
 
-    made_from: tuple[Any, ...]  # valid for these
+    made_from: tuple[Any, ...]  # valid as long as these are unchanged
     lethal: list[Any]
     columns: list[np.ndarray]  # kept because only their addresses are used
     limits: tuple[np.ndarray, ...] | None
@@ -133,7 +133,7 @@ class Limits(NamedTuple):
         twice = [[own_column(table, limit.property, world.substances) for _ in range(2)] for limit in lethal]
         if not all(
             a is b and type(a) is np.ndarray and a.dtype == np.float32 and a.ndim == 1 for a, b in twice
-        ):  # a new array each time: it is derived from other columns
+        ):  # a new array each time, because it is derived from other columns
             return cls(made_from, lethal, [], None)
         columns = [column for column, _ in twice]
         codes = [
@@ -156,7 +156,7 @@ class Limits(NamedTuple):
 
 
 def ends_of(low: float | None, high: float | None) -> tuple[np.float32, np.float32]:
-    """Return the ends of an interval, infinite if open."""
+    """Return the ends of an interval; open ends are infinite."""
     return np.float32(-np.inf if low is None else low), np.float32(np.inf if high is None else high)
 
 

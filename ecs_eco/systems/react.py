@@ -25,7 +25,7 @@ NO_ENERGY = np.zeros(0, np.float32)
 
 
 class Stores(NamedTuple):
-    """Energy of organisms, for kernels: f32[rows], empty if they have none."""
+    """Energy of organisms, for kernels: f32[rows], empty if they have no energy."""
 
     energy: np.ndarray
     taken: np.ndarray
@@ -37,9 +37,9 @@ class React(System):
 
     The extent in a tick is rate × Π c/(half + c) × volume × dt (Michaelis & Menten 1913; the product over
     several substances after Monod 1949), multiplied by the light if the reaction needs light. A reaction with
-    an action runs only in organisms that execute it. A reaction never consumes more than there is. A reaction
-    that releases energy stops when the organism is full, and one that needs energy stops when the organism
-    has none.
+    an action runs only in organisms that execute it. A reaction never consumes more than the body contains. A
+    reaction that releases energy stops when the organism is full, and one that needs energy stops when the
+    organism has none.
     """
 
     needs = (Chemistry, Matter)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Renew(System):
-    """Each object missing from the type's initial number comes back at a random place with a given
+    """Each object missing from the type's initial number reappears at a random position with a given
     probability per second, like falling fruit or stones carried by a stream."""
 
     needs = (Position,)

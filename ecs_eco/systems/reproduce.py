@@ -28,10 +28,10 @@ class Reproduce(System):
     """A parent that is well fed and old enough gives birth at a given rate and pays the newborn's energy; it
     gives birth several times in a tick if it stays well fed.
 
-    The newborn appears at a random place that no body occupies (`anywhere`, or within `dispersal` of the
+    The newborn appears at a random unoccupied position (`anywhere`, or within `dispersal` of the
     parent); if another member of its species lives within `spacing`, the birth fails and costs nothing. A
     litter is limited to the number of newborns that the parent can pay for without its energy falling to 0.
-    Immigrants, created like founders, arrive in addition. If `max_count` is reached, the remaining slots are
+    Immigrants, created like founders, also arrive. If `max_count` is reached, the remaining slots are
     shared at random among newborns and immigrants.
     """
 
@@ -101,7 +101,7 @@ class Reproduce(System):
 
 
 def chance_of(rate: Number, dt: float) -> Any:
-    """Return the probability of a birth in a tick at a rate [1/s], or at individual rates."""
+    """Return the probability of a birth in a tick at a given rate [1/s], or at individual rates."""
     chance = 1 - arrays.exp(-rate * dt)
     return chance.astype(np.float32) if isinstance(rate, np.ndarray) else np.float32(chance)
 

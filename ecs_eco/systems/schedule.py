@@ -91,7 +91,7 @@ def schedule(respawn: bool = False, tables: Iterable[Table] | None = None) -> li
     respawn : bool, default False
         Whether to use the schedule of pre-training, in which dead organisms are replaced at once.
     tables : iterable of Table, optional
-        Leave out systems that none of these tables needs; default: all systems.
+        Leave out systems that none of these tables needs; by default, all systems are included.
 
     Returns
     -------

@@ -42,8 +42,8 @@ class Sense(System):
 
     @cached_property
     def _shares(self) -> dict[str, tuple[tuple[Any, ...], Share, Share]]:
-        """By table: its senses and the number of processes, the senses that each process reads for its own
-        part, and those that every process reads for all."""
+        """For each table: its senses and the number of processes, the senses that each process reads for its
+        own part, and those that every process reads for all organisms."""
         return {}
 
     def update(self, table: Table, world: SpatialWorld) -> None:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 class SlowDown(System):
     """In each tick, an ectotherm's speed and basal rate are multiplied by q10 ** ((T - reference) / 10 K); at
-    or below its torpor temperature it does not move."""
+    or below its torpor temperature, it does not move."""
 
     needs = (Position, Metabolism, SpeedScale)
     phase = "environment"

@@ -220,7 +220,7 @@ class Sites:
     def __init__(self, rows: np.ndarray) -> None:
         self.rows = rows
         self._of = np.zeros(0, np.int32)  # the site of each row
-        self._version = -1  # version of the table for which they are valid
+        self._version = -1  # version of the table for which these rows are valid
         self._single = False  # whether no site holds two plants
 
     def look(self, table: Table, inverse: np.ndarray) -> np.ndarray:
@@ -287,7 +287,7 @@ def stands(alive, x, y, now, gone, born, uids, anew, inverse, taken, site):
 
     Unless `anew`, only rows freed (`gone`) or filled (`born`, with uids) since the last call are updated;
     `now` contains the current uid of each row. If two plants share a site, everything is recomputed, and the
-    site gets the last row.
+    site is assigned the last row.
     """
     ny, nx = taken.shape
     flat, cell, single = taken.reshape(-1), np.empty(BLOCK, np.int32), True
@@ -385,7 +385,7 @@ def sprout(
 @njit
 def lucky(begin, size, flat, key, purpose, most, luck, near):
     """Among `size` sites (at most SITES) starting at `begin`, list the free sites that draw a number below
-    `most`, as the offset from `begin` and the number. Return how many there are. Branch-free, because the
+    `most`, each as its offset from `begin` and its number. Return how many there are. Branch-free, because the
     branches would be unpredictable."""
     free = few = 0
     for k in range(size):

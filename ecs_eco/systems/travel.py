@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 
 
 class Travel(System):
-    """Objects move on their own, either at a velocity until rocks, lakes, fences or walls stop them, or along
-    a closed path. Immovable solid capsules and boxes stop solid objects that move at a velocity. Carried
-    objects move with their carriers."""
+    """Objects move on their own, either at a given velocity until rocks, lakes, fences or walls stop them, or
+    along a closed path. Immovable solid capsules and boxes stop solid objects that move at a given velocity.
+    Carried objects move with their carriers."""
 
     needs = (Position, Route)
     phase = "move"
@@ -99,7 +99,7 @@ def follow(
         if not free[row]:
             continue
         left, at = way, leg[row] % k
-        for _ in range(k + 1000):  # a short path may be circled many times; a path of length 0 cannot
+        for _ in range(k + 1000):  # a short path may be circled many times, but a path of length 0 cannot
             dx, dy, dz = offset(x[row], y[row], z[row], path[at, 0], path[at, 1], path[at, 2], space)
             if not volume:
                 dz = np.float32(0.0)

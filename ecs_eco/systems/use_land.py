@@ -25,11 +25,12 @@ PLANTING = random.CULL + (1 << 24)  # purpose of the draws for the number of new
 
 
 class UseLand(System):
-    """People harvest and plant (fishing, felling, sowing, reaping), in the order of the section `land_use`.
+    """People harvest and plant (fishing, felling, sowing, reaping), in the order listed in the section
+    `land_use`.
 
     Each individual of the right size in the region is taken with probability 1 − exp(−rate dt); if a quota
     would be exceeded, the individuals with the lowest draws are taken. They die at the end of the phase `die`
-    of this tick; newcomers are alive from the end of the phase `reproduce`.
+    of this tick; newcomers are alive from the end of the phase `reproduce` on.
     """
 
     phase = "environment"

@@ -56,7 +56,7 @@ def see_nearest(
 
     Both are measured from a point on the body, `at`, to the center of a sphere, or to the nearest point of a
     box or of a capsule's axis. With `by_light` [m], the range is blind + by_light × light at the eye, but
-    never more than without it. With `kin`, it sees only relatives.
+    never more than the range without it. With `kin`, it sees only relatives.
     """
     shared: Any = np.float32(reach)
     view, centred = half_view(fov), not any(map(np.float32, at[:3]))
@@ -180,7 +180,7 @@ def see_clearly(
     seen: Bearings,
 ) -> None:
     """Run `seek` for the seekers in the rows of cells first … last − 1, unless the result is `known`, then
-    `nearest_visible`; compute direction and nearness of the result."""
+    `nearest_visible`; compute the direction and nearness of the result."""
     if not known:
         seek(first, last, mine, targets, space, search, found)
         first, last = mine.start[first * space.nx], mine.start[last * space.nx]
@@ -200,7 +200,7 @@ def see(
     seekers: Poses,
     seen: Bearings,
 ) -> None:
-    """Run `seek` for the seekers in the rows of cells first … last − 1, then compute direction and
+    """Run `seek` for the seekers in the rows of cells first … last − 1, then compute the direction and
     nearness of the result."""
     seek(first, last, mine, targets, space, search, found)
     begin, end = mine.start[first * space.nx], mine.start[last * space.nx]
@@ -211,7 +211,7 @@ def see(
 def _bearings(
     first: int, last: int, seekers: Poses, targets: Places, space: Extent, found: Found, seen: Bearings
 ) -> None:
-    """Write direction and nearness, both 0 if no target is in range. Branch-free and with unsigned indices,
+    """Write the direction and nearness, both 0 if no target is in range. Branch-free and with unsigned indices,
     so that it vectorizes."""
     ox, oy, oz, _, cos, sin = seekers
     tx, ty, tz, (entries, distance2), (radius, out, column) = targets.x, targets.y, targets.z, found, seen

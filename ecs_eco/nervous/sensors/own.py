@@ -93,9 +93,9 @@ class Plain(NamedTuple):
     arrays: tuple[np.ndarray, ...] = ()  # keep the arrays alive
     addresses: np.ndarray = np.empty(0, np.uint64)
     steps: np.ndarray = np.empty(0, np.int64)  # stride between rows
-    sizes: np.ndarray = np.empty(0, np.int64)  # numbers from the first to the last spanned row
+    sizes: np.ndarray = np.empty(0, np.int64)  # number of elements from the first row to the last
     factors: np.ndarray = np.empty(0, np.float32)
-    columns: np.ndarray = np.empty(0, np.int64)  # of the observations
+    columns: np.ndarray = np.empty(0, np.int64)  # columns of the observations
 
     @classmethod
     def of(cls, made_from: tuple[Any, ...], table: "Table", senses: list[tuple[Any, int]]) -> "Plain":
