@@ -8,7 +8,7 @@ from ecs_eco.engine.random import USER
 
 
 class Strike(System):
-    """Strike each organism with lightning at the same small probability per second."""
+    """Strike each organism with lightning with the same small probability per second."""
 
     needs = (Position,)
     phase = "interact"
