@@ -1,4 +1,4 @@
-"""A day in a sea: a reflex to light makes mites sink by day and rise by night. A cosinor is fitted to their
+"""A day in a sea: a light reflex makes mites sink by day and rise by night. A cosinor is fitted to their
 depth."""
 
 from ecs_eco import World

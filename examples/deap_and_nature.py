@@ -1,5 +1,5 @@
-"""One genome and one set of operators under two kinds of selection: DEAP selects for the lifetime of single
-animals in an arena; births and deaths select in a meadow."""
+"""One genome and one set of operators under two kinds of selection: DEAP selects individual animals by their
+lifetime in an arena; births and deaths select in a meadow."""
 
 import random
 from functools import cache

@@ -23,7 +23,7 @@ layout = Layout(
 def rabbits(genes: dict[str, float]) -> dict:
     """Return a meadow with little grass and twenty rabbits whose reflexes have these thresholds.
 
-    The world resembles that of own_networks.py.
+    The world resembles the one in own_networks.py.
     """
 
     # x: energy, grass_forward, grass_left, grass_near; y: sit, hop, left, none, right, eat

@@ -36,7 +36,7 @@ yard = {
 
 
 def build(solid: bool, opaque: bool) -> World:
-    """Return a yard with hares in a pen, whose sides may stop dogs and hide hares, and dogs to its left."""
+    """Return a yard with dogs to the left of a hare pen whose sides may stop dogs and hide hares."""
     config = copy.deepcopy(yard)
     config["objects"]["side"]["body"] |= {"solid": solid, "opaque": opaque}
     world, rng = World.from_config(config, seed=1, policies="random"), np.random.default_rng(1)

@@ -57,7 +57,7 @@ def holling(n: np.ndarray, a: float, h: float, power: float = 1.0) -> np.ndarray
 
 
 def draw(rates: dict[str, np.ndarray], fits: dict[str, np.ndarray], file: str) -> None:
-    """Draw measured rates as dots and fits as lines."""
+    """Draw the measured rates as dots and the fits as lines."""
     figure = Figure(figsize=(9, 3), layout="constrained")
     for ax, (name, rate) in zip(figure.subplots(1, 3), rates.items(), strict=True):
         fine = np.linspace(0, DENSITIES.max(), 200)

@@ -32,8 +32,8 @@ POND = {
 
 
 def fished(share: float, region: list[float] | None = None) -> World:
-    """Return a pond where this share of the fish is caught at the end of each year, everywhere or in the
-    fished half."""
+    """Return a pond where this share of the fish is caught at the end of each year, either everywhere or only
+    in the fished half."""
     catch = {
         "kind": "cull",
         "at": YEAR,

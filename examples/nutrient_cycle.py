@@ -1,4 +1,4 @@
-"""Nitrogen cycles from soil into grass, voles and carcasses and back; without decay it stays locked up in
+"""Nitrogen cycles from soil into grass, voles and carcasses and back; without decay, it stays locked up in
 carcasses."""
 
 import numpy as np

@@ -8,7 +8,7 @@ from ecs_eco.engine.random import USER
 
 
 class Strike(System):
-    """Strike each organism with lightning at the same small probability per second."""
+    """With the same small probability per second, strike each organism with lightning."""
 
     needs = (Position,)
     phase = "interact"

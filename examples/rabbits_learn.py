@@ -1,4 +1,4 @@
-"""Draw how many rabbits of meadow.toml are alive over time, with and without learning, for several seeds.
+"""Plot how many rabbits in meadow.toml are alive over time, with and without learning, for several seeds.
 
 python examples/rabbits_learn.py [SEEDS] [FILE]
 """

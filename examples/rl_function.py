@@ -1,4 +1,4 @@
-"""A hand-written policy: a function of all deer's readings and uids.
+"""A hand-written policy: a function of the readings and uids of all deer.
 
 The same function decides inside the world, as `policy = { kind = "function", … }`, and outside it, through
 `world.external`, which exchanges arrays once per tick. The resulting worlds are identical.

@@ -1,4 +1,4 @@
-"""Handle single entities through esper, for small worlds and exploration. Shipped systems use columns
+"""Handle individual entities through esper, for small worlds and exploration. Shipped systems use columns
 instead.
 """
 

@@ -1,4 +1,4 @@
-"""Compare a shipped world with two modified versions on the same seed."""
+"""Compare a shipped world with two modified versions, using the same seed."""
 
 import numpy as np
 
