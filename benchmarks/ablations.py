@@ -1,5 +1,5 @@
-"""Measure the gain from each trick in `ecs_eco.compiled`: the same jobs run in turns with all tricks and with
-all but one.
+"""Measure the gain from each trick in `ecs_eco.compiled`: the same jobs run alternately with all tricks and
+with all but one.
 
     python benchmarks/ablations.py [--pairs 7] [--firsts 3] [--at-once 1] [--tricks NAME …]
 
@@ -177,7 +177,7 @@ def turn(
     trick: str, caches: Path, first: bool, learners: Sequence[str]
 ) -> tuple[dict[str, float], list[str]]:
     """Do every job once without a trick; return the seconds by job and the digests. Individual learners,
-    which take long to compile, are a job only for the `learners`."""
+    which take a long time to compile, are a job only for the `learners`."""
     cache, out = caches / (ALL if trick in SAME_KERNELS else trick), {}
     if first and trick not in SAME_KERNELS:
         with tempfile.TemporaryDirectory(dir=caches) as empty:
@@ -210,7 +210,7 @@ def table(took: dict[str, list[dict[str, float]]]) -> list[dict[str, Any]]:
 
 
 def main() -> None:
-    """Measure all variants in turns."""
+    """Measure all variants in turn."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--pairs", type=int, default=7, help="turns, after one that compiles")
     parser.add_argument("--firsts", type=int, default=3, help="turns that also include a first start")

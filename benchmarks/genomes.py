@@ -35,7 +35,7 @@ EYE = {"name": "eye", "trait": "sensors.plant.range", "letters": 4, "low": 1.0, 
 GENES = {
     "a marker": [{"name": "marker", "letters": 4, "low": 0.0, "high": 1.0}],
     "3 traits, neutral-drift": TRAITS,
-    "3 traits and a sense, neutral-drift": [*TRAITS, EYE],  # own senses use a different code path
+    "3 traits and a sense, neutral-drift": [*TRAITS, EYE],  # individual ranges use a different code path
 }
 
 

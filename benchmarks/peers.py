@@ -118,7 +118,7 @@ def rows_of(found: dict[tuple[str, int], list[dict[str, Any]]]) -> list[dict[str
 
 
 def figure(rows: list[dict[str, Any]], path: Path) -> None:
-    """Draw organism-steps per second against the number of animals."""
+    """Plot organism-steps per second against the number of animals."""
     import matplotlib as mpl
 
     mpl.use("Agg")

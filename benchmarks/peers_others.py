@@ -49,8 +49,8 @@ def away(heading: float, offset: Any) -> float:
 
 
 def live(one: Any, place: Any, meadow: Meadow, rng: np.random.Generator) -> bool:
-    """Subtract the cost of the tick and eat at the agent's position; return whether the agent divides, whose
-    cost is then already subtracted."""
+    """Subtract the cost of the tick and eat at the agent's position; return whether the agent divides (the
+    cost of dividing is then already subtracted)."""
     one.energy -= COST
     if meadow.bite(*place):
         one.energy = min(1.0, one.energy + GAIN)

@@ -53,7 +53,7 @@ def parents(operators: Any, n: int, seed: int) -> np.ndarray:
 
 
 def timed(operators: Any, mothers: np.ndarray, fathers: np.ndarray, keys: np.ndarray) -> float:
-    """Return the processor seconds of one call, because other work may share the core."""
+    """Return the processor seconds of one call; wall-clock time would include other work on the core."""
     start = time.process_time()
     operators.offspring(mothers, fathers, keys)
     return time.process_time() - start

@@ -296,7 +296,7 @@ def standing(
 
 
 def rewinds(times: int = 5) -> list[dict[str, Any]]:
-    """Rewind a live predator-prey by a thousand ticks, using its checkpoints."""
+    """Rewind a live predator-prey world by a thousand ticks, using its checkpoints."""
     live = Live(World.from_config("predator-prey", seed=1))
     took, digests = [], {}
 

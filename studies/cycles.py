@@ -13,7 +13,7 @@ import numpy as np
 from studies.common.predator_prey import first_extinction, identity, live, numbers, packed, unpacked
 from studies.common.study import Study, verdict
 
-FRESH = tuple(range(1001, 1011))  # world seeds that played no part in any choice
+FRESH = tuple(range(1001, 1011))  # world seeds that were not used for any choice
 BLOCK = 40  # [ticks] averaged into each stored mean
 LAGS = {"deer→wolf": (0.20, 0.35), "grass→deer": (0.28, 0.50)}
 

@@ -3,9 +3,9 @@
 Wolf approaches are scripted: a wolf sees a deer 5 m away and runs at it; the deer walks or runs away as soon
 as it sees the wolf. The benefit of running is mapped over its cost, the deer's range of sight and the wolves'
 speed. Policies are then trained with the world's training recipe, in the shipped world and in a world where
-running pays. A third arm moves deer that learned where running is expensive into the second world with its
-wolves: the parameters are the same, but the deer walk. The hypotheses are in registered/deer_that_flee.toml.
-Worlds have half the area of the shipped one, including in training.
+running pays. A third arm moves deer trained where running is expensive into the second world, with that
+world's wolves: the parameters are the same, but the deer walk. The hypotheses are in
+registered/deer_that_flee.toml. Worlds have half the area of the shipped one, including in training.
 """
 
 from __future__ import annotations

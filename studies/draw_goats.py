@@ -39,7 +39,7 @@ def draw(record: dict[str, Any], path: Path) -> None:
         ax.set_xlabel("generation")
     whole = io.BytesIO()
     figure.savefig(whole, dpi=90)
-    Image.open(whole).convert("RGB").quantize(64).save(path, optimize=True)  # a third of the size
+    Image.open(whole).convert("RGB").quantize(64).save(path, optimize=True)  # one third of the size
 
 
 def one(ax: Any, series: dict[str, str]) -> None:

@@ -7,14 +7,14 @@ letter. A goat thus gains a reflex against yellow through a point mutation of a 
 copy; a goat with two copies keeps one for red. Genes are duplicated and lost at equal rates through mutation
 and, where already duplicated, also through unequal crossover.
 
-Goats also carry two markers without effect, blue and white, with the same lengths and rates and promoters
-that differ in the same letter; founders have one copy of blue and none of white. The markers are the neutral
-control within each run. Births and deaths are the only selection.
+Goats also carry two markers that have no effect, blue and white, with the same lengths and rates and with
+promoters that differ in the same letter; founders have one copy of blue and none of white. The markers are
+the neutral control within each run. Births and deaths are the only selection.
 
 Arms, with the same seeds:
   use            yellow grass kills
-  no use         yellow grass exists, and no goat eats it
-  neutral drift  like `use`, but genes are not expressed: they are inherited, mutate and have no effect
+  no use         yellow grass exists, but no goat eats it
+  neutral drift  like `use`, but genes are not expressed; they are inherited and mutate but have no effect
 
 These hypotheses were written before the final runs (a pilot with seed 91 set the rates). "Doubled" is the
 share of goats with two or more copies of red and yellow together, "diverged" the share with a red and a
@@ -183,8 +183,8 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def shares(world: Any) -> dict[str, float]:
-    """Return the shares of living goats with doubled and with diverged genes, and the letters per string; NaN
-    if none are alive."""
+    """Return the shares of living goats with doubled and with diverged genes, and the number of letters per
+    string; NaN if no goats are alive."""
     from ecs_eco.components import Genome
 
     goat = world.tables["goat"]
@@ -206,7 +206,7 @@ def late(entry: dict[str, Any], name: str) -> float:
 
 
 def by_seed(cases: list[dict[str, Any]], arm: str, name: str) -> dict[int, float]:
-    """Return, for each seed, a share's late value in an arm's run, excluding runs in which goats went
+    """Return, for each seed, the value of a share late in an arm's run, excluding runs in which goats went
     extinct."""
     values = {e["case"]["seed"]: late(e, name) for e in cases if e["case"]["arm"] == arm}
     return {seed: value for seed, value in values.items() if np.isfinite(value)}

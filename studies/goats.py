@@ -220,7 +220,7 @@ def say_no_mutation(results: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def say_neutral(arm: str, results: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Test that a gene without effect is not under selection. A gene shuffled among living goats is still
+    """Test that a gene without an effect is not under selection. A gene shuffled among living goats is still
     selected by death, though not by breeding; this is only reported."""
     intervals = {g: interval(s_of(results, g)) for g in GENES[:3]}
     ends = {

@@ -1,5 +1,5 @@
 """Which reflex genes spread among goats, depending on learning and inheritance: three kinds of inheritance,
-with or without learning, and genes with or without effect.
+with or without learning, and genes with or without an effect.
 
 The hypotheses are in registered/goats_factorial.toml. Inheritance is one of: "none", where a newborn gets a
 random brain; "birth", where its initial weights are genes; "learned", where it copies a parent's current

@@ -20,8 +20,8 @@ share between islands is 1 − (divergence within islands) / (divergence of goat
 
 These hypotheses were written before the final runs; sizes were chosen without a pilot. Values are from the
 end of a run; differences are paired by seed with a 95% t interval:
-  1. H_T is greater in `isolated` than in `panmictic`.
-  2. H_S is less in `isolated` than in `panmictic`.
+  1. H_T is higher in `isolated` than in `panmictic`.
+  2. H_S is lower in `isolated` than in `panmictic`.
   3. F_ST is greater in `isolated` than in `few`, and greater in `few` than in `many`.
   4. F_ST of `few` and of `many` is within a factor of 2 of Wright's 1/(1 + 4 N m) (1931, Genetics 16: 97),
      with the factor (d/(d − 1))² on m for d islands (Takahata 1983, Genetics 104: 497-512). m is the number
@@ -255,8 +255,8 @@ def effective_number(cases: list[dict[str, Any]], sample: int) -> tuple[float, f
 
 
 def expected(number: float, moved: float) -> float:
-    """Return F_ST under Wright's island model for a number of islands and a share of migrants per
-    generation."""
+    """Return F_ST under Wright's island model for a given number of islands and a given fraction of migrants
+    per generation."""
     return 1 / (1 + 4 * number * moved * (ISLANDS / (ISLANDS - 1)) ** 2)
 
 

@@ -1,7 +1,7 @@
 """Do grass, deer and wolves persist and cycle under the shipped recipe, for any training seed?
 
 No policy is selected: each is trained from its own seed with the shipped recipe and lives, frozen, in every
-world of the grid; one run lasts more than 50 periods. For learning that continues during life, see
+world of the grid; each run lasts more than 50 periods. For learning that continues during life, see
 learning_in_life.py.
 """
 

@@ -30,8 +30,8 @@ OLD = ("too old", "old age", "age too high")
 
 
 def web(seed: int, label: str) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return a labeled world, as a dict for `ecs_eco.config.load`, and its random draws: names, web,
-    factors."""
+    """Return a labeled world, as a dict for `ecs_eco.config.load`, and its random draws: the names, the web
+    and the factors."""
     rng = np.random.default_rng([seed, CLASSES.index(label)])
     plant, grazer, predator, other = WEBS[int(rng.integers(1, len(WEBS))) if rng.random() < 0.7 else 0]
     levels = 3 if label in ("predators too good", "predators too few") or rng.random() < 0.6 else 2

@@ -35,7 +35,7 @@ class Policies:
 
     def moved(self) -> dict[str, float | None]:
         """Return, for each species, KL(then ‖ now) [nats] on the current observations of living animals; None
-        if there are none."""
+        if no animals are alive."""
         return {name: self._moved(name, module) for name, module in self.modules.items()}
 
     def _moved(self, name: str, module: Any) -> float | None:

@@ -19,7 +19,7 @@ FAST = 1.4  # [m/s] speed of chasing krill and of objects that approach copepods
 KRILL, AIM, UPPER = 16, 4.0, (22.0, 29.0)
 CONTACT = 0.5  # [m] between the centers of a copepod and a krill-sized object in contact
 REACH, AFTER = 2.0, 6  # [m] distance of an encounter; [ticks] after which a living copepod has survived it
-PLUMES, NEAR, FAR = 12, 0.3, 4.0  # number at a time; [m] range of distances at which copepods are counted
+PLUMES, NEAR, FAR = 12, 0.3, 4.0  # plumes at a time; [m] range of distances at which copepods are counted
 # [ticks] that a plume stays in place, and initial ticks in which moves are not counted
 STAY, SPREAD = 12, 2
 

@@ -175,7 +175,7 @@ def reappearances(carriers: Numbers) -> int:
 def deaths_by_age(
     lineage: Lineage, cause: str | None, edges: Numbers, species: str | None = None, level: float = 0.95
 ) -> AgeRates:
-    """Return deaths from a cause (None: any cause) per organism and second of life, by age class [s].
+    """Return deaths from a cause (None: any cause) per organism per second of life, by age class [s].
 
     Each organism contributes time to every age class that it lived through; organisms alive at the end are
     censored. An organism that dies at the edge between two classes counts in the younger one. Intervals are
@@ -198,7 +198,7 @@ def deaths_by_age(
 
 
 def poisson_interval(count: np.ndarray, level: float = 0.95) -> tuple[np.ndarray, np.ndarray]:
-    """Return the exact interval of the mean of a Poisson count (Garwood 1936)."""
+    """Return the exact interval for the mean of a Poisson count (Garwood 1936)."""
     k = np.asarray(count, float)
     low = np.where(k > 0, chi2.ppf((1 - level) / 2, np.maximum(2 * k, 1)) / 2, 0.0)
     return low, chi2.ppf((1 + level) / 2, 2 * k + 2) / 2
