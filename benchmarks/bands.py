@@ -37,7 +37,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 import _bench
 
 _bench.pin_threads()
-SIZES = 1250, 2500, 5000, 10_000, 20_000  # numbers of animals per band for which its halo is measured
+SIZES = 1250, 2500, 5000, 10_000, 20_000  # numbers of animals per band for which the halo is measured
 
 
 def work(animals: int, ticks: int, learn: bool, state: bool) -> dict[str, Any]:

@@ -262,7 +262,7 @@ def systems(before: Path, sets: int, worlds: list[str]) -> dict[str, Any]:
 @contextmanager
 def living(places: list[Path], asked: Any, code: str = TIME) -> Iterator[Callable[[int], list[Any]]]:
     """Yield a function that runs each process's next world for a turn, in an order that depends on the turn
-    number, and returns the seconds that they report."""
+    number, and returns the seconds that the processes report."""
     worlds = [
         subprocess.Popen(
             [sys.executable, "-c", code, json.dumps(asked)],

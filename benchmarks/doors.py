@@ -3,12 +3,12 @@ PettingZoo.
 
     python benchmarks/doors.py [--agents 500] [--steps 200] [--rounds 5]
 
-Agents act at random. `external` passes arrays, `slots` is a Gymnasium vector of all agents, `parallel_env`
-uses PettingZoo's dicts; `within` is the same world without an interface, with random choices. MAgent2's
-battle, with about as many agents, is stepped through its parallel environment in the same run: each round
-uses every interface once, and the median over rounds counts. Times are processor seconds of one thread. Needs
-ecs-eco[rl]; MAgent2 is skipped if it is not installed. The worlds differ: a deer senses 14 numbers and an
-MAgent2 agent 845.
+Agents act at random. `external` passes arrays, `slots` is a Gymnasium vector of all agents, and
+`parallel_env` uses PettingZoo's dicts; `within` is the same world without an interface, with random choices.
+MAgent2's battle, with about as many agents, is stepped through its parallel environment in the same run: each
+round uses every interface once, and the median over rounds counts. Times are processor seconds of one thread.
+Needs ecs-eco[rl]; MAgent2 is skipped if it is not installed. The worlds differ: a deer senses 14 numbers and
+an MAgent2 agent 845.
 """
 
 import argparse

@@ -1,5 +1,5 @@
 """Measure the cost of genomes: the same world runs with genomes whose genes are not read and without genomes,
-in turns of a tick.
+in turns of one tick.
 
     python benchmarks/genomes.py [--sizes 1000 10000] [--pairs 9]
 
@@ -40,8 +40,8 @@ GENES = {
 
 
 def meadow(animals: int, genes: list[dict[str, Any]] | None) -> dict[str, Any]:
-    """Return the benchmarks' world without hunting and with sexual reproduction; for None, without
-    genomes."""
+    """Return the benchmarks' world without hunting and with sexual reproduction; if `genes` is None, animals
+    have no genomes."""
     config = _bench.savanna(animals)
     for name in ("grazer", "hunter"):
         species = config["species"][name]

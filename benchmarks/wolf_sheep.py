@@ -2,9 +2,9 @@
 
     python benchmarks/wolf_sheep.py [--seeds 20] [--short]
 
-The two models take turns in one process, with data collection enabled; the model is wolf_sheep_model.py.
-Times are processor times, which are less affected by other work on the machine. The script needs Python 3.12
-and Mesa: pip install -e '.[bench]'.
+The two models take turns in one process, with data collection enabled; the ecs-eco model is
+wolf_sheep_model.py. Times are processor times, which are less affected by other work on the machine. The
+script needs Python 3.12 and Mesa: pip install -e '.[bench]'.
 """
 
 import argparse

@@ -137,7 +137,7 @@ def kept(made: Any, folder: Path) -> dict[str, Any]:
 def meetings(
     config: Mapping[str, Any], case: Mapping[str, Any], times: list[dict[str, Any]]
 ) -> list[list[float]]:
-    """Return K, indexed by the hunters' and the prey's time."""
+    """Return K, indexed by the hunters' and the prey's times."""
     from ecs_eco import World
 
     shift, middle = (

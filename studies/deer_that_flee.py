@@ -29,12 +29,12 @@ DEER, WOLF = "species.deer.", "species.wolf."
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Run a seed's approaches, or one world of an arm."""
+    """Run a seed's approaches, or one of an arm's worlds."""
     return scripted(config, case["seed"]) if case["arm"] == "approaches" else lived(config, case)
 
 
 def scripted(config: dict[str, Any], seed: int) -> dict[str, Any]:
-    """Return survival and happiness after an approach for each response, in each grid cell and both
+    """Return survival and happiness after an approach for each response, in each grid cell and in both
     worlds."""
     from studies.common.hunts import approaches
 

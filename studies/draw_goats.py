@@ -43,7 +43,7 @@ def draw(record: dict[str, Any], path: Path) -> None:
 
 
 def one(ax: Any, series: dict[str, str]) -> None:
-    """Draw the numbers of carriers over ticks."""
+    """Plot the numbers of carriers over ticks."""
     for gene in GENES:
         ax.plot(
             numbers(series["tick"]),
@@ -69,7 +69,7 @@ def one(ax: Any, series: dict[str, str]) -> None:
 
 
 def share(ax: Any, series: dict[str, str]) -> None:
-    """Draw carrier shares over generations as thin lines."""
+    """Plot carrier shares over generations as thin lines."""
     n = numbers(series["n"])
     for gene in GENES:
         ax.plot(

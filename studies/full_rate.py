@@ -231,7 +231,7 @@ def by_training(cases: Sequence[Result], arm: str, value: Any) -> list[float]:
 
 
 def caught(pair: str) -> Any:
-    """Return the catch per wolf of a pair in the arena; "answer" selects wolves that kept learning there."""
+    """Return a pair's catch per wolf in the arena; "answer" selects wolves that kept learning there."""
     return lambda r: (r["answer"] if pair == "answer" else r["arena"][pair])["caught"]
 
 

@@ -1,11 +1,11 @@
 """Does a duplicated reflex gene diverge where a second reflex is useful?
 
-Goats walk straight ahead and eat what they touch: green grass feeds, red grass kills, and in the arm `use`,
-yellow grass also kills. Their genomes vary in length. Founders have one copy of a gene whose reflex keeps
-them from eating near red grass; they have no gene for yellow grass, whose promoter differs from red's in one
-letter. A goat thus gains a reflex against yellow through a point mutation of a red gene, at the cost of that
-copy; a goat with two copies keeps one for red. Genes are duplicated and lost at equal rates through mutation
-and, where already duplicated, also through unequal crossover.
+Goats walk straight ahead and eat what they touch: green grass feeds them, red grass kills them, and in the
+arm `use`, yellow grass also kills. Their genomes vary in length. Founders have one copy of a gene whose
+reflex keeps them from eating near red grass; they have no gene for yellow grass, whose promoter differs from
+red's in one letter. A goat thus gains a reflex against yellow through a point mutation of a red gene, at the
+cost of that copy; a goat with two copies keeps one for red. Genes are duplicated and lost at equal rates
+through mutation and, where already duplicated, also through unequal crossover.
 
 Goats also carry two markers that have no effect, blue and white, with the same lengths and rates and with
 promoters that differ in the same letter; founders have one copy of blue and none of white. The markers are
@@ -17,9 +17,9 @@ Arms, with the same seeds:
   neutral drift  like `use`, but genes are not expressed; they are inherited and mutate but have no effect
 
 These hypotheses were written before the final runs (a pilot with seed 91 set the rates). "Doubled" is the
-share of goats with two or more copies of red and yellow together, "diverged" the share with a red and a
-yellow gene that both prevent eating; both are measured for blue and white as well. Values are means over the
-last quarter of a run; differences are paired by seed with a 95% t interval:
+share of goats with two or more copies of red and yellow together, and "diverged" is the share with a red and
+a yellow gene that both prevent eating; both are measured for blue and white as well. Values are means over
+the last quarter of a run; differences are paired by seed with a 95% t interval:
   1. Diverged duplicates are more frequent in `use` than in `no use`.
   2. They are also more frequent in `use` than in `neutral drift`.
   3. Doubled genes are more frequent in `use` than in `no use`.

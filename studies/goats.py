@@ -5,8 +5,8 @@ A gene is one locus; it blocks the action eat while the goat touches grass of th
 effect. In random initial genomes, a quarter of the goats carry each gene, which is also a neutral gene's
 equilibrium share under mutation alone. A gene's selection coefficient maximizes the likelihood of its path,
 over the same number of ticks in all arms. Each run gives one coefficient; seeds are the replicates. The world
-and settings were tuned on seeds 1 to 10. The whole study is exploratory: the estimate is the third one,
-chosen after we had seen runs.
+and settings were tuned on seeds 1 to 10. The whole study is exploratory: the estimate is the third one that
+we tried, chosen after we had seen runs.
 """
 
 from typing import Any

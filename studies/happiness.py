@@ -32,7 +32,7 @@ FIGURE = Path(__file__).parent.parent / "docs" / "img" / "happiness_genes.png"
 
 
 class Generations:
-    """Generations since the founders for every organism of a species, by uid."""
+    """The number of generations since the founders, for every organism of a species, by uid."""
 
     def __init__(self, world: Any, species: str) -> None:
         self.table = world.tables[species]
@@ -307,7 +307,7 @@ def sizes_of_runs(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def draw(record: dict[str, Any], path: Path) -> None:
-    """Draw mean genes over time: a line for each run, and a thick line for each arm's mean."""
+    """Plot mean genes over time: a line for each run, and a thick line for each arm's mean."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
     from PIL import Image

@@ -65,7 +65,7 @@ RICH = {"energy": 0.0, "energy_max": 1e4}
 
 
 def meals(dt: float, seed: int) -> float:
-    """Return the number of meals per second of an animal that moves straight ahead."""
+    """Return how many meals per second an animal eats while moving straight ahead."""
     diet = [{"eats": "food", "reach": 0.2, "gain": 1.0}]
     made = lived(
         60, world(dt, seed, GO | {"count": 30, "metabolism": RICH, "diet": diet}, objects={"food": FOOD})
@@ -172,7 +172,8 @@ def burnt_sugar(dt: float, seed: int) -> float:
 
 
 def walk(dt: float, seed: int) -> float:
-    """Return the distance [m] after 32 s of animals that turn at random and move straight in between."""
+    """Return the root-mean-square displacement [m] after 32 s of animals that move straight between random
+    turns."""
     from ecs_eco.components import Position
 
     one = {

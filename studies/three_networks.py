@@ -117,7 +117,7 @@ def _ratio(ratios: np.ndarray) -> tuple[float, float, float]:
 
 
 def draw(arms: dict[str, list[dict[str, Any]]]) -> None:
-    """Draw each seed's curves as thin lines and their mean as a thick line."""
+    """Plot each seed's curves as thin lines and their mean as a thick line."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 

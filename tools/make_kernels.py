@@ -2,7 +2,7 @@
 
     python tools/make_kernels.py [--check]
 
-At the first start, a second process compiles the kernels on this list, so a slightly outdated list only costs
+At the first start, a second process compiles the kernels on this list, so a slightly outdated list costs only
 a little time. `--check` therefore tests whether its lines are readable and most of its kernels exist.
 """
 

@@ -54,7 +54,7 @@ def web(seed: int, label: str) -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 def about(rng: np.random.Generator, value: float, spread: float = 0.15) -> float:
-    """Return a random value within the given factor of this value."""
+    """Return a random value within a given factor of another value."""
     return float(value * np.exp(rng.normal(0, spread)))
 
 

@@ -18,7 +18,7 @@ def log_chances(logits: np.ndarray, groups: Sequence[int]) -> np.ndarray:
 
 def divergence(before: np.ndarray, after: np.ndarray, groups: Sequence[int]) -> float:
     """Return the mean over observations of KL(before ‖ after) [nats], summed over the independently drawn
-    groups of actions; NaN without observations."""
+    groups of actions; NaN if there are no observations."""
     if not len(before):
         return float("nan")
     p, q = log_chances(before, groups), log_chances(after, groups)

@@ -74,10 +74,10 @@ def approach(build: Any, kind: str, ticks: int = 300) -> dict[str, Any]:
     """Measure how copepods in the dark respond when something the size of a krill approaches them head-on at
     chasing speed.
 
-    `build(changes)` returns a world. `kind` is "swimming" for krill that hunt by reflex and here see 4 m in
-    the dark; "drifting" for krill that the experimenter moves, which smell like other krill but do not swim;
-    or "object" for an odorless object that moves the same way. None of them eat; all are moved to new
-    positions every 20 ticks.
+    `build(changes)` returns a world. `kind` is "swimming" for krill that hunt by reflex and, in this measure,
+    see 4 m in the dark; "drifting" for krill that the experimenter moves, which smell like other krill but do
+    not swim; or "object" for an odorless object that moves the same way. The krill and objects do not eat;
+    all of them are moved to new positions every 20 ticks.
     """
     changes: dict[str, Any] = {
         "ambient.light": 0.0,

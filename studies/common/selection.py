@@ -59,11 +59,12 @@ def selection_coefficient(
 ) -> float:
     """Return a gene's selection coefficient per generation against a neutral reference.
 
-    It is the least-squares slope over `generation` [samples] of logit(p_gene) − logit(p_reference), with p
-    from the counts `carriers` and `reference` among `n` living organisms and `pseudo` added to carriers and
-    non-carriers. A gene with relative fitness 1 + s gains ln(1 + s) in logit(p) per generation (Crow and
-    Kimura 1970, chapter 5) if reproduction is asexual or genes are inherited independently. Samples without
-    living organisms are omitted; the result is NaN for fewer than two different generations.
+    It is the least-squares slope over `generation` [samples] of logit(p_gene) − logit(p_reference), where p
+    is computed from the counts `carriers` and `reference` among `n` living organisms, with `pseudo` added to
+    the numbers of carriers and non-carriers. A gene with relative fitness 1 + s gains ln(1 + s) in logit(p)
+    per generation (Crow and Kimura 1970, chapter 5) if reproduction is asexual or genes are inherited
+    independently. Samples without living organisms are omitted; the result is NaN for fewer than two distinct
+    generations.
     """
     k, r, n, x = (np.asarray(v, float) for v in (carriers, reference, n, generation))
     _same(carriers=k, reference=r, n=n, generation=x)
@@ -81,7 +82,7 @@ def selection_coefficient(
 def path_coefficient(
     carriers: Numbers, n: Numbers, generation: Numbers, mutation: float = 0.0, share: float = 0.25
 ) -> float:
-    """Return a gene's selection coefficient per generation, from the likelihood of its path.
+    """Return a gene's selection coefficient per generation, estimated from the likelihood of its path.
 
     It is sum (dp − m (q − p) dt) / sum p (1 − p) dt over samples, where m is the mutation rate per letter and
     q the share of mutated letters that become the gene. In the diffusion limit of the Wright–Fisher model,

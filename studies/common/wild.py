@@ -133,7 +133,7 @@ def _flock(source: str) -> dict[str, Any]:
 
 
 def warm(source: str) -> None:
-    """Compile all kernels that a world calls in this process, so that child processes inherit them."""
+    """In this process, compile all kernels that a world calls, so that child processes inherit them."""
     world, chance = fresh(source).run(HORIZON + TICKS), random.Random(0)
     with np.errstate(all="ignore"):
         call_others(world, chance, _odd(world, chance))
