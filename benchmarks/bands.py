@@ -4,12 +4,12 @@ processes.
     python benchmarks/bands.py [--animals 20000] [--processes 1 2] [--short]
 
 The script calls mpiexec. Strong scaling: the same savanna in 1, 2, … processes. Weak scaling: as many animals
-in each process as in the single process. Both run with the whole world in every process (`--bands`) and with
-divided state (`--divided`). All variants take turns, and the best turn counts, because other work may share
-the machine. Waiting processes keep a core busy, so with other work on the machine, wall-clock and exchange
-times are meaningless. Work is therefore measured in processor time without exchanges and waiting, separately
-for work that bands share and work that every process repeats. All processes must end with a single process's
-digest.
+in each process as in the single process. Both kinds of scaling are measured with the whole world in every
+process (`--bands`) and with divided state (`--divided`). All variants take turns, and the best turn counts,
+because other work may share the machine. Waiting processes keep a core busy, so with other work on the
+machine, wall-clock and exchange times are meaningless. Work is therefore measured in processor time without
+exchanges and waiting, separately for work that bands share and work that every process repeats. All processes
+must end with a single process's digest.
 
 The cost of a band's halo (the number of ghosts, their bytes, and the processor time to pack, unpack and
 remove them) is measured in the divided savanna, for several numbers of organisms per band.
@@ -275,7 +275,7 @@ def predicted(
 
 
 def main() -> None:
-    """Measure all variants in turns, fit the models, and print their predictions."""
+    """Measure all variants alternately, fit the models, and print their predictions."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--animals", type=int, default=20_000)
     parser.add_argument("--processes", type=int, nargs="+", default=[1, 2])

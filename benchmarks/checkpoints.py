@@ -62,7 +62,7 @@ def sizes(animals: int, place: Path) -> list[dict[str, Any]]:
 
 
 def overheads(pairs: int, place: Path) -> list[dict[str, Any]]:
-    """Run the same world in turns: plain, with recording to disk, and with both recording and checkpoints;
+    """Run the same world alternately: plain, with recording to disk, and with both recording and checkpoints;
     return median ratios."""
 
     def run(record: bool, every: int, ticks: int) -> float:

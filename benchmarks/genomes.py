@@ -1,5 +1,5 @@
 """Measure the cost of genomes: the same world runs with genomes whose genes are not read and without genomes,
-in turns of one tick.
+alternating after a fixed number of ticks.
 
     python benchmarks/genomes.py [--sizes 1000 10000] [--pairs 9]
 
@@ -90,7 +90,7 @@ def numbers(world: World) -> tuple[int, int]:
 
 
 def measure(animals: int, pairs: int, ticks: int) -> list[dict[str, Any]]:
-    """Time worlds without and with genomes in turns; return the ratios of times for the same ticks."""
+    """Time worlds without and with genomes alternately; return the ratios of times for the same ticks."""
     worlds = {way: build(animals, way) for way in (None, *GENES)}
     times: dict[str | None, list[float]] = {way: [] for way in worlds}
     before = numbers(worlds[None])[1]

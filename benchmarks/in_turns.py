@@ -1,4 +1,4 @@
-"""Compare this commit with another on jobs from other benchmarks, in turns.
+"""Compare this commit with another by alternately running jobs from other benchmarks.
 
     python benchmarks/in_turns.py --before COMMIT [--folder CHECKOUT] [--turns 9]
         [--cases learners wolves memory]

@@ -76,7 +76,7 @@ print(json.dumps([*took, hashlib.sha256(b"".join(weights)).hexdigest()]))
 
 
 def pairs(places: dict[str, Path], ticks: int, n: int, train: bool) -> list[dict[str, Any]]:
-    """Return a row for each commit: the seconds of n runs in turns, their medians, and the final state."""
+    """Return a row for each commit: the seconds of n alternating runs, their medians, and the final state."""
     took: dict[str, list[list[float]]] = {name: [] for name in places}
     ends = {}
     for number in range(n):

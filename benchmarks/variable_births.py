@@ -60,7 +60,7 @@ def timed(operators: Any, mothers: np.ndarray, fathers: np.ndarray, keys: np.nda
 
 
 def at_once(letters: int, ploidy: int, n: int, turns: int) -> list[dict[str, Any]]:
-    """Measure strings of variable and of fixed length in turns."""
+    """Measure strings of variable and fixed length alternately."""
     made = {}
     for variable in (True, False):
         of = section(letters, ploidy, variable)

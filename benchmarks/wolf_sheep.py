@@ -111,7 +111,7 @@ def compare(a, b, ticks):
 
 
 def case(regime, width, ticks, seeds):
-    """Run both in turn, seed by seed; return the rows of the two tables."""
+    """Run both models alternately, seed by seed; return the rows of the two tables."""
     p = REGIMES[regime]
     ours(width, ticks, 0, p)  # compile
     pairs = []

@@ -19,7 +19,8 @@ LAGS = {"deer→wolf": (0.20, 0.35), "grass→deer": (0.28, 0.50)}
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Run one world; return the species that went extinct and when, and peaks, periods, lags and numbers."""
+    """Run one world; return the species that went extinct and when, and peaks, periods, lags and population
+    sizes."""
     from ecs_eco.analysis.cycles import cycle_statistics
     from ecs_eco.config import load
 

@@ -281,7 +281,7 @@ def judged(cases: list[Result], arms: Mapping[str, list[Result]]) -> list[dict[s
 
 
 def told(arms: Mapping[str, list[Result]]) -> list[dict[str, Any]]:
-    """Return the results without a goal: those from the arena, the swaps and the search."""
+    """Return the results without a goal, which come from the arena, the swaps and the search."""
     of = [r for r in arms["both"] if "swaps" in r]
     lines = [
         verdict(

@@ -134,7 +134,7 @@ def late(line: np.ndarray) -> float:
 
 
 def interval(values: list[float]) -> list[float] | None:
-    """Return the mean and 95% t interval over seeds; None for fewer than two."""
+    """Return the mean and 95% t interval over seeds; None for fewer than two seeds."""
     from studies.common.selection import pooled
 
     if len(values) < 2:

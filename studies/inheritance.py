@@ -86,7 +86,8 @@ def shares(result: dict[str, Any]) -> dict[str, float]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return the shares with intervals over runs, and how they differ from the arm with learned weights."""
+    """Return the shares with confidence intervals over runs, and how they differ from the arm with learned
+    weights."""
     from studies.common.selection import pooled
 
     by_way = {way: [e["result"] for e in cases if e["case"]["inherit"] == way] for way in WAYS}

@@ -156,8 +156,8 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return shares of survivors and causes of death by arm, and differences between arms, with intervals
-    over worlds."""
+    """Return shares of survivors and causes of death by arm, and differences between arms, with confidence
+    intervals over worlds."""
     from ecs_eco.analysis.survival import bootstrap_difference
 
     def values(arm: tuple[str, str], of: Any) -> list[float]:

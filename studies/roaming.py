@@ -49,7 +49,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Count the worlds in which deer persisted and those in which they went extinct."""
+    """Count the worlds in which deer persisted and the worlds in which they went extinct."""
     arms = {arm: [c["result"] for c in cases if c["case"]["arm"] == arm] for arm in ("trained", "random")}
     trained, drawn = arms["trained"], arms["random"]
     persist, gone = sum(r["fewest"] >= 10 for r in trained), sum(r["gone at"] is not None for r in drawn)

@@ -1,5 +1,5 @@
-"""A small world runs a million ticks; memory, ledger, ids and speed at the end are compared with those at the
-start."""
+"""A small world runs a million ticks; memory, ledger, ids and speed at the end are compared with their values
+at the start."""
 
 import gc
 import resource

@@ -218,7 +218,7 @@ def circle(dt: float, seed: int) -> float:
 
 
 def value(made: Any, component: str, field: str) -> float:
-    """Return a value of the only organism."""
+    """Return a field's value for the only organism."""
     from ecs_eco import components
 
     return float(made.table("one").field(getattr(components, component), field)[0])

@@ -96,7 +96,7 @@ def _length(metadata: Metadata) -> str:
 
 
 def _flat(metadata: Metadata) -> list[Any]:
-    """Return a type's limits, including those wrapped by pydantic."""
+    """Return a type's limits, including limits wrapped by pydantic."""
     return [inner for m in metadata for inner in getattr(m, "metadata", (m,))]
 
 

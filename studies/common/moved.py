@@ -55,8 +55,8 @@ class Policies:
 
 class Crowd:
     """A snapshot of up to `most` individual policies per species, whose mean option probabilities are
-    compared with those of as many later policies. Because the later sample contains different animals, the
-    mean moves a little even without learning."""
+    compared with the probabilities of as many later policies. Because the later sample contains different
+    animals, the mean moves a little even without learning."""
 
     def __init__(self, world: Any, species: Sequence[str], most: int = 40) -> None:
         self.world, self.species, self.most = world, tuple(species), most

@@ -150,7 +150,7 @@ def live(
 
 def record(world: Any, config: Any) -> dict[str, Any]:
     """Return a cell's stored result: which species persisted, when and why the other species went extinct,
-    numbers, deaths, and cycles."""
+    population sizes, deaths, and cycles."""
     from dataclasses import asdict
 
     from ecs_eco.analysis.cycles import consumers, cycle_statistics

@@ -85,7 +85,7 @@ def path_coefficient(
     """Return a gene's selection coefficient per generation, estimated from the likelihood of its path.
 
     It is sum (dp − m (q − p) dt) / sum p (1 − p) dt over samples, where m is the mutation rate per letter and
-    q the share of mutated letters that become the gene. In the diffusion limit of the Wright–Fisher model,
+    q is the share of mutated letters that become the gene. In the diffusion limit of the Wright–Fisher model,
     where dp = (s p (1 − p) + m (q − p)) dt + noise of variance p (1 − p) dt / N (Crow and Kimura 1970,
     chapter 8), this s maximizes the likelihood for any constant N. Each sample has weight p (1 − p), so a
     lost or fixed gene adds no information and the estimate does not depend on how long the run continues
