@@ -80,7 +80,7 @@ def savanna(animals: int, plants_per_animal: float = 1.6, **space: Any) -> dict[
     to their number.
 
     Each animal has 24 observations: the nearest of three kinds (a grazer has about 14 neighbors within
-    range), three smells with two nostrils, and nine more on its own body and surroundings.
+    range), three smells with two nostrils, and nine more about its own body and surroundings.
     """
     grazers, hunters, plants = (
         round(animals * 0.85),

@@ -1,10 +1,10 @@
-"""Measure the gain from each trick in `ecs_eco.compiled`: the same jobs run in turns with all tricks and with
-all but one.
+"""Measure the gain from each trick in `ecs_eco.compiled`: the same jobs run alternately with all tricks and
+with all but one.
 
     python benchmarks/ablations.py [--pairs 7] [--firsts 3] [--at-once 1] [--tricks NAME …]
 
 A trick is switched off by code that runs before the package is loaded, in processes with a separate kernel
-folder if the trick changes kernels. In each turn, every variant does every job once, in a different order.
+folder if the trick changes kernels. In each turn, every variant runs every job once, in a different order.
 The table shows how many times as long a job takes without the trick: the median over turns and the range.
 Jobs: README's predator-prey, 1,000 ticks recorded; 40 ticks of 10,000 animals, on one thread and on two; a
 later start of `ecs-eco run` with 100 ticks; and in some turns a first start, which compiles with one process.
@@ -176,8 +176,8 @@ def start(trick: str, cache: Path, folder: Path, code: str = START) -> tuple[flo
 def turn(
     trick: str, caches: Path, first: bool, learners: Sequence[str]
 ) -> tuple[dict[str, float], list[str]]:
-    """Do every job once without a trick; return the seconds by job and the digests. Individual learners,
-    which take long to compile, are a job only for the `learners`."""
+    """Run every job once without a trick; return the seconds by job and the digests. Individual learners,
+    which take a long time to compile, are a job only for the `learners`."""
     cache, out = caches / (ALL if trick in SAME_KERNELS else trick), {}
     if first and trick not in SAME_KERNELS:
         with tempfile.TemporaryDirectory(dir=caches) as empty:
@@ -210,7 +210,7 @@ def table(took: dict[str, list[dict[str, float]]]) -> list[dict[str, Any]]:
 
 
 def main() -> None:
-    """Measure all variants in turns."""
+    """Measure all variants in turn."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--pairs", type=int, default=7, help="turns, after one that compiles")
     parser.add_argument("--firsts", type=int, default=3, help="turns that also include a first start")

@@ -1,5 +1,5 @@
-"""Measure organism-steps per second for animals that sense, decide and act, with ledger, recorder and causes
-of death enabled.
+"""Measure organism-steps per second for animals that sense, decide and act, with the ledger, the recorder and
+causes of death enabled.
 
     python benchmarks/animals.py [--sizes 1000 10000 100000] [--learn] [--threads 1 2]
 

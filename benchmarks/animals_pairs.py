@@ -1,10 +1,10 @@
-"""Compare tick times between this commit and another, in turns, in the world of animals.py.
+"""Compare the tick times of this commit and another, which alternate in the world of animals.py.
 
     python benchmarks/animals_pairs.py --before COMMIT [--rows 10000:2:1:0 …] [--turns 60]
 
 Two processes with the same world take turns running a few ticks, `--turns` times. With this commit as the
-other one and `10000:2:1:0` for rows, the table shows the gain from a second thread and, with `--beside 1`,
-the loss if the second core has other work. The ratio is this commit's processor time (wall-clock time with
+other one and `--rows 10000:2:1:0`, the table shows the gain from a second thread and, with `--beside 1`, the
+loss if the second core has other work. The ratio is this commit's processor time (wall-clock time with
 several threads) divided by the other's, turn by turn (median and quartiles). `quiet` is the ratio between
 means over the shortest tenth of turns, which other work disturbed least. Times are per animal, because worlds
 with different digests diverge after some ticks; `same end` reports whether they agree. GiB is the process's
@@ -89,7 +89,8 @@ def turn(process: subprocess.Popen[str], last: bool) -> list[Any]:
 
 
 def measure(before: Path, animals: int, threads: int, others: int, learn: bool, turns: int) -> dict[str, Any]:
-    """Return one world's row: this commit on the given number of threads, the other commit on `others`."""
+    """Return one world's row: this commit on the given number of threads, the other commit on `others`
+    threads."""
     # processes are slow after waiting, especially with several threads, so turns are long
     ticks = 64 if learn else max(1, (20_000 if max(threads, others) == 1 else 2_000_000) // animals)
     worlds = [start(before, [animals, others, learn, ticks]), start(ROOT, [animals, threads, learn, ticks])]

@@ -4,12 +4,12 @@ processes.
     python benchmarks/bands.py [--animals 20000] [--processes 1 2] [--short]
 
 The script calls mpiexec. Strong scaling: the same savanna in 1, 2, … processes. Weak scaling: as many animals
-in each process as in the single process. Both run with the whole world in every process (`--bands`) and with
-divided state (`--divided`). All variants take turns, and the best turn counts, because other work may share
-the machine. Waiting processes keep a core busy, so with other work on the machine, wall-clock and exchange
-times are meaningless. Work is therefore measured in processor time without exchanges and waiting, separately
-for work that bands share and work that every process repeats. All processes must end with a single process's
-digest.
+in each process as in the single process. Both kinds of scaling are measured with the whole world in every
+process (`--bands`) and with divided state (`--divided`). All variants take turns, and the best turn counts,
+because other work may share the machine. Waiting processes keep a core busy, so with other work on the
+machine, wall-clock and exchange times are meaningless. Work is therefore measured in processor time without
+exchanges and waiting, separately for work that bands share and work that every process repeats. All processes
+must end with a single process's digest.
 
 The cost of a band's halo (the number of ghosts, their bytes, and the processor time to pack, unpack and
 remove them) is measured in the divided savanna, for several numbers of organisms per band.
@@ -18,8 +18,8 @@ The model for whole worlds: t(N, P) = N (shared / P + alike) + calls · latency 
 1/P) / bandwidth. The model for divided state: t(N, P) = N shared / P + told(N) + halo(ghosts) + calls ·
 latency · log2 P + bytes of the halo / bandwidth, where ghosts and their bytes grow only with the map's width;
 told is the work that every process does for births and plant sites, wherever they are. Both models are linear
-fits to measurements at several sizes. Costs per animal of shared work are from single-process runs, latency
-and bandwidth from messages between two processes.
+fits to measurements at several sizes. The cost of shared work per animal comes from single-process runs;
+latency and bandwidth come from messages between two processes.
 """
 
 import argparse
@@ -37,7 +37,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 import _bench
 
 _bench.pin_threads()
-SIZES = 1250, 2500, 5000, 10_000, 20_000  # numbers of animals per band for which its halo is measured
+SIZES = 1250, 2500, 5000, 10_000, 20_000  # numbers of animals per band for which the halo is measured
 
 
 def work(animals: int, ticks: int, learn: bool, state: bool) -> dict[str, Any]:
@@ -157,7 +157,7 @@ def messages() -> dict[str, float]:
             start = time.perf_counter()
             comm.Allgatherv(MPI.IN_PLACE, [buffer, counts, starts, MPI.BYTE])
             seconds.append(time.perf_counter() - start)
-        times[size] = min(seconds)  # other work disturbed the others
+        times[size] = min(seconds)  # other work disturbed the longer exchanges
     return {"latency": times[64], "bandwidth": 8_000_000 * (comm.size - 1) / times[8_000_000]}
 
 
@@ -275,7 +275,7 @@ def predicted(
 
 
 def main() -> None:
-    """Measure in turns, fit, and print the model's predictions."""
+    """Measure all variants alternately, fit the models, and print their predictions."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--animals", type=int, default=20_000)
     parser.add_argument("--processes", type=int, nargs="+", default=[1, 2])
@@ -304,7 +304,7 @@ def main() -> None:
     ]
     wires = [
         launch(2, "messages") for _ in range(1 if options.short else 8)
-    ]  # other work disturbed the others
+    ]  # other work may disturb some of them
     wire = {"latency": min(w["latency"] for w in wires), "bandwidth": max(w["bandwidth"] for w in wires)}
     conclude({case: best_row(results) for case, results in cases.items()}, wire, halos, options.short)
 
@@ -343,7 +343,7 @@ def conclude(
 
 
 def part(what: str, *arguments: str) -> None:
-    """Do one measurement in this process, one of several; process 0 prints the result."""
+    """Do one measurement in this process, which is one of several; process 0 prints the result."""
     from mpi4py import MPI
 
     numbers = [int(a) for a in arguments]

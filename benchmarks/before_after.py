@@ -7,15 +7,15 @@
 
 `digests`: for ten runs of 500 ticks, covering all shipped worlds, learning on and off, and shared and
 individual policies, a hash of all organisms' positions, contents and identities. `times`: processes with
-compiled kernels build a world and run a few ticks in turns; only one works at a time. Turns with the same
-number have the same seed, so all have the same organisms even if the last bits of policies differ. The ratio
-is this commit's seconds divided by the other's. A second process with the other commit is the control: its
-ratio deviates from 1 because processes differ in memory layout. All processes are restarted after every few
-turns, and the 95% interval is bootstrapped over these sets of processes. `systems`: each system's time per
-tick [µs], which is the shortest time of each tick among worlds with the same seeds, run in turns by processes
-of both commits. Noise only adds time, so this comparison resolves differences that `times` cannot. `starts`:
-complete processes in turns, without and with their report, and with an empty cache. Results are written to
-benchmarks/results/before_after_<what>.json.
+compiled kernels build a world and take turns running a few ticks; only one works at a time. Turns with the
+same number have the same seed, so all have the same organisms even if the last bits of policies differ. The
+ratio is this commit's seconds divided by the other's. A second process with the other commit is the control:
+its ratio deviates from 1 because processes differ in memory layout. All processes are restarted after every
+few turns, and the 95% interval is bootstrapped over these sets of processes. `systems`: each system's time
+per tick [µs], which is the shortest time of each tick among worlds with the same seeds, run alternately by
+processes of both commits. Noise only adds time, so this comparison resolves differences that `times` cannot.
+`starts`: complete processes of both commits, run alternately, without and with their report, and with an
+empty cache. Results are written to benchmarks/results/before_after_<what>.json.
 """
 
 import argparse
@@ -262,7 +262,7 @@ def systems(before: Path, sets: int, worlds: list[str]) -> dict[str, Any]:
 @contextmanager
 def living(places: list[Path], asked: Any, code: str = TIME) -> Iterator[Callable[[int], list[Any]]]:
     """Yield a function that runs each process's next world for a turn, in an order that depends on the turn
-    number, and returns the seconds that they report."""
+    number, and returns the seconds that the processes report."""
     worlds = [
         subprocess.Popen(
             [sys.executable, "-c", code, json.dumps(asked)],

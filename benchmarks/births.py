@@ -26,7 +26,7 @@ def births_per_second(loci: int, n: int, at_once: bool, repeats: int) -> float:
     """Return births per second of wall-clock time, with this many loci per genome and n births per call."""
     layout = Layout([Gene(name="trait", letters=4, low=0.0, high=1.0)], loci=loci)
     toolbox = toolbox_of(OPERATORS, layout)
-    if not at_once:  # mutations without a DEAP function cannot be compared
+    if not at_once:  # mutations that DEAP lacks cannot be compared
         toolbox.register("mate", lambda a, b: tools.cxTwoPoint(a, b))
         toolbox.register("mutate", lambda a, indpb: tools.mutUniformInt(a, 0, 3, indpb), indpb=0.005)
     operators = Operators(toolbox, layout)

@@ -49,7 +49,7 @@ def one(world: World, what: str, place: Path) -> dict[str, Any]:
 
 
 def sizes(animals: int, place: Path) -> list[dict[str, Any]]:
-    """Measure checkpoints of a large world: learning off, and with an empty, a half-full and a full
+    """Measure checkpoints of a large world with learning off, and with an empty, a half-full and a full
     rollout."""
     config = _bench.savanna(animals, plants_per_animal=0.1)
     rows = [one(World.from_config(config, seed=1, policies="untrained", training=True).run(3), "off", place)]
@@ -62,8 +62,8 @@ def sizes(animals: int, place: Path) -> list[dict[str, Any]]:
 
 
 def overheads(pairs: int, place: Path) -> list[dict[str, Any]]:
-    """Run the same world in turns: plain, with recording to disk, and also with checkpoints; return median
-    ratios."""
+    """Run the same world alternately: plain, with recording to disk, and with both recording and checkpoints;
+    return median ratios."""
 
     def run(record: bool, every: int, ticks: int) -> float:
         world = World.from_config("predator-prey", seed=3, record=not record)

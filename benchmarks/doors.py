@@ -3,12 +3,12 @@ PettingZoo.
 
     python benchmarks/doors.py [--agents 500] [--steps 200] [--rounds 5]
 
-Agents act at random. `external` passes arrays, `slots` is a Gymnasium vector of all agents, `parallel_env`
-uses PettingZoo's dicts; `within` is the same world without an interface, with random choices. MAgent2's
-battle, with about as many agents, is stepped through its parallel environment in the same run: each round
-uses every interface once, and the median over rounds counts. Times are processor seconds of one thread. Needs
-ecs-eco[rl]; MAgent2 is skipped if it is not installed. The worlds differ: a deer senses 14 numbers, an
-MAgent2 agent 845.
+Agents act at random. `external` passes arrays, `slots` is a Gymnasium vector of all agents, and
+`parallel_env` uses PettingZoo's dicts; `within` is the same world without an interface, with random choices.
+MAgent2's battle, with about as many agents, is stepped through its parallel environment in the same run: each
+round uses every interface once, and the median over rounds counts. Times are processor seconds of one thread.
+Needs ecs-eco[rl]; MAgent2 is skipped if it is not installed. The worlds differ: a deer senses 14 numbers and
+an MAgent2 agent 845.
 """
 
 import argparse
@@ -87,7 +87,7 @@ def dicts(config: Any) -> Steps:
 
 
 def magent(agents: int) -> Steps:
-    """Step MAgent2's battle through PettingZoo, restarted when most agents are dead."""
+    """Step MAgent2's battle through PettingZoo, restarting it when most agents are dead."""
     from magent2.environments import battle_v4
 
     env, draw = battle_v4.parallel_env(map_size=_map(agents), max_cycles=10**6), np.random.default_rng(1)

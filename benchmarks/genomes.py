@@ -1,5 +1,5 @@
 """Measure the cost of genomes: the same world runs with genomes whose genes are not read and without genomes,
-in turns of a tick.
+alternating after a fixed number of ticks.
 
     python benchmarks/genomes.py [--sizes 1000 10000] [--pairs 9]
 
@@ -35,13 +35,13 @@ EYE = {"name": "eye", "trait": "sensors.plant.range", "letters": 4, "low": 1.0, 
 GENES = {
     "a marker": [{"name": "marker", "letters": 4, "low": 0.0, "high": 1.0}],
     "3 traits, neutral-drift": TRAITS,
-    "3 traits and a sense, neutral-drift": [*TRAITS, EYE],  # own senses use a different code path
+    "3 traits and a sense, neutral-drift": [*TRAITS, EYE],  # individual ranges use a different code path
 }
 
 
 def meadow(animals: int, genes: list[dict[str, Any]] | None) -> dict[str, Any]:
-    """Return the benchmarks' world without hunting and with sexual reproduction; for None, without
-    genomes."""
+    """Return the benchmarks' world without hunting and with sexual reproduction; if `genes` is None, animals
+    have no genomes."""
     config = _bench.savanna(animals)
     for name in ("grazer", "hunter"):
         species = config["species"][name]
@@ -90,7 +90,7 @@ def numbers(world: World) -> tuple[int, int]:
 
 
 def measure(animals: int, pairs: int, ticks: int) -> list[dict[str, Any]]:
-    """Time worlds without and with genomes in turns; return the ratios of times for the same ticks."""
+    """Time worlds without and with genomes alternately; return the ratios of times for the same ticks."""
     worlds = {way: build(animals, way) for way in (None, *GENES)}
     times: dict[str | None, list[float]] = {way: [] for way in worlds}
     before = numbers(worlds[None])[1]

@@ -1,13 +1,13 @@
-"""Compare this commit with another on the work of other benchmarks, in turns.
+"""Compare this commit with another by alternately running jobs from other benchmarks.
 
     python benchmarks/in_turns.py --before COMMIT [--folder CHECKOUT] [--turns 9]
         [--cases learners wolves memory]
 
 `learners`: individual_ppo.py, 1,000 animals with a network each, on two threads. `wolves`: wolf_sheep.py
-without Mesa, at all its sizes. `memory`: memory.py, after a request for all of esper's ids. One process waits
-while the other works; each runs its own commit's script. `before` and `now` are medians over turns, and
-`best` the minimum or maximum; the ratio is this commit's figure divided by the other's, turn by turn: median
-and quartiles.
+without Mesa, at all of its sizes. `memory`: memory.py, after a request for all of esper's ids. One process
+waits while the other works; each runs its own commit's script. `before` and `now` are medians over turns, and
+`best` is the minimum or maximum; the ratio is this commit's figure divided by the other's, turn by turn:
+median and quartiles.
 """
 
 import argparse

@@ -2,11 +2,11 @@
 
     python benchmarks/kernel_arguments.py [--rounds 40]
 
-Each kernel reads only the first number of each array, so nearly all of the time is that of the call. The same
-arrays are passed individually, in named tuples that numba unpacks, in plain tuples, in named tuples whose
-fields Python passes (`ecs_eco.compiled.views`), and as records that contain addresses. `made` is the time it
-takes to create all arguments once from existing arrays. Each form is timed in turn, and the shortest time
-counts.
+Each kernel reads only the first number of each array, so nearly all of the time is spent on the call. The
+same arrays are passed individually, in named tuples that numba unpacks, in plain tuples, in named tuples
+whose fields Python passes (`ecs_eco.compiled.views`), and as records that contain addresses. `made` is the
+time it takes to create all arguments once from existing arrays. Each form is timed in turn, and the shortest
+time counts.
 """
 
 import argparse

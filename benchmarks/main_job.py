@@ -1,4 +1,4 @@
-"""Measure README's main job, `ecs-eco run predator-prey --seed 1`: 10,000 ticks, and the Python calls per
+"""Measure the README's main job, `ecs-eco run predator-prey --seed 1`: 10,000 ticks, and the Python calls per
 tick.
 
     python benchmarks/main_job.py [--before COMMIT] [--ticks 10000] [--pairs 3]
@@ -8,9 +8,9 @@ tick.
 Processes with this commit and, if given, another commit take turns; each records its own world on disk. The
 table shows the wall-clock and processor seconds that `World.run` takes, excluding the process's start.
 `Python calls a tick` counts the Python functions and kernels called in ticks 1,001 to 1,070, excluding the
-calls of `run`. `end` describes the final state, which differs if digests differ. `--train` measures in the
-same way how long predator-prey policies take to learn from random weights. `--calls` measures how the cost of
-a kernel call depends on its number of arrays.
+calls of `run`. `end` describes the final state, which differs if digests differ. `--train` measures, in the
+same way, how long predator-prey policies take to learn from random weights. `--calls` measures how the cost
+of a kernel call depends on its number of arrays.
 """
 
 import argparse
@@ -76,7 +76,7 @@ print(json.dumps([*took, hashlib.sha256(b"".join(weights)).hexdigest()]))
 
 
 def pairs(places: dict[str, Path], ticks: int, n: int, train: bool) -> list[dict[str, Any]]:
-    """Return a row for each commit: the seconds of n runs in turns, their medians, and the final state."""
+    """Return a row for each commit: the seconds of n alternating runs, their medians, and the final state."""
     took: dict[str, list[list[float]]] = {name: [] for name in places}
     ends = {}
     for number in range(n):

@@ -28,7 +28,8 @@ def resident() -> int:
 
 
 def main() -> None:
-    """Build a small world to load all modules, then a large one; visit it through esper, and compare."""
+    """Build a small world to load all modules, then a large one; visit it through esper, and compare memory
+    use."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--animals", type=int, default=100_000)
     n = parser.parse_args().animals

@@ -1,5 +1,5 @@
 """Measure the cost of a frame in the viewer's page (50,000 organisms, the real server, Chromium with software
-rendering), and the memory of page and server over time.
+rendering), and the memory use of the page and the server over time.
 
     python benchmarks/page.py [--organisms 50000] [--frames 150] [--only frames|memory] [--minutes 30]
 
@@ -144,7 +144,7 @@ def frames(organisms: int, n: int) -> tuple[list[dict[str, Any]], dict[str, Any]
 
 
 def memory(minutes: float, looks: int = 10) -> tuple[list[dict[str, Any]], dict[str, Any]]:
-    """Watch predator-prey with an animal selected at 20 ticks per second; return page and server memory [MB]
+    """Watch predator-prey at 20 ticks per second with an animal selected; return page and server memory [MB]
     at regular intervals."""
     rows: list[dict[str, Any]] = []
     with served("watch", "predator-prey", "--seed", "1") as run, launched() as browser:

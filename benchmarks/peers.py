@@ -5,10 +5,10 @@ and breed, in ecs-eco, in other frameworks and in a bare loop, all in one run on
     python benchmarks/peers.py --others PYTHON --frames PYTHON   # interpreters with the frameworks installed
 
 Each framework implements the task in its own idiom (`peers_grazing.py`, `peers_others.py`); frameworks that
-cannot express it run a different task, named in the table, to indicate their cost per tick. Each runs in a
-process with one thread; processes take turns, and the best round counts. Setup and the first tick are not
-timed. A process is stopped after `--limit` seconds. In the common task, the numbers of animals must agree
-with those of the bare loop.
+cannot express it run a different task, named in the table, to indicate their cost per tick. Each framework
+runs in a process with one thread; processes take turns, and the best round counts. Setup and the first tick
+are not timed. A process is stopped after `--limit` seconds. In the common task, the numbers of animals must
+agree with those of the bare loop.
 """
 
 import argparse
@@ -118,7 +118,7 @@ def rows_of(found: dict[tuple[str, int], list[dict[str, Any]]]) -> list[dict[str
 
 
 def figure(rows: list[dict[str, Any]], path: Path) -> None:
-    """Draw organism-steps per second against the number of animals."""
+    """Plot organism-steps per second against the number of animals."""
     import matplotlib as mpl
 
     mpl.use("Agg")

@@ -2,8 +2,8 @@
 
 The space is a torus with one tuft per 3 m site. In each tick (1 s), every grazer finds the nearest other
 grazer within REACH, turns away from it by TURN, walks SPEED, pays COST, eats the tuft that it touches and
-gains GAIN up to a store of 1. With at least ENOUGH, it divides with probability CHANCE and gives its young
-GIVEN; without energy, it dies. A site without a tuft grows one with probability REGROWTH.
+gains GAIN up to a store of 1. With at least ENOUGH energy, it divides with probability CHANCE and gives its
+young GIVEN; without any energy, it dies. A site without a tuft grows one with probability REGROWTH.
 """
 
 import math

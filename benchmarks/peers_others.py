@@ -23,7 +23,7 @@ from peers_grazing import (
 
 
 class Meadow:
-    """Tufts on their sites: an array, like grass in these frameworks' own examples."""
+    """Tufts on their sites, stored as an array, like the grass in these frameworks' own examples."""
 
     def __init__(self, size: float, rng: np.random.Generator) -> None:
         self.ripe, self.rng = np.ones((int(size / SITE),) * 2, bool), rng
@@ -49,8 +49,8 @@ def away(heading: float, offset: Any) -> float:
 
 
 def live(one: Any, place: Any, meadow: Meadow, rng: np.random.Generator) -> bool:
-    """Subtract the cost of the tick and eat at the agent's position; return whether the agent divides, whose
-    cost is then already subtracted."""
+    """Subtract the cost of the tick and eat at the agent's position; return whether the agent divides (the
+    cost of dividing is then already subtracted)."""
     one.energy -= COST
     if meadow.bite(*place):
         one.energy = min(1.0, one.energy + GAIN)
@@ -201,8 +201,8 @@ def magent2_arrays(n: int, seed: int) -> Model:
 
 
 def pursuit(n: int, seed: int) -> Model:
-    """Run PettingZoo's pursuit with random actions: a fixed number of pursuers on a grid proportional to that
-    number."""
+    """Run PettingZoo's pursuit with random actions: a fixed number of pursuers on a grid whose area is
+    proportional to that number."""
     from pettingzoo.sisl import pursuit_v5
 
     width = max(16, round(math.sqrt(n / 0.03)))

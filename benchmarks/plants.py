@@ -1,4 +1,5 @@
-"""Measure plant-steps per second: plants grow, spread and die of old age, with ledger and recorder enabled.
+"""Measure plant-steps per second: plants grow, spread and die of old age, with the ledger and the recorder
+enabled.
 
 python benchmarks/plants.py [--sizes 10000 100000 1000000]
 """

@@ -1,4 +1,4 @@
-"""Compare this commit with another on PPO with one shared network and with individual networks, in turns.
+"""Compare this commit with another, alternately, on PPO with one shared network and with individual networks.
 
     python benchmarks/ppo_roads.py --folder CHECKOUT [--turns 9]
 

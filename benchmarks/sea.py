@@ -1,5 +1,5 @@
 """Measure plankton-steps per second in one sea: the world diel-migration with a wider surface, active
-policies, and ledger and recorder enabled.
+policies, and the ledger and the recorder enabled.
 
     python benchmarks/sea.py [--sizes 1000 10000 100000]
     python benchmarks/sea.py --life        # the shipped world: training from random weights, 20 days to disk

@@ -22,7 +22,7 @@ _bench.pin_threads()
 def seconds(arguments: list[str], cache: Path) -> float:
     """Run one command in a separate process and return its wall-clock time [s]."""
     environment = os.environ | {"ECS_ECO_CACHE": str(cache)}
-    environment.pop("PYTHONDONTWRITEBYTECODE", None)  # users do not compile all source files at each start
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)  # users have cached bytecode
     start = time.perf_counter()
     subprocess.run(
         [sys.executable, "-c", "from ecs_eco.cli import main; main()", *arguments],

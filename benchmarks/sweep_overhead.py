@@ -2,8 +2,8 @@
 
     python benchmarks/sweep_overhead.py [--runs 20] [--ticks 1000] [--workers 2] [--on local] [--pairs 3]
 
-Both kinds record to folders; the order within pairs alternates, and workers have compiled kernels. Bare runs
-always use local processes.
+Both kinds of runs record to folders; the order within pairs alternates, and workers have compiled kernels.
+Bare runs always use local processes.
 """
 
 import argparse

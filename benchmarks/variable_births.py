@@ -53,14 +53,14 @@ def parents(operators: Any, n: int, seed: int) -> np.ndarray:
 
 
 def timed(operators: Any, mothers: np.ndarray, fathers: np.ndarray, keys: np.ndarray) -> float:
-    """Return the processor seconds of one call, because other work may share the core."""
+    """Return the processor seconds of one call; wall-clock time would include other work on the core."""
     start = time.process_time()
     operators.offspring(mothers, fathers, keys)
     return time.process_time() - start
 
 
 def at_once(letters: int, ploidy: int, n: int, turns: int) -> list[dict[str, Any]]:
-    """Measure strings of variable and of fixed length in turns."""
+    """Measure strings of variable and fixed length alternately."""
     made = {}
     for variable in (True, False):
         of = section(letters, ploidy, variable)

@@ -237,8 +237,8 @@ def frozen(server: Server, until: threading.Event) -> None:
 
 
 def stalls(organisms: int, minutes: float) -> list[dict[str, Any]]:
-    """Run a world without a page, then with one that does not read and one that does not acknowledge; measure
-    speed and memory."""
+    """Run a world without a page, then with a page that does not read and with a page that does not
+    acknowledge; measure speed and memory."""
     world, rows, end = made(organisms, record=False), [], threading.Event()
     live = Live(world)
     # the life history has a size limit, which must be reached first
@@ -296,7 +296,7 @@ def standing(
 
 
 def rewinds(times: int = 5) -> list[dict[str, Any]]:
-    """Rewind a live predator-prey by a thousand ticks, using its checkpoints."""
+    """Rewind a live predator-prey world by a thousand ticks, using its checkpoints."""
     live = Live(World.from_config("predator-prey", seed=1))
     took, digests = [], {}
 

@@ -2,9 +2,9 @@
 
     python benchmarks/wolf_sheep.py [--seeds 20] [--short]
 
-Both take turns in one process, with data collection enabled; the model is wolf_sheep_model.py. Times are
-processor times, which are less affected by other work on the machine. The script needs Python 3.12 and Mesa:
-pip install -e '.[bench]'.
+The two models take turns in one process, with data collection enabled; the ecs-eco model is
+wolf_sheep_model.py. Times are processor times, which are less affected by other work on the machine. The
+script needs Python 3.12 and Mesa: pip install -e '.[bench]'.
 """
 
 import argparse
@@ -111,7 +111,7 @@ def compare(a, b, ticks):
 
 
 def case(regime, width, ticks, seeds):
-    """Run both in turn, seed by seed; return the rows of the two tables."""
+    """Run both models alternately, seed by seed; return the rows of the two tables."""
     p = REGIMES[regime]
     ours(width, ticks, 0, p)  # compile
     pairs = []

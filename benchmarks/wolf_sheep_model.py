@@ -1,8 +1,8 @@
 """Mesa 3.5's WolfSheep rules (after Wilensky 1997), implemented with custom components and systems.
 
-In a tick, all sheep act in random order, then all wolves. An animal moves to one of four cells, pays 1 and
-eats. It starves if its energy falls below 0; otherwise it may give birth, which halves its energy. Newborns
-first act in the next tick.
+In a tick, all sheep act in random order, then all wolves. An animal moves to one of four cells, pays 1 unit
+of energy and eats. It starves if its energy falls below 0; otherwise it may give birth, which halves its
+energy. Newborns first act in the next tick.
 """
 
 import numpy as np
@@ -108,7 +108,7 @@ def live(
     after = np.full(2 * n + ripe.size, -1, np.int32)  # chains of sheep: order[i] is i, and its lamb is n + i
     first, rank = after[2 * n :], np.empty(ripe.size, np.uint8)  # by cell: the start of its chain, and
     for here in range(ripe.size):
-        rank[here] = 2 + (ripe[here] <= now)  # for sheep: 2 no wolf, + 1 grass
+        rank[here] = 2 + (ripe[here] <= now)  # for sheep: 2 if there is no wolf, plus 1 for grass
         n_ripe += ripe[here] <= now
     for row in pack:
         rank[w_cell[row]] &= 1

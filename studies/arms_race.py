@@ -2,7 +2,7 @@
 
 Genes encode the pace of all gaits (a gait's cost grows with the square of its pace) and how far deer see
 wolves and wolves see deer; founders' genes are drawn at random. Policies are pre-trained and continue to
-learn during life. At four times during a run, the study stores the mean genes and policies of deer and
+learn during life. At four points during a run, the study stores the mean genes and policies of deer and
 wolves. Hunters from each time then meet prey from each time (Gandon et al. 2008) in the training world, where
 population sizes are held constant: K[i, j] is the logarithm of the kills per wolf per second when hunters
 from time i meet prey from time j. In an arms race, K rises with the hunters' time and falls with the prey's;
@@ -137,7 +137,7 @@ def kept(made: Any, folder: Path) -> dict[str, Any]:
 def meetings(
     config: Mapping[str, Any], case: Mapping[str, Any], times: list[dict[str, Any]]
 ) -> list[list[float]]:
-    """Return K, indexed by the hunters' and the prey's time."""
+    """Return K, indexed by the hunters' and the prey's times."""
     from ecs_eco import World
 
     shift, middle = (
@@ -309,8 +309,8 @@ def course(results: list[dict[str, Any]], species: str, gene: str) -> str:
 
 
 def kills(tests: list[list[list[float]]]) -> str:
-    """Return a table of kills per wolf per 1,000 s (geometric means over runs), with one row per hunters'
-    time."""
+    """Return a table of kills per wolf per 1,000 s (geometric means over runs), with a row for each of the
+    hunters' times."""
     return "; ".join(" ".join(f"{v:.1f}" for v in row) for row in 1000 * np.exp(np.mean(tests, 0)))
 
 

@@ -1,4 +1,4 @@
-"""Reads and resumes folders of sweeps, searches, archipelagos and comparisons that were damaged, changed and
+"""Read and resume folders of sweeps, searches, archipelagos and comparisons that were damaged, changed and
 resealed, or assembled from several folders.
 
 A change is a damaged file, a value of a different type or a payload in a sealed file, a changed journal line,

@@ -3,7 +3,7 @@
 The study compares trained deer and wolves with random ones, at two costs of running. Mass action alone can
 make populations cycle, so only this contrast shows the effect of learned policies. Arms are named deer/wolf;
 a world's lifetime is the tick at which deer or wolves first go extinct, censored at the end of the run.
-Policies are trained separately for each cost, from the training seed of the bundled policies.
+Policies are trained separately for each cost, with the training seed of the bundled policies.
 """
 
 from typing import Any

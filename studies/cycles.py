@@ -13,13 +13,14 @@ import numpy as np
 from studies.common.predator_prey import first_extinction, identity, live, numbers, packed, unpacked
 from studies.common.study import Study, verdict
 
-FRESH = tuple(range(1001, 1011))  # world seeds that played no part in any choice
+FRESH = tuple(range(1001, 1011))  # world seeds that were not used for any choice
 BLOCK = 40  # [ticks] averaged into each stored mean
 LAGS = {"deer→wolf": (0.20, 0.35), "grass→deer": (0.28, 0.50)}
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Run one world; return the species that went extinct and when, and peaks, periods, lags and numbers."""
+    """Run one world; return the species that went extinct and when, and peaks, periods, lags and population
+    sizes."""
     from ecs_eco.analysis.cycles import cycle_statistics
     from ecs_eco.config import load
 

@@ -3,9 +3,9 @@
 Wolf approaches are scripted: a wolf sees a deer 5 m away and runs at it; the deer walks or runs away as soon
 as it sees the wolf. The benefit of running is mapped over its cost, the deer's range of sight and the wolves'
 speed. Policies are then trained with the world's training recipe, in the shipped world and in a world where
-running pays. A third arm moves deer that learned where running is expensive into the second world with its
-wolves: the parameters are the same, but the deer walk. The hypotheses are in registered/deer_that_flee.toml.
-Worlds have half the area of the shipped one, including in training.
+running pays. A third arm moves deer trained where running is expensive into the second world, with that
+world's wolves: the parameters are the same, but the deer walk. The hypotheses are in
+registered/deer_that_flee.toml. Worlds have half the area of the shipped one, including in training.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ DEER, WOLF = "species.deer.", "species.wolf."
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Run a seed's approaches, or one world of an arm."""
+    """Run a seed's approaches, or one of an arm's worlds."""
     return scripted(config, case["seed"]) if case["arm"] == "approaches" else lived(config, case)
 
 
 def scripted(config: dict[str, Any], seed: int) -> dict[str, Any]:
-    """Return survival and happiness after an approach for each response, in each grid cell and both
+    """Return survival and happiness after an approach for each response, in each grid cell and in both
     worlds."""
     from studies.common.hunts import approaches
 

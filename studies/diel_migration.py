@@ -18,9 +18,9 @@ measures one of these:
 The krill's approach, the plumes' positions and the larger light weight were chosen after a first look at
 training seed 1; the world's README reports results of the first designs.
 
-Each protocol and training seed needs one trained policy, which takes about 50 s of CPU time and is then
-stored. In addition, a 20-day case takes 10 s of CPU time and other cases take 1 to 5 s. The whole study takes
-about an hour on two cores.
+Each combination of protocol and training seed needs one trained policy, which takes about 50 s of CPU time
+and is then stored. In addition, a 20-day case takes 10 s of CPU time and other cases take 1 to 5 s. The whole
+study takes about an hour on two cores.
 """
 
 from typing import Any

@@ -58,7 +58,7 @@ def draw(result: dict[str, Any], path: Path) -> Path:
 
 
 def courses(axis: Any, result: dict[str, Any], arm: str, species: str, gene: str, colour: str) -> None:
-    """Draw a gene's mean over time in each of an arm's persisting runs, and the mean over those runs."""
+    """Plot a gene's mean over time in each of an arm's persisting runs, and the mean over those runs."""
     lines = [
         [t[species][gene][0] for t in e["result"]["genes"]]
         for e in result["cases"]
@@ -71,7 +71,7 @@ def courses(axis: Any, result: dict[str, Any], arm: str, species: str, gene: str
 
 
 def meetings(figure: Any, result: dict[str, Any]) -> None:
-    """Draw geometric means over runs of kills per wolf per 1,000 s, by the hunters' and the prey's times."""
+    """Plot geometric means over runs of kills per wolf per 1,000 s, by the hunters' and the prey's times."""
     arms = [arm for arm, of in REGISTERED.arms.items() if of.get("tests")]
     tables = {
         arm: [

@@ -57,7 +57,7 @@ def draw(result: dict[str, Any], path: Path) -> Path:
 
 
 def bars(axis: Any, lives: dict[str, list[dict[str, Any]]]) -> None:
-    """Draw the shares of runs that persist and of runs that cycle, with a point for each training seed."""
+    """Plot the shares of runs that persist and of runs that cycle, with a point for each training seed."""
     for at, of in enumerate(lives.values()):
         for outcome, what in (("p", "persisted"), ("c", "cycled")):
             label, colour = OUTCOMES[outcome]
@@ -84,7 +84,7 @@ def bars(axis: Any, lives: dict[str, list[dict[str, Any]]]) -> None:
 
 
 def around(axis: Any, letters: list[str], factors: list[float]) -> None:
-    """Draw the outcome of each world around the best one."""
+    """Plot the outcome of each world around the best one."""
     keys = list(OUTCOMES)
     image = np.array(
         [

@@ -42,7 +42,7 @@ def draw(result: dict[str, Any], path: Path) -> Path:
 
 
 def places(figure: Any, result: dict[str, Any]) -> None:
-    """Draw the gain from running instead of walking against its cost and the range of sight, with a panel for
+    """Plot the gain from running instead of walking against its cost and the range of sight, with a panel for
     each speed."""
     of, made = (
         result["config"]["approaches"],
@@ -81,7 +81,7 @@ def places(figure: Any, result: dict[str, Any]) -> None:
 
 
 def curves(axis: Any, result: dict[str, Any], who: str, other: str) -> None:
-    """Draw the share of running animals by distance to the nearest animal of the other species, with a line
+    """Plot the share of running animals by distance to the nearest animal of the other species, with a line
     for each training seed."""
     for arm, colour in COLOURS.items():
         by: dict[int, list[Any]] = {}
@@ -109,7 +109,7 @@ def curves(axis: Any, result: dict[str, Any], who: str, other: str) -> None:
 
 
 def numbers(axis: Any, result: dict[str, Any], arm: str) -> None:
-    """Draw an arm's number of deer over time on the first world seed, with a line for each training seed."""
+    """Plot an arm's number of deer over time for the first world seed, with a line for each training seed."""
     world = min(e["case"]["seed"] for e in result["cases"] if e["case"]["arm"] == arm)
     for e in result["cases"]:
         if e["case"]["arm"] == arm and e["case"]["seed"] == world:

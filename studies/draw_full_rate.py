@@ -49,7 +49,7 @@ def draw(record: dict[str, Any], path: Path) -> None:
 
 
 def over_time(ax: Any, results: list[dict[str, Any]], title: str) -> None:
-    """Draw the number of wolves in each run; runs in which they go extinct are red."""
+    """Plot the number of wolves in each run; runs in which they go extinct are red."""
     for r in results:
         n = [float(v) for v in r["series"]["wolf"].split()]
         t = BLOCK * (np.arange(len(n)) + 0.5)
@@ -60,7 +60,7 @@ def over_time(ax: Any, results: list[dict[str, Any]], title: str) -> None:
 
 
 def arena(ax: Any, results: list[dict[str, Any]]) -> None:
-    """Draw a wolf's catch for each pair of policies: a line for each training seed, and the mean."""
+    """Plot a wolf's catch for each pair of policies: a line for each training seed, and the mean."""
     names = [*PAIRS, "answer"]
     values = np.array([[caught(name)(r) for name in names] for r in results])
     ax.plot(values.T, "o-", color=GREY, ms=3, lw=0.8)
@@ -75,7 +75,7 @@ def arena(ax: Any, results: list[dict[str, Any]]) -> None:
 
 
 def moves(ax: Any, of: dict[str, list[dict[str, Any]]], drawn: list[dict[str, Any]]) -> None:
-    """Draw how far both policies moved in each run in which both species learn."""
+    """Plot how far both policies moved in each run in which both species learn."""
     ax.set(xscale="log", yscale="log")
     for marker, label, results in (
         ("s", "shipped numbers", of["both"]),

@@ -39,11 +39,11 @@ def draw(record: dict[str, Any], path: Path) -> None:
         ax.set_xlabel("generation")
     whole = io.BytesIO()
     figure.savefig(whole, dpi=90)
-    Image.open(whole).convert("RGB").quantize(64).save(path, optimize=True)  # a third of the size
+    Image.open(whole).convert("RGB").quantize(64).save(path, optimize=True)  # one third of the size
 
 
 def one(ax: Any, series: dict[str, str]) -> None:
-    """Draw the numbers of carriers over ticks."""
+    """Plot the numbers of carriers over ticks."""
     for gene in GENES:
         ax.plot(
             numbers(series["tick"]),
@@ -69,7 +69,7 @@ def one(ax: Any, series: dict[str, str]) -> None:
 
 
 def share(ax: Any, series: dict[str, str]) -> None:
-    """Draw carrier shares over generations as thin lines."""
+    """Plot carrier shares over generations as thin lines."""
     n = numbers(series["n"])
     for gene in GENES:
         ax.plot(

@@ -53,7 +53,7 @@ def draw(result: dict[str, Any], path: Path) -> Path:
 
 
 def panel(axis: Any, result: dict[str, Any], genes: bool, value: Any) -> None:
-    """Draw each run's value by kind of inheritance, for goats that learn and goats that do not."""
+    """Plot each run's value by kind of inheritance, for goats that learn and goats that do not."""
     for learn, colour in COLOURS.items():
         for at, inherit in enumerate(INHERIT):
             name = next(

@@ -55,7 +55,7 @@ def draw(record: dict[str, Any], path: Path) -> None:
 
 
 def pair(ax: Any, prey: np.ndarray, predator: np.ndarray, title: str, period: float | None) -> None:
-    """Draw two series over time in periods, as shares of their maxima."""
+    """Plot two series, as shares of their maxima, over time in periods."""
     period = period or period_of(prey, predator)
     t = np.arange(len(prey)) / period
     for series, colour in ((prey, PREY), (predator, PREDATOR)):
@@ -66,7 +66,7 @@ def pair(ax: Any, prey: np.ndarray, predator: np.ndarray, title: str, period: fl
 
 
 def lynx(ax: Any) -> None:
-    """Draw the long lynx series, for which no prey series exists."""
+    """Plot the long lynx series, for which no prey series exists."""
     with open(DATA / "mackenzie_lynx.csv", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     caught = np.array([float(row["lynx"]) for row in rows])
@@ -77,7 +77,7 @@ def lynx(ax: Any) -> None:
 
 
 def against(ax: Any, compared: dict[tuple[str, str, str], dict[str, Any]], measure: str) -> None:
-    """Draw a measure: the central 95% of a world's windows as bars and the measured pairs as points."""
+    """Plot a measure: the central 95% of a world's windows as bars and the measured pairs as points."""
     for row, name in enumerate(SERIES):
         of = compared.get((*WORLD, name))
         if of is None:

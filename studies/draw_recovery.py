@@ -50,7 +50,7 @@ def draw(record: dict[str, Any], path: Path) -> None:
 
 
 def intervals(ax: Any, found: list[dict[str, Any]], truths: list[dict[str, float]], name: str) -> None:
-    """Draw a parameter's interval in each trial against its true value."""
+    """Plot a parameter's interval in each trial against its true value."""
     for of, truth in zip(found, truths, strict=True):
         n, colour = of["numbers"][name], POSTERIOR if within(of, truth, name) else MISSED
         ax.plot([truth[name]] * 2, [n["low"], n["high"]], color=colour, lw=2)
@@ -72,7 +72,7 @@ def ticked(axis: Any, name: str) -> None:
 
 
 def drawn(ax: Any, candidates: list[dict[str, Any]]) -> None:
-    """Draw all candidates, marked by whether both species survived."""
+    """Plot all candidates, marked by whether both species survived."""
     for lived, colour, label in ((True, POSTERIOR, "both persist"), (False, MISSED, "not both")):
         of = [c["values"] for c in candidates if (c["statistics"] is not None) == lived]
         ax.plot(
@@ -91,7 +91,7 @@ def drawn(ax: Any, candidates: list[dict[str, Any]]) -> None:
 
 
 def beside(ax: Any, pelts: dict[str, Any]) -> None:
-    """Draw each statistic's measured value and its values in the posterior's runs."""
+    """Plot each statistic's measured value and its values in the posterior's runs."""
     for row, of in enumerate(pelts["statistics"].values()):
         inside = of["low"] <= of["observed"] <= of["high"]
         ax.plot([of["low"], of["high"]], [row] * 2, color=GREY, lw=5, solid_capstyle="butt")

@@ -12,8 +12,8 @@ TICKS = 200
 
 
 def large(times: int) -> dict[str, Any]:
-    """Return the predator-prey world with `times` the area and animals, so that every part of a tick uses all
-    threads."""
+    """Return the predator-prey world with `times` times the area and the number of animals, so that every
+    part of a tick uses all threads."""
     from ecs_eco.config import load
 
     config = load("predator-prey").resolved()

@@ -27,7 +27,7 @@ for kind in ("births", "deaths", "snapshots"):
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     """Start the given number of processes one after another; return the number that ended with each code, and
-    the error output of those that failed."""
+    the error output of the processes that failed."""
     codes: dict[str, int] = {}
     complaints = []
     for i in range(config["processes"]):

@@ -31,7 +31,7 @@ MEASURES = {
 
 def evaluate(config: Any, policies: dict[str, str], deer: int, ticks: int, seed: int) -> dict[str, float]:
     """Run animals at constant population sizes; return rates per animal per tick after the first 100 ticks,
-    and deer lifetime."""
+    and the deer's lifetime."""
     from ecs_eco import World
     from ecs_eco.config import load
 

@@ -76,8 +76,8 @@ def candidate(seed: int) -> dict[str, float]:
 
 
 def life(living: Any, folder: Path, seed: int, ticks: int) -> tuple[Any, dict[str, list[float]]]:
-    """Run a world to `ticks`, or until at most 50 ticks after deer or wolves go extinct; return it and, for
-    each learner, how far its policy moved in each complete window [nats of KL, then ‖ now]."""
+    """Run a world for `ticks` ticks, or until at most 50 ticks after deer or wolves go extinct; return it
+    and, for each learner, how far its policy moved in each complete window [nats of KL, then ‖ now]."""
     from ecs_eco import World
 
     world = World.from_config(living, seed=seed, policies=str(folder))
@@ -231,7 +231,7 @@ def by_training(cases: Sequence[Result], arm: str, value: Any) -> list[float]:
 
 
 def caught(pair: str) -> Any:
-    """Return the catch per wolf of a pair in the arena; "answer" selects wolves that kept learning there."""
+    """Return a pair's catch per wolf in the arena; "answer" selects wolves that kept learning there."""
     return lambda r: (r["answer"] if pair == "answer" else r["arena"][pair])["caught"]
 
 
@@ -281,7 +281,7 @@ def judged(cases: list[Result], arms: Mapping[str, list[Result]]) -> list[dict[s
 
 
 def told(arms: Mapping[str, list[Result]]) -> list[dict[str, Any]]:
-    """Return the results without a goal: those of the arena, the swaps and the search."""
+    """Return the results without a goal, which come from the arena, the swaps and the search."""
     of = [r for r in arms["both"] if "swaps" in r]
     lines = [
         verdict(

@@ -1,25 +1,25 @@
 """Does a duplicated reflex gene diverge where a second reflex is useful?
 
-Goats walk straight ahead and eat what they touch: green grass feeds, red grass kills, and in the arm `use`,
-yellow grass also kills. Their genomes vary in length. Founders have one copy of a gene whose reflex keeps
-them from eating near red grass; they have no gene for yellow grass, whose promoter differs from red's in one
-letter. A goat thus gains a reflex against yellow through a point mutation of a red gene, at the cost of that
-copy; a goat with two copies keeps one for red. Genes are duplicated and lost at equal rates through mutation
-and, where already duplicated, also through unequal crossover.
+Goats walk straight ahead and eat what they touch: green grass feeds them, red grass kills them, and in the
+arm `use`, yellow grass also kills. Their genomes vary in length. Founders have one copy of a gene whose
+reflex keeps them from eating near red grass; they have no gene for yellow grass, whose promoter differs from
+red's in one letter. A goat thus gains a reflex against yellow through a point mutation of a red gene, at the
+cost of that copy; a goat with two copies keeps one for red. Genes are duplicated and lost at equal rates
+through mutation and, where already duplicated, also through unequal crossover.
 
-Goats also carry two markers without effect, blue and white, with the same lengths and rates and promoters
-that differ in the same letter; founders have one copy of blue and none of white. The markers are the neutral
-control within each run. Births and deaths are the only selection.
+Goats also carry two markers that have no effect, blue and white, with the same lengths and rates and with
+promoters that differ in the same letter; founders have one copy of blue and none of white. The markers are
+the neutral control within each run. Births and deaths are the only selection.
 
 Arms, with the same seeds:
   use            yellow grass kills
-  no use         yellow grass exists, and no goat eats it
-  neutral drift  like `use`, but genes are not expressed: they are inherited, mutate and have no effect
+  no use         yellow grass exists, but no goat eats it
+  neutral drift  like `use`, but genes are not expressed; they are inherited and mutate but have no effect
 
 These hypotheses were written before the final runs (a pilot with seed 91 set the rates). "Doubled" is the
-share of goats with two or more copies of red and yellow together, "diverged" the share with a red and a
-yellow gene that both prevent eating; both are measured for blue and white as well. Values are means over the
-last quarter of a run; differences are paired by seed with a 95% t interval:
+share of goats with two or more copies of red and yellow together, and "diverged" is the share with a red and
+a yellow gene that both prevent eating; both are measured for blue and white as well. Values are means over
+the last quarter of a run; differences are paired by seed with a 95% t interval:
   1. Diverged duplicates are more frequent in `use` than in `no use`.
   2. They are also more frequent in `use` than in `neutral drift`.
   3. Doubled genes are more frequent in `use` than in `no use`.
@@ -183,8 +183,8 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def shares(world: Any) -> dict[str, float]:
-    """Return the shares of living goats with doubled and with diverged genes, and the letters per string; NaN
-    if none are alive."""
+    """Return the shares of living goats with doubled and with diverged genes, and the number of letters per
+    string; NaN if no goats are alive."""
     from ecs_eco.components import Genome
 
     goat = world.tables["goat"]
@@ -206,7 +206,7 @@ def late(entry: dict[str, Any], name: str) -> float:
 
 
 def by_seed(cases: list[dict[str, Any]], arm: str, name: str) -> dict[int, float]:
-    """Return, for each seed, a share's late value in an arm's run, excluding runs in which goats went
+    """Return, for each seed, the value of a share late in an arm's run, excluding runs in which goats went
     extinct."""
     values = {e["case"]["seed"]: late(e, name) for e in cases if e["case"]["arm"] == arm}
     return {seed: value for seed, value in values.items() if np.isfinite(value)}

@@ -5,8 +5,8 @@ A gene is one locus; it blocks the action eat while the goat touches grass of th
 effect. In random initial genomes, a quarter of the goats carry each gene, which is also a neutral gene's
 equilibrium share under mutation alone. A gene's selection coefficient maximizes the likelihood of its path,
 over the same number of ticks in all arms. Each run gives one coefficient; seeds are the replicates. The world
-and settings were tuned on seeds 1 to 10. The whole study is exploratory: the estimate is the third one,
-chosen after we had seen runs.
+and settings were tuned on seeds 1 to 10. The whole study is exploratory: the estimate is the third one that
+we tried, chosen after we had seen runs.
 """
 
 from typing import Any
@@ -220,7 +220,7 @@ def say_no_mutation(results: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def say_neutral(arm: str, results: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Test that a gene without effect is not under selection. A gene shuffled among living goats is still
+    """Test that a gene without an effect is not under selection. A gene shuffled among living goats is still
     selected by death, though not by breeding; this is only reported."""
     intervals = {g: interval(s_of(results, g)) for g in GENES[:3]}
     ends = {

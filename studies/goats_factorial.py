@@ -1,5 +1,5 @@
 """Which reflex genes spread among goats, depending on learning and inheritance: three kinds of inheritance,
-with or without learning, and genes with or without effect.
+with or without learning, and genes with or without an effect.
 
 The hypotheses are in registered/goats_factorial.toml. Inheritance is one of: "none", where a newborn gets a
 random brain; "birth", where its initial weights are genes; "learned", where it copies a parent's current
@@ -19,7 +19,7 @@ from studies.common.study import Study, verdict
 from studies.inheritance import change
 
 REGISTERED = registration("goats_factorial")
-NEWBORN = 10  # ticks of life before learning begins, every 32 ticks
+NEWBORN = 10  # ticks of life before learning, which takes place every 32 ticks
 # the observations shown to a newborn; all other channels are absent
 ASKED = {"touch_yellow": 1.0, "energy": 0.6}
 WITH = [name for name, of in REGISTERED.arms.items() if of["genes"]]

@@ -3,8 +3,8 @@
 During their lives, voles learn to seek what makes them happy, and their genes determine what that is. The
 world prescribes no preferences. Founders' four happiness weights are random; births and deaths select among
 them. Each arm removes one factor: the effect of genes (neutral drift), learning, the voles (so that berries
-evolve without grazers), or the descent of a newborn's genes (shuffled genome). The last is not a null model:
-genes drawn from living voles are survivors' genes, so the arm removes selection by breeding but keeps
+evolve without grazers), or the descent of a newborn's genes (shuffled genome). The last arm is not a null
+model: genes drawn from living voles are survivors' genes, so the arm removes selection by breeding but keeps
 selection by death. Runs with the same seed start with the same genomes and are compared in pairs.
 """
 
@@ -32,7 +32,7 @@ FIGURE = Path(__file__).parent.parent / "docs" / "img" / "happiness_genes.png"
 
 
 class Generations:
-    """Generations since the founders for every organism of a species, by uid."""
+    """The number of generations since the founders, for every organism of a species, by uid."""
 
     def __init__(self, world: Any, species: str) -> None:
         self.table = world.tables[species]
@@ -47,7 +47,7 @@ class Generations:
                 self.of[uid] = 1 + (mother + self.of.get(b, mother)) / 2
 
     def mean(self) -> float | None:
-        """Return the mean over living organisms; None if there are none."""
+        """Return the mean over living organisms; None if no organisms are alive."""
         living = self.table.uid[self.table.rows()].tolist()
         return float(np.mean([self.of[uid] for uid in living])) if living else None
 
@@ -77,7 +77,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def genes(world: Any) -> dict[str, float]:
-    """Return each gene's mean value over living organisms of its species; NaN if none are alive."""
+    """Return each gene's mean value over living organisms of its species; NaN if no organisms are alive."""
     from ecs_eco.components import Genome
 
     out: dict[str, float] = {}
@@ -134,7 +134,7 @@ def late(line: np.ndarray) -> float:
 
 
 def interval(values: list[float]) -> list[float] | None:
-    """Return the mean and 95% t interval over seeds; None for fewer than two."""
+    """Return the mean and 95% t interval over seeds; None for fewer than two seeds."""
     from studies.common.selection import pooled
 
     if len(values) < 2:
@@ -307,7 +307,7 @@ def sizes_of_runs(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def draw(record: dict[str, Any], path: Path) -> None:
-    """Draw mean genes over time: a line for each run, and a thick line for each arm's mean."""
+    """Plot mean genes over time: a line for each run, and a thick line for each arm's mean."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
     from PIL import Image
@@ -352,7 +352,7 @@ def draw(record: dict[str, Any], path: Path) -> None:
                 frameon=False, fontsize=8, loc="upper right" if gene.startswith("berry") else "lower right"
             )
     figure.savefig(path, dpi=100)
-    Image.open(path).convert("RGB").quantize(96).save(path, optimize=True)  # a third of the size
+    Image.open(path).convert("RGB").quantize(96).save(path, optimize=True)  # one third of the size
 
 
 def identity() -> str:

@@ -2,8 +2,8 @@
 weights?
 
 The study runs the goats' world in three ways and counts the goats that live to breed. "none": every newborn
-draws a random network. "birth": the network's initial weights are a gene (three letters each), which crosses
-over and mutates; weights learned during life are lost at death. "learned": a newborn starts with the current
+draws a random network. "birth": the network's initial weights are genes (three letters each), which cross
+over and mutate; weights learned during life are lost at death. "learned": a newborn starts with the current
 weights of one of its parents, drawn at random. The study counts goats born after all founders have died, and
 early enough to complete their lifespan before the run ends.
 """
@@ -77,7 +77,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def shares(result: dict[str, Any]) -> dict[str, float]:
-    """Return the shares of newborns that lived to breeding age and that bred, and the share of those of
+    """Return the shares of newborns that lived to breeding age and that bred, and the share of goats reaching
     breeding age that bred."""
     born, adult = max(1, result["born"]), max(1, result["adult"])
     return dict(
@@ -86,7 +86,8 @@ def shares(result: dict[str, Any]) -> dict[str, float]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return the shares with intervals over runs, and how they differ from the arm with learned weights."""
+    """Return the shares with confidence intervals over runs, and how they differ from the arm with learned
+    weights."""
     from studies.common.selection import pooled
 
     by_way = {way: [e["result"] for e in cases if e["case"]["inherit"] == way] for way in WAYS}

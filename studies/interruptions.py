@@ -173,7 +173,8 @@ def once(
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Interrupt worlds repeatedly by one method; compare the remaining state with an uninterrupted run."""
+    """Interrupt worlds repeatedly by one method; compare the remaining state with that of an uninterrupted
+    run."""
     # shells make background processes ignore Ctrl-C
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:

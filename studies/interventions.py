@@ -1,6 +1,6 @@
 """Do an intervention in a world file and the same intervention in a fork give the same bytes?
 
-Interventions: half the wolves, twice the births, a fence.
+The interventions remove half the wolves, double the deer's birth rate, or build a fence.
 """
 
 import tempfile

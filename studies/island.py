@@ -13,9 +13,10 @@ parameters were tuned by hand on training seeds 1 to 3.
   1. Training takes at most 5 minutes of processor time on one core.
   2. Over 20,000 ticks, all of trees, grass, deer, wolves and ravens persist in at least 8 of 10 world seeds,
      for at least 3 of 4 training seeds.
-  3. Without hills, wolves catch more: deer eaten per wolf per second, ticks 1,000 to 4,000.
-  4. Without scavengers, carcasses contain more of the nitrogen outside the soil, at tick 4,000.
-  5. Without thirst, deer live farther from the lake: mean distance to its shore, ticks 1,000 to 4,000.
+  3. Without hills, wolves catch more: they eat more deer per wolf per second in ticks 1,000 to 4,000.
+  4. Without scavengers, carcasses contain more of the nitrogen outside the soil at tick 4,000.
+  5. Without thirst, deer live farther from the lake: their mean distance to its shore is greater in ticks
+     1,000 to 4,000.
 The differences in hypotheses 3 to 5 are paired by training seed and world seed; the 95% intervals of their
 means treat training seeds and world seeds as replicates.
 """

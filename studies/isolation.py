@@ -1,9 +1,9 @@
 """Does isolation preserve genetic and policy diversity that one panmictic world of the same size loses?
 
-Goats on rich pasture mate; each has its own policy, which continues to learn and is inherited as learned,
-with noise. Each goat has two strings of 16 neutral markers with 16 alleles, without mutation: all alleles
-come from the founders. Population sizes are limited by `max_count`: 24 on an island and 192 in the single
-world, which has the area of eight islands; newborns appear anywhere in their world.
+Goats on rich pasture mate; each has its own policy, which continues to learn and is inherited in its learned
+state, with noise. Each goat has two strings of 16 neutral markers with 16 alleles, without mutation: all
+alleles come from the founders. Population sizes are limited by `max_count`: 24 on an island and 192 in the
+single world, which has the area of eight islands; newborns appear anywhere in their world.
 
 Arms, with the same seeds:
   isolated    8 islands without migration
@@ -12,16 +12,17 @@ Arms, with the same seeds:
   many        as `few`, with probability 0.3
   panmictic   one world with the area and numbers of the eight islands
 
-H_S is the expected heterozygosity within islands and H_T the expected heterozygosity of all goats together,
-both corrected for the number of goats (Nei & Chesser 1983); F_ST = (H_T − H_S)/H_T. In the panmictic arm,
-eight groups drawn by uid replace the islands. For policies, all goats see the same 64 random observations;
-the divergence of two goats is the mean over observations of KL(p‖q) of their actions, in both directions. The
-share between islands is 1 − (divergence within islands) / (divergence of goats from different islands).
+H_S is the expected heterozygosity within islands and H_T is the expected heterozygosity of all goats
+together, both corrected for the number of goats (Nei & Chesser 1983); F_ST = (H_T − H_S)/H_T. In the
+panmictic arm, eight groups drawn by uid replace the islands. For policies, all goats see the same 64 random
+observations; the divergence of two goats is the mean over observations of KL(p‖q) of their actions, in both
+directions. The share between islands is 1 − (divergence within islands) / (divergence of goats from different
+islands).
 
 These hypotheses were written before the final runs; sizes were chosen without a pilot. Values are from the
 end of a run; differences are paired by seed with a 95% t interval:
-  1. H_T is greater in `isolated` than in `panmictic`.
-  2. H_S is less in `isolated` than in `panmictic`.
+  1. H_T is higher in `isolated` than in `panmictic`.
+  2. H_S is lower in `isolated` than in `panmictic`.
   3. F_ST is greater in `isolated` than in `few`, and greater in `few` than in `many`.
   4. F_ST of `few` and of `many` is within a factor of 2 of Wright's 1/(1 + 4 N m) (1931, Genetics 16: 97),
      with the factor (d/(d − 1))² on m for d islands (Takahata 1983, Genetics 104: 497-512). m is the number
@@ -255,8 +256,8 @@ def effective_number(cases: list[dict[str, Any]], sample: int) -> tuple[float, f
 
 
 def expected(number: float, moved: float) -> float:
-    """Return F_ST under Wright's island model for a number of islands and a share of migrants per
-    generation."""
+    """Return F_ST under Wright's island model for a given number of islands and a given fraction of migrants
+    per generation."""
     return 1 / (1 + 4 * number * moved * (ISLANDS / (ISLANDS - 1)) ** 2)
 
 

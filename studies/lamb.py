@@ -2,8 +2,8 @@
 
 The arms vary whether lambs have each reflex and whether they learn. Every lamb has its own brain, which is
 untrained at birth. An arm turns off the sucking reflex, the diving reflex, learning, or the smell of sheep in
-happiness. Survival and causes of death measure the value of each; how lambs breathe and turn, by thirds of
-their childhood, measures what survivors have learned. The replicates are worlds, not lambs.
+happiness. Survival and causes of death measure the value of each factor; how lambs breathe and turn, by
+thirds of their childhood, measures what survivors have learned. The replicates are worlds, not lambs.
 """
 
 import ast
@@ -28,7 +28,7 @@ FEWEST = 10  # minimum number of ticks that a lamb must spend in a state to coun
 
 
 class Watch(System):
-    """An observer that counts, in each third of a run, what every lamb does: the sum and the number of cases,
+    """An observer that records every lamb's behavior in each third of a run: the sum and the number of cases,
     f64[third, measure, 2, lamb]."""
 
     needs = (Nervous, Velocity)
@@ -120,8 +120,8 @@ def nearest_ewe(table: Any, world: Any, rows: np.ndarray) -> tuple[np.ndarray, n
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Run one world; return how many lambs survive to the end, when and why the others died, and the lambs'
-    behavior."""
+    """Run one world; return how many lambs survive to the end, when and why the other lambs died, and the
+    lambs' behavior."""
     from ecs_eco import World
     from ecs_eco.config import load
 
@@ -156,8 +156,8 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return shares of survivors and causes of death by arm, and differences between arms, with intervals
-    over worlds."""
+    """Return shares of survivors and causes of death by arm, and differences between arms, with confidence
+    intervals over worlds."""
     from ecs_eco.analysis.survival import bootstrap_difference
 
     def values(arm: tuple[str, str], of: Any) -> list[float]:

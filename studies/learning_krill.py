@@ -8,9 +8,9 @@ the other; training seeds are the replicates.
               the energy they use, and when they chase
     life      20 days after the first: cosinor of the copepods' mean depth
 
-`learned` arms use the trained policies, `untrained` arms random weights, and `reflex` arms the krill of the
-world diel-migration, for which speed costs less. Training takes about a minute of CPU time, and the trained
-policies are stored; a case takes 3 to 20 s.
+`learned` arms use the trained policies, `untrained` arms use random weights, and `reflex` arms use the krill
+of the world diel-migration, for which speed costs less. Training takes about a minute of CPU time, and the
+trained policies are stored; a case takes 3 to 20 s.
 """
 
 from typing import Any

@@ -1,10 +1,11 @@
 """Loading a file or message never runs code: malicious worlds, checkpoints, manifests, recordings, policies,
 journals, messages to the viewer, land data, and modules in a command's working folder.
 
-Each carries payloads that leave a mark (a file) if they ever run: names of code at every key that accepts
-code, pickles in place of every file, texts that a shell, a template or TeX would run, and addresses that a
-land data reader would request. Each is checked, run, resumed, forked, repeated, reported, drawn, searched,
-trained, compared or watched. In a control, the same payloads are run on purpose and must leave their marks.
+Each input carries payloads that leave a mark (a file) if they ever run: names of code at every key that
+accepts code, pickles in place of every file, texts that a shell, a template or TeX would run, and addresses
+that a land data reader would request. Each input is checked, run, resumed, forked, repeated, reported, drawn,
+searched, trained, compared or watched. In a control, the same payloads are run on purpose and must leave
+their marks.
 """
 
 from typing import Any

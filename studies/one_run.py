@@ -1,5 +1,5 @@
-"""If two processes claim one folder, one gets it and the other is refused or gets a separate folder; files
-from other runs are refused."""
+"""If two processes claim the same folder, one gets it and the other is refused or gets a separate folder;
+files from other runs are refused."""
 
 import json
 import os
@@ -110,7 +110,7 @@ def _start(words: list[str], gate: int, key: int, log: Path) -> int:
         os._exit(code)
 
 
-# --- pairs; each returns the fault ("" if none), and whether the two met during a write
+# --- pairs; each returns the fault ("" if none), and whether the two processes met during a write
 
 
 Pair = Callable[[Path, dict[str, Any], np.random.Generator, dict[int, Any]], tuple[str, bool]]

@@ -23,8 +23,8 @@ STAGES, RUNS, KEPT = ((1000, 1), (2000, 2), (4000, 6)), 6, 0.4
 
 @njit
 def live(p, ticks, seed):
-    """Return the ticks until a level goes extinct, and the smallest population reached, as a share of its
-    level's mean."""
+    """Return the number of ticks until a level goes extinct, and the smallest population reached, as a share
+    of its level's mean."""
     np.random.seed(seed)
     g, d, w = 3000, 500, 60
     low, total = np.array([g, d, w]), np.zeros(3)

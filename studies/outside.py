@@ -4,7 +4,7 @@
 
 The world is examples/grazing.toml, with population sizes held constant. Three learners get 131,072
 transitions each: the built-in PPO; Stable-Baselines3's PPO on slots (examples/rl_slots.py); and single-file
-PPO on PettingZoo's dicts (examples/rl_parallel.py). All have two hidden layers of 64 units and, where
+PPO on PettingZoo's dicts (examples/rl_parallel.py). All three have two hidden layers of 64 units and, where
 applicable, the same settings. A hand-written function (examples/rl_function.py) and random actions serve as
 baselines. `from_torch` loads externally learned policies into the world, where all policies are measured in
 the same way: a deer's energy intake per 100 ticks, over 300 ticks of a world with a different seed. The

@@ -6,8 +6,8 @@ These hypotheses were written before the final run. The task counts as solved if
 100 episodes is at least 475, within 100,000 steps.
 1. With velocities, the built-in network's twin, trained by autograd, needs at most 1.2 times the steps of the
    built-in network (ratio of medians over 5 seeds).
-2. Without velocities (only the positions of cart and pole are observed), a GRU solves the task for at least 4
-   of 5 seeds, and the built-in network for none.
+2. Without velocities (only the positions of the cart and the pole are observed), a GRU solves the task for at
+   least 4 of 5 seeds, and the built-in network for none.
 3. The GRU's best mean return of 100 episodes, as the median over seeds, is 475 or at least that of
    sb3-contrib's recurrent PPO (two seeds, because it is slow), with the same settings and environments in the
    same run.
@@ -59,8 +59,8 @@ ARMS: dict[str, Callable[..., Any] | None] = {
 
 
 def without_velocities(env: Any) -> Any:
-    """Return CartPole with rewards of 1 / DIVISOR and only the positions of cart and pole observed, in units
-    of the limits that end an episode."""
+    """Return CartPole with rewards of 1 / DIVISOR and only the positions of the cart and the pole observed,
+    in units of the limits that end an episode."""
     import gymnasium
     import numpy as np
 

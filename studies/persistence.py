@@ -1,8 +1,8 @@
 """Do grass, deer and wolves persist and cycle under the shipped recipe, for any training seed?
 
-No policy is selected: each is trained from its own seed with the shipped recipe and lives, frozen, in every
-world of the grid; one run lasts more than 50 periods. For learning that continues during life, see
-learning_in_life.py.
+No policy is selected: each policy is trained from its own seed with the shipped recipe and then lives,
+frozen, in every world in the grid; each run lasts more than 50 periods. For learning that continues during
+life, see learning_in_life.py.
 """
 
 from typing import Any

@@ -87,7 +87,7 @@ def run(config: dict, case: dict) -> dict:
 
 
 def summarise(entries: list[dict]) -> dict:
-    """Compare the digests of each world between machines."""
+    """Compare each world's digests across machines."""
     digests: dict = {}
     for entry in entries:
         case = entry["case"]

@@ -2,10 +2,10 @@
 
     python -m studies.ppo_cartpole [--short]
 
-The task counts as solved if the mean return of the last 100 episodes is at least 475. The programs take turns
-in one thread, with the same kind of environments and the same seeds; each learns both with its own settings
-and with the other program's. Speed is environment steps per second of processor time, for training and
-environments together. Cases with Stable-Baselines3 require stable-baselines3.
+The task counts as solved if the mean return of the last 100 episodes is at least 475. The two programs
+alternate in one thread, with the same kind of environment and the same seeds; each learns both with its own
+settings and with the other program's. Speed is environment steps per second of processor time, for training
+and environments together. Cases with Stable-Baselines3 require stable-baselines3.
 """
 
 import os

@@ -1,10 +1,10 @@
 """Why does a world's outcome depend on the training seed, and which training protocol reduces this
 dependence?
 
-Each protocol trains policies from separate seeds; frozen, they live in a world with half the area, which is
-less forgiving than the shipped one: if a policy evades slightly too well, deer strip the grass and wolves
-starve. Besides persistence, the table reports the spread between training seeds in the smallest number of
-wolves, the outcome that fails first.
+Each protocol trains policies from separate seeds; the frozen policies then live in a world with half the
+area, which is less forgiving than the shipped one: if a policy evades slightly too well, deer strip the grass
+and wolves starve. Besides persistence, the table reports the spread between training seeds in the smallest
+number of wolves, the outcome that fails first.
 """
 
 from collections.abc import Sequence

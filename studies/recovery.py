@@ -122,8 +122,8 @@ def widths(found: list[dict[str, Any]], name: str) -> float:
 
 
 def inside(of: dict[str, Any]) -> int:
-    """Return how many measured statistics lie within the range of those of the posterior's runs; lags are
-    taken around the measured lag."""
+    """Return how many measured statistics lie within their range in the posterior's runs; lags are taken
+    around the measured lag."""
     return sum(bool(s["low"] <= s["observed"] <= s["high"]) for s in of["statistics"].values())
 
 

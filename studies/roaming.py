@@ -4,7 +4,7 @@
 
 The world is examples/roaming.toml. These hypotheses were written before the final run (seeds 1-10; results
 for seeds 100-103 were already known):
-1. Deer whose policy was pre-trained from their world's seed with the world's training recipe, and which
+1. Deer whose policy was pre-trained with their world's seed and training recipe, and which
    continue to learn, persist for 6,000 ticks, with never fewer than ten deer, in at least 9 of 10 worlds.
 2. Deer that draw speed and turn uniformly at random go extinct in at least 9 of 10 worlds.
 """
@@ -49,7 +49,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Count the worlds in which deer persisted and those in which they went extinct."""
+    """Count the worlds in which deer persisted and the worlds in which they went extinct."""
     arms = {arm: [c["result"] for c in cases if c["case"]["arm"] == arm] for arm in ("trained", "random")}
     trained, drawn = arms["trained"], arms["random"]
     persist, gone = sum(r["fewest"] >= 10 for r in trained), sum(r["gone at"] is not None for r in drawn)

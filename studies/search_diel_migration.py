@@ -1,11 +1,11 @@
-"""Which seas reward migration, escape and a sense of smell for krill?
+"""Which seas reward migration, escape and the ability to smell krill?
 
 Scripted copepods live in many seas; no policy is trained. A sea is worth training in only if following an
 isolume (a surface of equal light) costs fewer lives, by a given factor, than staying at the surface, at
-mid-depth or in the deep, and if fleeing and avoiding the smell of krill also pay. Each script lives for some
-days in the world file's sea, with parameters drawn at random from the ranges below; population sizes are held
-constant as in training. Deaths are per copepod per day, from krill and hunger combined. A script takes about
-a second.
+mid-depth or in deep water, and if fleeing and avoiding the smell of krill also pay. Each script lives for
+some days in the world file's sea, with parameters drawn at random from the ranges below; population sizes are
+held constant as in training. Deaths are per copepod per day, from krill and hunger combined. A script takes
+about a second.
 """
 
 from typing import Any
@@ -163,8 +163,8 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def score(result: dict[str, Any]) -> float:
-    """Return the best other script's deaths divided by those of the script that follows an isolume, flees and
-    avoids the smell."""
+    """Return the best other script's deaths divided by the deaths of the script that follows an isolume,
+    flees and avoids the smell."""
     scripts = result["found"]
     return min(v["deaths"] for k, v in scripts.items() if k != "isolume") / max(
         scripts["isolume"]["deaths"], 0.02

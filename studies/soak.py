@@ -1,5 +1,5 @@
-"""A small world runs a million ticks; memory, ledger, ids and speed at the end are compared with those at the
-start."""
+"""A small world runs a million ticks; memory, ledger, ids and speed at the end are compared with their values
+at the start."""
 
 import gc
 import resource
@@ -59,7 +59,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
         folder = Folder(Path(place) / "run", world)
         folder.path.mkdir()
         Recorder(world, folder.sink)
-        world.run(block)  # time to compile and for buffers to reach full size
+        world.run(block)  # time for kernels to compile and for buffers to reach full size
         for done in range(block, ticks, block):
             start = time.perf_counter()
             world.run(min(block, ticks - done))

@@ -49,12 +49,12 @@ def world(
 
 
 def lived(seconds: float, made: Any) -> Any:
-    """Return the world after a time."""
+    """Return the world after a given time [s]."""
     return made.run(round(seconds / made.dt))
 
 
 def flow(made: Any, column: str, after: float = 0.0) -> float:
-    """Return a series column's sum after a time [s]."""
+    """Return the sum of a series column from a given time [s] on."""
     series = made.series().to_pandas()
     return float(series.loc[series.tick >= after / made.dt, column].sum()) if column in series else 0.0
 
@@ -65,7 +65,7 @@ RICH = {"energy": 0.0, "energy_max": 1e4}
 
 
 def meals(dt: float, seed: int) -> float:
-    """Return the meals per second of an animal that moves straight ahead."""
+    """Return how many meals per second an animal eats while moving straight ahead."""
     diet = [{"eats": "food", "reach": 0.2, "gain": 1.0}]
     made = lived(
         60, world(dt, seed, GO | {"count": 30, "metabolism": RICH, "diet": diet}, objects={"food": FOOD})
@@ -172,7 +172,8 @@ def burnt_sugar(dt: float, seed: int) -> float:
 
 
 def walk(dt: float, seed: int) -> float:
-    """Return the distance [m] after 32 s of animals that turn at random and move straight in between."""
+    """Return the root-mean-square displacement [m] after 32 s of animals that move straight between random
+    turns."""
     from ecs_eco.components import Position
 
     one = {
@@ -193,7 +194,7 @@ def walk(dt: float, seed: int) -> float:
 
 
 def circle(dt: float, seed: int) -> float:
-    """Return the diameter [m] of the circle of an animal that turns constantly."""
+    """Return the diameter [m] of the circle traced by an animal that turns constantly."""
     from ecs_eco.components import Position
 
     made = world(
@@ -217,7 +218,7 @@ def circle(dt: float, seed: int) -> float:
 
 
 def value(made: Any, component: str, field: str) -> float:
-    """Return a value of the sole organism."""
+    """Return a field's value for the only organism."""
     from ecs_eco import components
 
     return float(made.table("one").field(getattr(components, component), field)[0])

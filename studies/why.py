@@ -2,10 +2,10 @@
 
 The study stages five kinds of disaster, as well as healthy worlds, each many times at random. A world's label
 is the change made to it (studies/common/disasters.py). A world is redrawn if the intended event did not
-happen: the target species of a disaster survived, or an animal species in a healthy world fell below 5. The
-limits in ecs_eco.analysis.why were chosen on variants with different seeds (1000 to 1007 and 2000 to 2007),
-for all of which they finally gave the right answer; test seeds were examined only after the limits were
-fixed.
+happen: the target species of a disaster survived, or an animal species in a healthy world fell below 5
+individuals. The limits in ecs_eco.analysis.why were chosen on variants with different seeds (1000 to 1007 and
+2000 to 2007), for all of which they finally gave the right answer; test seeds were examined only after the
+limits were fixed.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Pages of the Python API: the names on each page, and their entries. Used by tools/site_pages.py.
 
-Every function or class named here appears on its page, whatever its docstring. A method appears on its
+Every function or class named here appears on its page, regardless of its docstring. A method appears on its
 class's page if its docstring has a section (Parameters, Returns, Examples …); methods with one-line
 docstrings are internal.
 """
@@ -122,7 +122,7 @@ API: dict[str, tuple[str, str, tuple[str, ...]]] = {  # page: (title, opening, n
         ("ecs_eco.testing:*",),
     ),
 }
-ANALYSIS = (  # modules; after a colon, the names, if the module itself defines no public ones
+ANALYSIS = (  # modules; after a colon, the names, if the module itself defines no public names
     "why:write_why,explain",
     "report:write_report",
     "nervous_figure:draw_nervous_system,save",

@@ -1,4 +1,4 @@
-"""Measure the package's size: lines, files that a feature touches, kernel arguments, calls in a build.
+"""Measure the package's size: lines, files that a feature touches, kernel arguments, and calls in a build.
 
     python tools/budget.py [--write]
 
@@ -162,7 +162,7 @@ def limits() -> dict[str, dict[str, int]]:
 
 
 def rows() -> Iterator[tuple[str, str, int, int | None]]:
-    """Yield table, name, current number, and limit."""
+    """Yield each number's table, name, current value and limit."""
     kept = limits() if LIMITS.is_file() else {}
     for table, numbers in measure().items():
         for name, number in numbers.items():

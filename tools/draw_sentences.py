@@ -38,7 +38,7 @@ def sentences() -> Iterator[tuple[str, str, str]]:
 
 
 def main() -> None:
-    """Print the drawn sentences as JSON lines: number, location, kind, sentence."""
+    """Print the drawn sentences as JSON lines: number, location, kind and sentence."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--count", type=int, default=150)

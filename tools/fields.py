@@ -48,8 +48,8 @@ def number(place: str) -> str:
 
 
 def value(study: str, begins: str, key: str = "value", other: str = "") -> str:
-    """Return the value, the goal or the words for the outcome from the only line of a study with this
-    beginning."""
+    """Return the value, the goal or the words for the outcome from the only line of a study that begins with
+    these words."""
     record = read_result(RESULTS, study)
     lines = {line["statement"]: line for line in record["verdicts"]}
     found = [line for statement, line in lines.items() if statement.startswith(begins)]

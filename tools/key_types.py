@@ -14,7 +14,7 @@ from pydantic_core import PydanticUndefined
 from ecs_eco.inputs.section import Function, Section
 
 WORDS = {float: "number", int: "integer", bool: "boolean", str: "text"}
-LARGEST = 1e6  # larger limits only keep numbers finite or lists within memory
+LARGEST = 1e6  # larger limits exist only to keep numbers finite or lists within memory
 Metadata = tuple[Any, ...]
 
 
@@ -54,7 +54,7 @@ def _union(parts: tuple[Any, ...], metadata: Metadata, links: Mapping[type[Secti
 
 
 def range_of(kind: Any, metadata: Metadata) -> str:
-    """Return a type's valid values: choices, limits, list lengths."""
+    """Return a type's valid values: choices, limits and list lengths."""
     origin, parts = typing.get_origin(kind), typing.get_args(kind)
     if origin is typing.Annotated:
         return range_of(parts[0], parts[1:])
@@ -96,7 +96,7 @@ def _length(metadata: Metadata) -> str:
 
 
 def _flat(metadata: Metadata) -> list[Any]:
-    """Return a type's limits, including those wrapped by pydantic."""
+    """Return a type's limits, including limits wrapped by pydantic."""
     return [inner for m in metadata for inner in getattr(m, "metadata", (m,))]
 
 

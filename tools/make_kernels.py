@@ -2,7 +2,7 @@
 
     python tools/make_kernels.py [--check]
 
-At the first start, a second process compiles the kernels on this list, so a slightly outdated list only costs
+At the first start, a second process compiles the kernels on this list, so a slightly outdated list costs only
 a little time. `--check` therefore tests whether its lines are readable and most of its kernels exist.
 """
 
@@ -34,7 +34,7 @@ print(json.dumps([(f"{k.py_func.__module__}:{k.py_func.__qualname__}", signature
 
 
 def calls(world: str) -> list[tuple[str, str]]:
-    """Return (function, types) of a world's kernels in order of first call, from a separate process."""
+    """Return (function, types) for a world's kernels, in order of first call, from a separate process."""
     done = subprocess.run(
         [sys.executable, "-c", CALLS, world, str(TICKS)], capture_output=True, text=True, check=True
     )

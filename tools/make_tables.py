@@ -129,8 +129,8 @@ def table(rows: list[dict[str, Any]]) -> str:
 
 
 def script(name: str) -> str:
-    """Return the script that wrote a result: of those whose names begin the result's name, the one with the
-    longest name."""
+    """Return the script that wrote a result: the script with the longest name that begins the result's
+    name."""
     return max((p.stem for p in BENCHMARKS.glob("*.py") if name.startswith(p.stem)), key=len)
 
 

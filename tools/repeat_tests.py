@@ -66,7 +66,8 @@ def busy(wanted: bool) -> Iterator[None]:
 
 
 def once(path: str, spinning: bool, log: Path) -> dict[str, Any]:
-    """Run the command with only two variables, PATH and HOME (an empty folder); write its output to `log`."""
+    """Run the command with only two environment variables, PATH and HOME (an empty folder); write its output
+    to `log`."""
     loads, done, start = [os.getloadavg()[0]], threading.Event(), time.monotonic()
 
     def look() -> None:
@@ -102,7 +103,7 @@ def once(path: str, spinning: bool, log: Path) -> dict[str, Any]:
 
 
 def main() -> int:
-    """Run and store; return the number of failed runs."""
+    """Run the tests and store the outcomes; return the number of failed runs."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--runs", type=int, default=5)
     parser.add_argument("--busy", action="store_true")

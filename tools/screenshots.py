@@ -208,7 +208,8 @@ def _run(shot: Shot, out: str) -> None:
 
 
 def small(png: bytes) -> bytes:
-    """Return a picture of at most about `LARGEST` bytes, with 255 colors if full color needs more."""
+    """Return a picture of at most about `LARGEST` bytes, reduced to 255 colors if it would be larger in full
+    color."""
     from PIL import Image
 
     picture, out = Image.open(io.BytesIO(png)).convert("RGB"), io.BytesIO()

@@ -145,7 +145,7 @@ def counted(record: dict[str, Any]) -> str:
 
 
 def stale(record: dict[str, Any]) -> bool:
-    """Return whether a result's configuration differs from its study's current one."""
+    """Return whether a result's configuration differs from its study's current configuration."""
     study = study_of(record["name"])
     return study is not None and bool(study.whole_config_hash() != record["config_hash"])
 

@@ -99,7 +99,7 @@ def die_out(page: Any, name: str) -> None:
 
 
 def one(page: Any) -> None:
-    """Run one tick with a separate frame, so that marks show the last ticks."""
+    """Run one tick with a separate frame, so that the marks show the latest ticks."""
     goal = page.evaluate("ecs.tick") + 1
     page.keyboard.press("Period")
     until(page, f"ecs.tick === {goal} && ecs.still", 600)

@@ -30,8 +30,8 @@ OLD = ("too old", "old age", "age too high")
 
 
 def web(seed: int, label: str) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return a labeled world, as a dict for `ecs_eco.config.load`, and its random draws: names, web,
-    factors."""
+    """Return a labeled world, as a dict for `ecs_eco.config.load`, and its random draws: the names, the web
+    and the factors."""
     rng = np.random.default_rng([seed, CLASSES.index(label)])
     plant, grazer, predator, other = WEBS[int(rng.integers(1, len(WEBS))) if rng.random() < 0.7 else 0]
     levels = 3 if label in ("predators too good", "predators too few") or rng.random() < 0.6 else 2
@@ -54,7 +54,7 @@ def web(seed: int, label: str) -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 def about(rng: np.random.Generator, value: float, spread: float = 0.15) -> float:
-    """Return a random value within the given factor of this value."""
+    """Return a random value within a given factor of another value."""
     return float(value * np.exp(rng.normal(0, spread)))
 
 

@@ -121,7 +121,8 @@ def carriers(lineage: Any, every: int) -> dict[str, Any]:
 
 
 def mean_generation(lineage: Any, species: str, every: int) -> np.ndarray:
-    """Return the mean generation of a species' living animals at each sample: f64, NaN if none are alive."""
+    """Return the mean generation of a species' living animals at each sample: f64, NaN if no animals are
+    alive."""
     mask, ticks = lineage.species == species, lineage.samples(every)
     n = lineage.living_sums(ticks, mask=mask)
     return lineage.living_sums(ticks, lineage.generation(), mask) / np.where(n, n, np.nan)

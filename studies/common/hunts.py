@@ -1,4 +1,4 @@
-"""Wolves approach deer with hand-written policies, which walk or run away from a visible wolf."""
+"""Wolves approach deer whose hand-written policies make them walk or run away from a visible wolf."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ def chase(x: np.ndarray, uid: np.ndarray) -> np.ndarray:
 
 
 def approaches(changes: Mapping[str, Any], deer: str, seed: int, side: int, ticks: int) -> dict[str, float]:
-    """In a modified predator-prey world, send a wolf at each of side² deer that act by a function in this
-    module, with all pairs far apart. Return the share of deer alive after the given number of ticks and the
-    mean happiness: energy, or −1 for dead deer."""
+    """In a modified predator-prey world, send a wolf at each of side² deer that act according to a function
+    in this module, with all pairs placed far apart. Return the share of deer alive after the given number of
+    ticks and the mean happiness, which is energy for living deer and −1 for dead deer."""
     from ecs_eco import World
     from ecs_eco.components import Metabolism
     from ecs_eco.config import load

@@ -1,4 +1,4 @@
-"""The package's kernels, and those that have run in this process."""
+"""The package's kernels, and the kernels that have run in this process."""
 
 from __future__ import annotations
 

@@ -14,9 +14,9 @@ SUBSTANCES = ("sugar", "gas", "salt")
 
 
 def furthest_off(world: Any) -> dict[str, float]:
-    """Return the largest ledger error of a world's recorder, as a share of the stock: for energy, a species'
-    largest stock; for matter, the stock of a holder and substance; for flows between holders, the world's
-    stock of a substance."""
+    """Return the largest ledger error of a world's recorder, as a share of the stock, which is a species'
+    largest stock for energy, the stock of a holder and substance for matter, and the world's stock of a
+    substance for flows between holders."""
     series = {name: np.array(values) for name, values in world.series().to_pydict().items()}
     off = {"energy": _share(series, ledger.LEDGER, ledger.imbalance(series), (len(world.recorder.names),))}
     if world.matter is None:
@@ -44,7 +44,7 @@ def _relative(off: np.ndarray, stock: np.ndarray) -> float:
 
 
 def drawn(seed: int) -> dict[str, Any]:
-    """Return a small random world, in which matter moves in every way that a world file supports."""
+    """Return a small random world, in which matter moves by every mechanism that a world file supports."""
     rng = np.random.default_rng(seed)
     volume = bool(rng.random() < 0.3)
     size = [12.0, 10.0, 8.0] if volume else [12.0, 10.0]

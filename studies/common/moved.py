@@ -18,7 +18,7 @@ def log_chances(logits: np.ndarray, groups: Sequence[int]) -> np.ndarray:
 
 def divergence(before: np.ndarray, after: np.ndarray, groups: Sequence[int]) -> float:
     """Return the mean over observations of KL(before ‖ after) [nats], summed over the independently drawn
-    groups of actions; NaN without observations."""
+    groups of actions; NaN if there are no observations."""
     if not len(before):
         return float("nan")
     p, q = log_chances(before, groups), log_chances(after, groups)
@@ -35,7 +35,7 @@ class Policies:
 
     def moved(self) -> dict[str, float | None]:
         """Return, for each species, KL(then ‖ now) [nats] on the current observations of living animals; None
-        if there are none."""
+        if no animals are alive."""
         return {name: self._moved(name, module) for name, module in self.modules.items()}
 
     def _moved(self, name: str, module: Any) -> float | None:
@@ -55,8 +55,8 @@ class Policies:
 
 class Crowd:
     """A snapshot of up to `most` individual policies per species, whose mean option probabilities are
-    compared with those of as many later policies. Because the later sample contains different animals, the
-    mean moves a little even without learning."""
+    compared with the probabilities of as many later policies. Because the later sample contains different
+    animals, the mean moves a little even without learning."""
 
     def __init__(self, world: Any, species: Sequence[str], most: int = 40) -> None:
         self.world, self.species, self.most = world, tuple(species), most

@@ -11,7 +11,7 @@ from typing import Any
 
 
 def trained(config: Any, seed: int, ticks: int | None = None) -> Path:
-    """Train a seed's policies, or reuse those of an earlier case; return their folder of
+    """Train a seed's policies, or reuse the policies of an earlier case; return their folder of
     <species>.safetensors files.
 
     Stored policies are keyed by configuration, seed, length and ecs_eco source code, so they are never stale.

@@ -32,8 +32,8 @@ def identity(policies: bool = True) -> dict[str, str | None]:
 def live(
     config: Any, seed: int, policies: Any, ticks: int, learn: bool | None = None, chunk: int = 250
 ) -> Any:
-    """Run a world to `ticks` or until deer or wolves go extinct (checked every `chunk` ticks); learning
-    species have a constant learning rate."""
+    """Run a world for `ticks` ticks or until deer or wolves go extinct (checked every `chunk` ticks); species
+    that learn have a constant learning rate."""
     from ecs_eco import World
     from ecs_eco.config.loading import changed
 

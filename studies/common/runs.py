@@ -1,5 +1,5 @@
 """Code shared by studies of recorded runs: small versions of worlds, and a run folder's content regardless of
-how parts divide it."""
+how it is divided into parts."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ def small(name: str, share: float = 0.25, kind: str | None = None) -> dict[str, 
 
 
 def content(folder: Path) -> str:
-    """Return a hash of everything a run recorded: rows and columns of each kind in order, however parts
-    divide them."""
+    """Return a hash of everything a run recorded: rows and columns of each kind in order, however they are
+    divided into parts."""
     from ecs_eco.record.parquet import read_parts
 
     digest = hashlib.sha256()

@@ -19,7 +19,7 @@ FAST = 1.4  # [m/s] speed of chasing krill and of objects that approach copepods
 KRILL, AIM, UPPER = 16, 4.0, (22.0, 29.0)
 CONTACT = 0.5  # [m] between the centers of a copepod and a krill-sized object in contact
 REACH, AFTER = 2.0, 6  # [m] distance of an encounter; [ticks] after which a living copepod has survived it
-PLUMES, NEAR, FAR = 12, 0.3, 4.0  # number at a time; [m] range of distances at which copepods are counted
+PLUMES, NEAR, FAR = 12, 0.3, 4.0  # plumes at a time; [m] range of distances at which copepods are counted
 # [ticks] that a plume stays in place, and initial ticks in which moves are not counted
 STAY, SPREAD = 12, 2
 
@@ -74,10 +74,10 @@ def approach(build: Any, kind: str, ticks: int = 300) -> dict[str, Any]:
     """Measure how copepods in the dark respond when something the size of a krill approaches them head-on at
     chasing speed.
 
-    `build(changes)` returns a world. `kind` is "swimming" for krill that hunt by reflex and here see 4 m in
-    the dark; "drifting" for krill that the experimenter moves, which smell like other krill but do not swim;
-    or "object" for an odorless object that moves the same way. None of them eat; all are moved to new
-    positions every 20 ticks.
+    `build(changes)` returns a world. `kind` is "swimming" for krill that hunt by reflex and, in this measure,
+    see 4 m in the dark; "drifting" for krill that the experimenter moves, which smell like other krill but do
+    not swim; or "object" for an odorless object that moves the same way. The krill and objects do not eat;
+    all of them are moved to new positions every 20 ticks.
     """
     changes: dict[str, Any] = {
         "ambient.light": 0.0,

@@ -1,4 +1,4 @@
-"""Training seed × world seed: for each arm of a protocol, every policy of the grid lives in every world of
+"""Training seed × world seed: for each arm of a protocol, every policy in the grid lives in every world in
 the grid.
 
     STUDY = crossed_study("persistence", "…", arms={"shipped": {}, "in life": {"life": {…}, "learn": True}},
@@ -135,8 +135,8 @@ def live(
     learn: bool | None,
     begin: Callable[[Any], object] = lambda world: None,
 ) -> Any:
-    """Run a world to `ticks` or until a consumer goes extinct for good, which is checked every CHUNK ticks.
-    `begin` is called with the world before its first tick."""
+    """Run a world for `ticks` ticks or until a consumer goes extinct for good, which is checked every CHUNK
+    ticks. `begin` is called with the world before its first tick."""
     from ecs_eco import World
     from ecs_eco.analysis.cycles import consumers
 
@@ -149,8 +149,8 @@ def live(
 
 
 def record(world: Any, config: Any) -> dict[str, Any]:
-    """Return a cell's stored result: which species persisted, when and why the others went extinct, numbers,
-    deaths, and cycles."""
+    """Return a cell's stored result: which species persisted, when and why the other species went extinct,
+    population sizes, deaths, and cycles."""
     from dataclasses import asdict
 
     from ecs_eco.analysis.cycles import consumers, cycle_statistics

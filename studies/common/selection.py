@@ -59,11 +59,12 @@ def selection_coefficient(
 ) -> float:
     """Return a gene's selection coefficient per generation against a neutral reference.
 
-    It is the least-squares slope over `generation` [samples] of logit(p_gene) − logit(p_reference), with p
-    from the counts `carriers` and `reference` among `n` living organisms and `pseudo` added to carriers and
-    non-carriers. A gene with relative fitness 1 + s gains ln(1 + s) in logit(p) per generation (Crow and
-    Kimura 1970, chapter 5) if reproduction is asexual or genes are inherited independently. Samples without
-    living organisms are omitted; the result is NaN for fewer than two different generations.
+    It is the least-squares slope over `generation` [samples] of logit(p_gene) − logit(p_reference), where p
+    is computed from the counts `carriers` and `reference` among `n` living organisms, with `pseudo` added to
+    the numbers of carriers and non-carriers. A gene with relative fitness 1 + s gains ln(1 + s) in logit(p)
+    per generation (Crow and Kimura 1970, chapter 5) if reproduction is asexual or genes are inherited
+    independently. Samples without living organisms are omitted; the result is NaN for fewer than two distinct
+    generations.
     """
     k, r, n, x = (np.asarray(v, float) for v in (carriers, reference, n, generation))
     _same(carriers=k, reference=r, n=n, generation=x)
@@ -81,10 +82,10 @@ def selection_coefficient(
 def path_coefficient(
     carriers: Numbers, n: Numbers, generation: Numbers, mutation: float = 0.0, share: float = 0.25
 ) -> float:
-    """Return a gene's selection coefficient per generation, from the likelihood of its path.
+    """Return a gene's selection coefficient per generation, estimated from the likelihood of its path.
 
     It is sum (dp − m (q − p) dt) / sum p (1 − p) dt over samples, where m is the mutation rate per letter and
-    q the share of mutated letters that become the gene. In the diffusion limit of the Wright–Fisher model,
+    q is the share of mutated letters that become the gene. In the diffusion limit of the Wright–Fisher model,
     where dp = (s p (1 − p) + m (q − p)) dt + noise of variance p (1 − p) dt / N (Crow and Kimura 1970,
     chapter 8), this s maximizes the likelihood for any constant N. Each sample has weight p (1 − p), so a
     lost or fixed gene adds no information and the estimate does not depend on how long the run continues
@@ -175,7 +176,7 @@ def reappearances(carriers: Numbers) -> int:
 def deaths_by_age(
     lineage: Lineage, cause: str | None, edges: Numbers, species: str | None = None, level: float = 0.95
 ) -> AgeRates:
-    """Return deaths from a cause (None: any cause) per organism and second of life, by age class [s].
+    """Return deaths from a cause (None: any cause) per organism per second of life, by age class [s].
 
     Each organism contributes time to every age class that it lived through; organisms alive at the end are
     censored. An organism that dies at the edge between two classes counts in the younger one. Intervals are
@@ -198,7 +199,7 @@ def deaths_by_age(
 
 
 def poisson_interval(count: np.ndarray, level: float = 0.95) -> tuple[np.ndarray, np.ndarray]:
-    """Return the exact interval of the mean of a Poisson count (Garwood 1936)."""
+    """Return the exact interval for the mean of a Poisson count (Garwood 1936)."""
     k = np.asarray(count, float)
     low = np.where(k > 0, chi2.ppf((1 - level) / 2, np.maximum(2 * k, 1)) / 2, 0.0)
     return low, chi2.ppf((1 + level) / 2, 2 * k + 2) / 2

@@ -43,7 +43,7 @@ def signature(prey: np.ndarray, predator: np.ndarray) -> Signature:
 
 
 def windows(prey: np.ndarray, predator: np.ndarray, samples: int, per_period: float) -> list[Signature]:
-    """Return the cycle in consecutive windows of a long pair of series f[ticks].
+    """Return the cycle for consecutive windows of a long pair of series f[ticks].
 
     Each window is sampled like a short series: it has `samples` numbers, `per_period` of them in each period
     of the long series. Windows in which a species is absent throughout are omitted.

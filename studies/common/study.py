@@ -11,8 +11,8 @@ A script states a claim and how to test it:
 
 `run(config, case) -> dict` computes one case. `summarise(cases)` returns the verdicts: a list of verdict(…),
 or a dict that also has "table" ({"head": […], "rows": [[…], …]}). `python -m studies.cycles` writes
-studies/results/cycles.json; you can stop it at any moment, and the next call resumes. `--short` is for CI: a
-few small cases, written to a separate file.
+studies/results/cycles.json; you can stop it at any moment, and the next call resumes the study. `--short` is
+for CI: a few small cases, written to a separate file.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ class Study:
     summarise: Callable[[list[dict[str, Any]]], dict[str, Any] | list[dict[str, Any]]]
     short_cases: Sequence[Case] = field(default_factory=list)  # default: the first two cases
     short_config: dict[str, Any] = field(default_factory=dict)  # differences from config
-    # the entries of config that a case depends on; default: all
+    # the entries in config that a case depends on; default: all
     depends: Callable[[dict[str, Any], Case], Any] | None = None
     registered: Registration | None = None  # the registration, written before the first run
 
@@ -257,7 +257,7 @@ def _key(case: Case) -> str:
 
 
 def _kept(paths: Sequence[Path], hashes: Mapping[str, str]) -> dict[str, dict[str, Any]]:
-    """Return finished cases of earlier runs, by key, if they are still wanted and their hash is unchanged."""
+    """Return finished cases of earlier runs, by key, if they are still needed and their hash is unchanged."""
     entries: dict[str, dict[str, Any]] = {}
     for path in paths:
         if path.is_file():

@@ -1,5 +1,5 @@
-"""Statistics over training seeds: means over world seeds, intervals, contrasts, shares of runs, and how to
-print them."""
+"""Statistics over training seeds: means over world seeds, intervals, contrasts, shares of runs, and their
+formatting as text."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any

@@ -1,5 +1,5 @@
-"""Wild states: what happens when numbers in a small world are replaced by extreme values, through the
-validation gate or behind it."""
+"""Wild states: what happens when numbers in a small world are replaced by extreme values, either through the
+validation gate or by bypassing it."""
 
 from __future__ import annotations
 
@@ -22,7 +22,10 @@ from studies.common.wild_kernels import call_others
 
 TICKS = 2  # [ticks] to run after the numbers change
 FEW, HORIZON, HIDDEN = 9, 3, 8  # organisms per species, ticks per rollout, units per layer
-FLOCKS = {"flock": ("ripe",), "choosy-flock": ("ripe", "young", "span")}  # and the missing genes
+FLOCKS = {
+    "flock": ("ripe",),
+    "choosy-flock": ("ripe", "young", "span"),
+}  # each with the genes removed from it
 WAYS = ("columns", "spawn", "within a tick", "checkpoint")
 PHASES = (
     "environment",
@@ -130,7 +133,7 @@ def _flock(source: str) -> dict[str, Any]:
 
 
 def warm(source: str) -> None:
-    """Compile all kernels that a world calls in this process, so that child processes inherit them."""
+    """In this process, compile all kernels that a world calls, so that child processes inherit them."""
     world, chance = fresh(source).run(HORIZON + TICKS), random.Random(0)
     with np.errstate(all="ignore"):
         call_others(world, chance, _odd(world, chance))
@@ -175,7 +178,7 @@ def _world(source: str) -> Any:
 
 
 def way_of(seed: int) -> str:
-    """Return the path by which a state's numbers enter."""
+    """Return the path by which a state's numbers enter the world."""
     return WAYS[(0, 1, 2, 2, 2, 3)[seed % 6]]
 
 

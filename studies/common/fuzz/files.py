@@ -157,7 +157,7 @@ class _Checkpoints(_Judge):
 
     def _without(self, damaged: Path, message: str, seed: int) -> dict[str, Any]:
         """Check that readers use the checkpoint before the damaged one and, in some trials, that the resumed
-        run ends in the same state."""
+        run ends in the same state as the intact run."""
         from ecs_eco.engine.errors import CheckpointError
         from ecs_eco.record import checkpoint
 
@@ -274,7 +274,7 @@ def _equal(a: Any, b: Any) -> bool:
 
 
 def _command(*words: str) -> str:
-    """Return the fault in a command's exit; "" if it succeeds or ends with a clear error."""
+    """Return what is wrong with how a command exited; "" if it succeeded or ended with a clear error."""
     from typer.testing import CliRunner
 
     from ecs_eco.cli.app import app

@@ -1,4 +1,4 @@
-"""Worlds to start from, as text, and as parsed data with few organisms of each species."""
+"""Worlds to start from, both as text and as parsed data with few organisms of each species."""
 
 from __future__ import annotations
 

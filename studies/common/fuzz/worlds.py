@@ -1,4 +1,4 @@
-"""The outcome for one mutated world file: refused, run for some ticks, or a failure."""
+"""The outcome for one mutated world file: refused, run for some ticks, or failed."""
 
 from __future__ import annotations
 

@@ -202,8 +202,8 @@ def controls(ground: Ground) -> list[dict[str, Any]]:
 
 
 def imported(ground: Ground) -> dict[str, Any]:
-    """Return modules loaded by a process that checked a world with code: those not loaded for a harmless
-    world, and those of unknown origin."""
+    """Return modules loaded by a process that checked a world with code: modules not loaded for a harmless
+    world, and modules of unknown origin."""
     from importlib.metadata import packages_distributions
 
     modules = {}
