@@ -21,7 +21,7 @@ HEAD = """# The paper's definitions and their tests
 
 <!-- Written by tools/make_definitions.py from marks in the tests: change those, not this page. -->
 
-After reading this page you know which clauses of the paper *The Ecosystem Path to AGI* are implemented and where
+After reading this page, you know which clauses of the paper *The Ecosystem Path to AGI* are implemented and where
 they are tested: Definitions 1 to 4, and its text on decisions and learning, in our words. The tests are marked
 `@pytest.mark.definition("CLAUSE")`; the table links to their files and gives the number of tests. The last column
 lists what is not implemented yet.
