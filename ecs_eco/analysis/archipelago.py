@@ -83,7 +83,8 @@ def load_islands(folder: Path | str) -> Islands:
 
 
 def _until(series: Series, tick: int) -> Series:
-    """Return the part of a series before a tick. In an interrupted run, an island may be ahead of the others."""
+    """Return the part of a series before a tick. In an interrupted run, an island may be ahead of other
+    islands."""
     before = series.ticks < tick
     columns = {name: column[before] for name, column in series.columns.items()}
     return Series(series.ticks[before], series.species, columns, series.manifest)

@@ -49,7 +49,7 @@ def compare(
     Parameters
     ----------
     arms : Mapping of str to sequence
-        The runs of each arm, one per seed: folders, tables of series or `Series`.
+        The runs of each arm, one per seed: folders, tables of series or `Series` objects.
     out : str or Path, optional
         Folder for compare.json, compare.html and figures/.
     species : sequence of str, optional
@@ -245,7 +245,8 @@ def _arm(
 
 
 def _depths(table: Sequence[Sequence[Series]], species: str) -> dict[str, Any]:
-    """Return the daily cycle of mean depth, averaged over runs in rows of training seeds; empty without one."""
+    """Return the daily cycle of mean depth, averaged over runs in rows of training seeds; empty if there is
+    no daily cycle."""
     if species not in swimmers(table[0][0]):
         return {}
     cycles = [[depth_cycle(run, species) for run in row] for row in table]

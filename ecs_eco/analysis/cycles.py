@@ -111,7 +111,7 @@ def cycle_statistics(
     run : str, Path, pyarrow.Table, Mapping or Series
         Anything that `load_series` accepts.
     species : sequence of str, optional
-        Species from producers upwards; default: all.
+        Species, from producers upward; default: all.
     skip : float, default 0.1
         Fraction of the run to skip at the start.
     n_boot : int, default 499

@@ -21,7 +21,8 @@ from ecs_eco.analysis.tracks import (
     v_test,
 )
 
-# distance that counts as an approach [m], time without one before it [ticks], time shown around it [ticks]
+# distance that counts as an approach [m], time without an approach before it [ticks], time shown around it
+# [ticks]
 WITHIN, REST, AROUND = 1.5, 5, 5
 
 

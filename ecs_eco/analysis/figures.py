@@ -140,7 +140,8 @@ def phase(series: Series, pairs: Sequence[tuple[str, str]]) -> Figure:
 
 @styled
 def spectra(peaks: Mapping[str, Peak], hue: Mapping[str, str] | None = None) -> Figure:
-    """Draw each species' spectrum, the fitted red noise, and the level that the noise exceeds 1 time in 20."""
+    """Draw each species' spectrum, the fitted red noise, and the level that the noise exceeds in 1 of 20
+    cases."""
     figure, axes = panels(1, len(peaks), 3.5 * len(peaks) + 0.6, 3.4)
     hue = hue or colors(list(peaks))
     for ax, (s, peak) in zip(axes[0], peaks.items(), strict=True):
@@ -171,7 +172,8 @@ def lags(
     period: float,
     surrogates: Mapping[str, Surrogates] | None = None,
 ) -> Figure:
-    """Draw the cross-correlation of each pair ("a→b") within ± one period, with any band of cross-seed pairs."""
+    """Draw the cross-correlation of each pair ("a→b") within ± one period, with the band of cross-seed pairs,
+    if any."""
     figure, axes = panels(1, len(pairs), 3.6 * len(pairs) + 0.6, 3.2, sharey=True)
     for ax, (a, b) in zip(axes[0], pairs, strict=True):
         band = (surrogates or {}).get(f"{a}→{b}")

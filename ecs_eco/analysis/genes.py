@@ -27,7 +27,8 @@ SAMPLES = 400  # approximate maximum per run
 class Course:
     """The distribution of a gene with many values among living organisms over time: at `ticks` i64[samples],
     their number `n`, the `mean` and standard deviation `sd` of their values f64[samples], and the fraction
-    (`share`) with a value between adjacent `edges` f64[bins + 1], f64[samples, bins]; NaN if there are none."""
+    (`share`) with a value between adjacent `edges` f64[bins + 1], f64[samples, bins]; NaN if no such
+    organisms are alive."""
 
     gene: str
     ticks: np.ndarray
@@ -149,8 +150,8 @@ def log_odds_slope(frequency: np.ndarray, time: np.ndarray, n: np.ndarray | floa
     variance of the log odds of n copies (Berkson 1944); NaN unless both alleles are present at two or more
     time points.
 
-    If a type grows as exp(m₁ t) and all others as exp(m₂ t), the slope is m₁ − m₂; with non-overlapping
-    generations and fitness 1 + s against 1, it is ln(1 + s) per generation (Crow and Kimura 1970, An
+    If a type grows as exp(m₁ t) and all other types as exp(m₂ t), the slope is m₁ − m₂; with non-overlapping
+    generations and fitnesses of 1 + s and 1, it is ln(1 + s) per generation (Crow and Kimura 1970, An
     introduction to population genetics theory, chapter 5). Lost and fixed alleles have zero weight.
     """
     p, t, n = np.broadcast_arrays(np.asarray(frequency, float), np.asarray(time, float), np.asarray(n, float))

@@ -314,7 +314,7 @@ class Divided(OneBand):
         return self.talk.go_on()
 
     def undivided(self, world: T) -> T | None:
-        """Return the whole world in process 0, and None in the others."""
+        """Return the whole world in process 0, and None in the other processes."""
         return self.talk.undivided()
 
     def ask(self, what: Callable[[Any], Any]) -> Any:

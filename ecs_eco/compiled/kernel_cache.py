@@ -146,7 +146,7 @@ def _content(path: str, _mtime: int, _size: int) -> bytes:
 
 
 def _read(path: Path) -> bytes:
-    """Return the content of a regular file owned by this user. Raises OSError for anything else."""
+    """Return the contents of a regular file owned by this user. Raises OSError for anything else."""
     with open(
         os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)), "rb"
     ) as file:

@@ -175,7 +175,7 @@ def log1p(x):
 
 @_plain
 def log10(x):
-    """Return the decimal logarithm of x."""
+    """Return the base-10 logarithm of x."""
     if not (0.0 < x < np.inf):
         return log(x)
     m, k = _parts(x)
@@ -184,7 +184,7 @@ def log10(x):
 
 @_plain
 def log2(x):
-    """Return the binary logarithm of x."""
+    """Return the base-2 logarithm of x."""
     if not (0.0 < x < np.inf):
         return log(x)
     m, k = _parts(x)

@@ -88,7 +88,7 @@ def other_mode(noted: Mapping[str, Any]) -> str:
 def variables() -> dict[str, str]:
     """Return the environment variables of the portable mode, for job scripts on a cluster.
 
-    ECS_ECO_PORTABLE=1 is enough if ecs_eco is imported before numpy, because it sets the others.
+    ECS_ECO_PORTABLE=1 is enough if ecs_eco is imported before numpy, because it sets the other variables.
     """
     numpy = tuple(int(n) for n in version("numpy").split(".")[:2])
     return {

@@ -36,7 +36,7 @@ class Workers:
         self.helpers = [Helper() for _ in range(threads - 1)] if self.team is None else self.team.helpers
         self._taken = threading.Lock()  # held by the thread that divides work
         self.all_busy = False  # whether all threads are busy in `together`: then pieces are not split further
-        # the part of 0…n that this process does while it shares work with others (ecs_eco.bands)
+        # the part of 0…n that this process does while it shares work with other processes (ecs_eco.bands)
         self.own: Callable[[int], tuple[int, int]] | None = None
         self.parallel = threads > 1  # whether other threads take part; if not, this thread does all work
         self.pace = Pace()
@@ -98,7 +98,7 @@ class Workers:
         )
 
     def together(self, tables: Iterable[Any], *work: Callable[[], Any]) -> None:
-        """Do independent pieces of work, the first on this thread and the others on all threads if the
+        """Do independent pieces of work, the first on this thread and the rest on all threads if the
         tables have many organisms; they must not write to the same data."""
         if not self.parallel or not work or not self._worth(sum(t.n for t in tables) // EASE):
             for piece in work:

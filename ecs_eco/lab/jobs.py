@@ -88,7 +88,7 @@ def run_job(folder: str | Path, number: int, allowed: Collection[str] = ()) -> d
 def train(folder: str | Path, name: str, allowed: Collection[str] = ()) -> str:
     """Train the policies of one of a sweep's training runs unless they exist, and return their folder.
 
-    Only one process trains the same policies at a time; others wait for it.
+    Only one process trains the same policies at a time; other processes wait for it.
     """
     sweep = _opened(folder, allowed)
     place, config, seed = sweep.training(name)
@@ -248,7 +248,7 @@ def _opened(folder: str | Path, allowed: Collection[str]) -> Sweep:
 
 
 def _noting(path: Path, ticks: int) -> Callable[[int, int], None]:
-    """Return a progress function that periodically writes the current tick, and when ticks began, to a file."""
+    """Return a progress function that periodically writes to a file the current tick and when ticks began."""
     last = 0.0
     begin: dict[str, Any] = {"pid": os.getpid(), "host": socket.gethostname(), "ticks": ticks}
 

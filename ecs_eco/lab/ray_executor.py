@@ -35,7 +35,7 @@ class WorkerLost(RuntimeError):
 
 class Imported(list[str]):
     """Module folders for Ray's workers: only those of Ray's additions that this process uses. Ray
-    always adds the current folder, whose modules would shadow all others."""
+    always adds the current folder, whose modules would shadow all other modules."""
 
     def extend(self, folders: Iterable[str]) -> None:
         """Add folders."""

@@ -221,7 +221,7 @@ def _response(
 
 
 def _places(values: list[Any], wanted: Sequence[Any]) -> np.ndarray:
-    """Return the positions of values on an axis: numbers at their value, other values side by side."""
+    """Return the positions of values on an axis: numbers at their values, other values side by side."""
     if _are_numbers(values):
         return np.array(wanted, float)
     return np.array([values.index(value) for value in wanted], float)

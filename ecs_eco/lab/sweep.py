@@ -62,7 +62,7 @@ def run_sweep(
     Returns
     -------
     Outcome
-        The jobs that are done and those that failed; a failed job does not stop the others.
+        The jobs that are done and those that failed; a failed job does not stop the other jobs.
 
     Raises
     ------

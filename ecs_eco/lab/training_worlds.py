@@ -45,7 +45,8 @@ class TrainingWorlds:
             ticks, self.tick = ticks - part, self.tick + part
 
     def _pace(self) -> int:
-        """Return the number of ticks that one world runs before the next one does: at most a rollout."""
+        """Return the number of ticks that one world runs before the next one does: at most the length of a
+        rollout."""
         return (
             min([16, *(t.learner.ppo.horizon for t in self.learners.values())])
             if len(self.worlds) > 1

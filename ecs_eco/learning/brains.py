@@ -52,8 +52,8 @@ def individuals_of(
     seed: int,
     device: str = "cpu",
 ) -> Individuals:
-    """Return the networks of a species whose members each have their own: kernels for the built-in network
-    with categorical actions, otherwise torch.func."""
+    """Return the networks of a species whose members each have their own network: kernels for the built-in
+    network with categorical actions, otherwise torch.func."""
     from ecs_eco.learning.individual import Individuals
 
     if network is None and device == "cpu" and not laid_out(groups)[1]:

@@ -30,7 +30,7 @@ class Learner(TorchLearner):
     seed : int
         Fixes the order of minibatches.
     workers : int, default 1
-        Threads. They affect speed, never results.
+        Number of threads, which affects speed, never results.
 
     Notes
     -----

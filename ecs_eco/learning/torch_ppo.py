@@ -37,7 +37,7 @@ class TorchLearner:
     seed : int
         Fixes the order of minibatches.
     workers : int, default 1
-        Threads. On the CPU they affect speed, never results.
+        Number of threads, which on the CPU affects speed, never results.
 
     Notes
     -----

@@ -23,7 +23,8 @@ WORDS = 3  # u32 per organism: x and y; z, heading and value; uid
 class Encoder:
     """Collects the parts of a world's frame.
 
-    `size` [m] is the size of the world, two or three numbers; `kinds` is the number of species and object types.
+    `size` [m] is the size of the world, as two or three numbers; `kinds` is the number of species and object
+    types.
     """
 
     def __init__(self, size: Sequence[float], kinds: int) -> None:

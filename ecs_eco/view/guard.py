@@ -18,7 +18,7 @@ REMEMBERED = 64  # used and expired codes to remember, so that a refusal can sta
 
 
 def same(word: str, secret: str) -> bool:
-    """Return whether two strings are equal, in a time that does not depend on where they differ."""
+    """Return whether two strings are equal, in an amount of time that does not depend on where they differ."""
     return hmac.compare_digest(word.encode("utf-8", "surrogateescape"), secret.encode())
 
 
@@ -75,7 +75,8 @@ class Credentials:
 
 
 def _among(code: str, secrets_: Iterable[str]) -> list[str]:
-    """Return the secrets equal to this code. All are compared, so the time does not reveal which one matched."""
+    """Return the secrets equal to this code. All secrets are compared, so the time taken does not reveal
+    which one matched."""
     return [secret for secret in secrets_ if same(code, secret)]
 
 

@@ -58,8 +58,8 @@ class Journal:
 
     @property
     def died(self) -> np.ndarray:
-        """Deaths so far by species and cause, including dropped ones: i64[species, causes]. Causes are
-        numbered from 1, as in world.causes; 0 means unknown."""
+        """Deaths so far by species and cause, including deaths that were dropped: i64[species, causes].
+        Causes are numbered from 1, as in world.causes; 0 means unknown."""
         self._settle()
         return self._died
 

@@ -135,7 +135,7 @@ class Lives:
         }
 
     def _without(self, life: Life) -> str:
-        """Return a phrase that names what snapshots lack."""
+        """Return a phrase that names the data missing from snapshots."""
         thinks = self._config[life.species].get("actions")
         return ", without its nervous system" if thinks else ""
 

@@ -243,7 +243,7 @@ class Pair(Source):
             self.player.again()
 
     def _seek(self, request: Message) -> list[Message]:
-        """Go back in both worlds, no further than both can go."""
+        """Go back in both worlds, but no further than both can go."""
         assert self.second is not None
         tick = request.get("tick")
         if isinstance(tick, int | float) and math.isfinite(tick) and tick > self.second.start:

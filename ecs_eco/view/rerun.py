@@ -70,8 +70,8 @@ def compute(
     progress: Callable[[int, int], None] = lambda done, total: None,
     halt: Callable[[], bool] = lambda: False,
 ) -> Stretch:
-    """Rerun a recorded run around a tick with all details. `end` is its last tick; `recorded(tick)` returns
-    its series.
+    """Rerun a recorded run around a tick and record all details. `end` is its last tick; `recorded(tick)`
+    returns its series.
 
     Call this in the thread that will own the world. Raises CheckpointError, RecordingError or ConfigError for
     a run that cannot be repeated here, and InterruptedError once `halt()` returns true.

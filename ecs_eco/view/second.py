@@ -21,7 +21,7 @@ Ask = Callable[[World], None]
 
 
 class Second:
-    """A source next to the source `of`. `told` is the data that pages need about it: names, the tick and
+    """A source next to the source `of`. `told` contains the data that pages need about it: names, the tick and
     change of the branch, and the command that reproduces it.
 
     Its own clock begins at `begins`; `start`, `first` and `tick` are on the clock of `of`. Before each tick
@@ -44,7 +44,7 @@ class Second:
         self.shift = source.ahead - of.ahead
         self.refused, self.common, self._ask, self._change = list[str](), 0, ask, change
         self._sent, self._fated = -1, -1
-        source.ranges = of.ranges  # colors have the same meaning in both
+        source.ranges = of.ranges  # colors have the same meaning in both worlds
         if isinstance(source, Live):
             self.common, source.ring.used = int(source.world.next_uid), True
             source.world.before_tick.append(self._before)
@@ -200,7 +200,7 @@ class Second:
         return self.labelled(self.source.organism(uid), second=True)
 
     def tell(self, request: Message) -> list[Message]:
-        """Answer a request: `fill` at the displayed tick, or `tree`."""
+        """Answer a `tree` request, or a `fill` request at the displayed tick."""
         return [self.passed_on(message) for message in self.source.handle(request)]
 
     def passed_on(self, message: Message) -> Message:

@@ -144,7 +144,8 @@ DOES = ("act", "seek", "whatif", "begin")  # requests that are logged
 
 
 class Log:
-    """The last KEPT actions of pages and their answers. Pages are numbered in the order in which they join.
+    """The last KEPT actions of pages and the answers to them. Pages are numbered in the order in which they
+    join.
 
     `views` are the connected pages. If `used` is false, as for a recorded run, the log only numbers pages.
     """

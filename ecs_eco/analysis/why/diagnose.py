@@ -18,14 +18,14 @@ FEEDS = (0.9, 1.3)
 # food left while they starved / its peak number: above the first value, no lack of food; below the second,
 # certain lack
 LEFT = (0.95, 0.6)
-GONE = (0.5, 0.2)  # food left: below, lack of food, even if its peak number was too low as well
+GONE = (0.5, 0.2)  # food left: below these values, lack of food, even if its peak number was too low as well
 GROWN = (0.6, 0.9)  # intake at the food's peak number / energy burned: below, adults starve too
 HUNGRY = (0.55, 0.8)  # probability that a newborn finds no meal in time: below, normal; above, fatal
 
 
 @dataclass(frozen=True)
 class Fall:
-    """A species' decline: rows of the series from the last time it had half its peak number to its end."""
+    """A species' decline: rows of the series from when it last had half its peak number to its end."""
 
     species: str
     first: int

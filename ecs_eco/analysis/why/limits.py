@@ -60,8 +60,8 @@ def poisoned_share(case: Case, species: str, first: int, last: int) -> float:
     """Return the share of hunger due to poison: the energy lost to poison divided by the energy deficit, at
     most 1.
 
-    The deficit is taken to be at least 30% of the energy burned, because some individuals starve while
-    others are sated.
+    The deficit is taken to be at least 30% of the energy burned, because some individuals starve while other
+    individuals are sated.
     """
     span = slice(first, last)
     toll, burnt = float(case.toll(species)[span].sum()), float(case.flow(species, "burnt")[span].sum())

@@ -205,7 +205,7 @@ def conducted(species: str, before: Mapping[str, Any], during: Mapping[str, Any]
 
 
 def turn(a: Mapping[str, Any]) -> str:
-    """Return a sentence on a value of the world file and the direction in which to change it."""
+    """Return a sentence on a value in the world file and the direction in which to change it."""
     value = a["value"]
     if isinstance(value, bool | int | float):
         value = str(value).lower() if isinstance(value, bool) else number(value)
@@ -346,7 +346,7 @@ def write_why(run: Path | str, out: Path | str | None = None) -> dict[str, Any]:
     Returns
     -------
     dict
-        Contents of why.json: the verdict, what limited each species, and values of the world file that affect
+        Contents of why.json: the verdict, what limited each species, and values in the world file that affect
         it.
 
     Raises

@@ -52,7 +52,7 @@ def history(entries: Sequence[dict[str, Any]], last: int) -> Figure:
 
 @styled
 def importance(numbers: Sequence[Importance]) -> Figure:
-    """Draw each number's share of total importance, and the share that chance exceeds in 1 of 20 cases."""
+    """Draw each number's share of total importance, and the share exceeded by chance in 1 of 20 cases."""
     order = sorted(numbers, key=lambda i: i.share)
     figure, ((ax,),) = panels(1, 1, 8, 0.34 * len(order) + 1.3)
     places = np.arange(len(order))

@@ -77,7 +77,7 @@ def fit_of(config: WorldConfig, ticks: int) -> Fit | None:
     """Return the comparison for a world's goal "data", with runs of this many ticks; None if it is not a
     goal.
 
-    Raises ConfigError if the measurements cannot be used or are longer than runs.
+    Raises ConfigError if the measurements cannot be used or are longer than the runs.
     """
     if config.data is None or not any(of == "data" for of, _ in config.search.goals):
         return None

@@ -88,7 +88,7 @@ class Optimiser:
         return False
 
     def cells(self, candidate: int, cells: Sequence[tuple[int, int]]) -> Sequence[tuple[int, int]]:
-        """Return the training seeds and world seeds of a candidate, which are the same for all."""
+        """Return the training seeds and world seeds of a candidate, which are the same for all candidates."""
         return cells
 
     def _sampler(self, candidate: int) -> BaseSampler:
@@ -114,7 +114,7 @@ SHUFFLES = 40
 
 @dataclass(frozen=True)
 class Importance:
-    """A number's share of total importance, and the share that chance exceeds in 1 of 20 cases."""
+    """A number's share of total importance, and the share exceeded by chance in 1 of 20 cases."""
 
     name: str
     share: float
@@ -160,5 +160,6 @@ def _divergences(
 
 
 def ranks(merits: Sequence[float]) -> np.ndarray:
-    """Return, for each candidate, the share of worse ones, in (0, 1), regardless of the objective's scale."""
+    """Return, for each candidate, the share of candidates that are worse, in (0, 1), regardless of the
+    objective's scale."""
     return (rankdata(merits) - 0.5) / len(merits)

@@ -14,7 +14,8 @@ const HINTS = {
 };
 
 /**
- * The trophic level of each species: 0 for plants; species in a cycle take the level implied by the others.
+ * The trophic level of each species: 0 for plants; species in a cycle take the level implied by the other
+ * species.
  * @param {string[]} names
  * @param {Record<string, string[]>} foods
  */
