@@ -1,4 +1,5 @@
-"""The results of an archipelago and their report: numbers on each island, and migrants along each route."""
+"""The results of an archipelago and their report: population sizes on each island, and migrants along each
+route."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -37,7 +38,7 @@ class Islands:
 
     @property
     def species(self) -> tuple[str, ...]:
-        """The species, in the order of the world file."""
+        """The species, in world-file order."""
         return self.first.species
 
     @property
@@ -135,7 +136,7 @@ def chart(islands: Islands) -> Figure:
 
 @styled
 def numbers(islands: Islands) -> Figure:
-    """Draw the numbers of each migrating species, one line per island, with its migrants below."""
+    """Plot the population sizes of each migrating species, one line per island, with its migrants below."""
     wander, hue = islands.migrants or list(islands.species[:1]), colors_of(islands.first)
     figure, axes = panels(2, len(wander), 4.4 * max(len(wander), 1.6), 5.0, sharex=True)
     for column, species in enumerate(wander):
@@ -200,7 +201,7 @@ def write_archipelago(folder: Path | str, out: Path | str | None = None) -> Path
 
 
 def _rows(islands: Islands, root: Path, place: Path) -> Iterator[list[object]]:
-    """Yield a row per island: numbers at the end, total migrants, and the values specific to the island."""
+    """Yield a row per island: final population sizes, total migrants, and the values specific to the island."""
     moved = islands.moved()
     for i, (name, series) in enumerate(islands.series.items()):
         link: object = name

@@ -1,5 +1,6 @@
-"""Comparison of an experiment's arms: persistence, survival times, numbers and cycles. The replicates are the
-seeds: world seeds and, if runs use policies from several training runs, training seeds (`seed_grid.py`)."""
+"""Comparison of an experiment's arms: persistence, survival times, population sizes and cycles. The
+replicates are the seeds: world seeds and, if runs use policies from several training runs, training seeds
+(`seed_grid.py`)."""
 
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -163,10 +164,9 @@ def _crossed_effects(
     """Return the difference between an arm and the reference, with both kinds of seeds as replicates.
 
     Shares are compared by applying the square-and-add rule to both intervals (Newcombe 1998; Zou and Donner
-    2008). For times and numbers, the difference between runs with the same seeds is averaged over cells; an
-    arm without training seeds (random policies) has one row, which is compared with every training seed. No
-    log-rank p value is given, because that test assumes independent runs.
-    """
+    2008). For times and population sizes, the difference between runs with the same seeds is averaged over
+    cells; an arm without training seeds (random policies) has one row, which is compared with every training
+    seed. No log-rank p value is given, because that test assumes independent runs."""
     one, two = result["arms"][arm]["persistence"], result["arms"][reference]["persistence"]
     effects: dict[str, Any] = {"persistence": difference_of_intervals(one, two)}
     alone = {name: [0] * len(loaded[name]) for name in (arm, reference)}

@@ -81,7 +81,8 @@ class CycleStatistics:
 
 
 def living_stretch(series: Series, skip: float = 0.1) -> np.ndarray:
-    """Return numbers (ticks, species) after the first fraction `skip` and before the first extinction."""
+    """Return population sizes (ticks, species) after the first fraction `skip` and before the first
+    extinction."""
     n = series.n[:, series.present]
     gone = np.flatnonzero((n == 0).any(1))
     end = gone[0] if len(gone) else len(n)
@@ -308,7 +309,8 @@ def _median_period(loaded: Sequence[Any], a: str, b: str, skip: float, seed: int
 
 
 def _pairings(n: int, n_shuffles: int, seed: int) -> np.ndarray:
-    """Return every pairing of n runs or, if there are too many, the real one and `n_shuffles` random ones."""
+    """Return every pairing of n runs or, if there are too many, the real pairing and `n_shuffles` random
+    pairings."""
     if n <= 7:
         return np.array(list(permutations(range(n))))
     rng = np.random.default_rng(seed)

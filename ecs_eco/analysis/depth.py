@@ -95,7 +95,7 @@ def day_by_hour(series: Series, species: str) -> np.ndarray:
 
 
 def mean_of_there(values: np.ndarray) -> np.ndarray:
-    """Return the mean over rows f64[n, k], ignoring NaN: f64[k], NaN where all are NaN."""
+    """Return the mean over rows f64[n, k], ignoring NaN: f64[k], NaN where all values are NaN."""
     there = np.isfinite(values)
     return np.where(there, values, 0.0).sum(0) / np.where(there.any(0), there.sum(0), np.nan)
 

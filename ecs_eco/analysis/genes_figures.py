@@ -37,7 +37,7 @@ class Band(NamedTuple):
 
 @styled
 def alleles(genes: Sequence[Frequencies], title: str = "") -> Figure:
-    """Draw allele frequencies over time: the second value of two-valued genes, all values of other genes."""
+    """Plot allele frequencies over time: the second value of two-valued genes, all values of other genes."""
     figure, ((ax,),) = panels(1, 1, 9, 3.4)
     lines = lines_of(genes, all_values=True)
     for g, j, label, hue, dash in lines:
@@ -52,7 +52,7 @@ def alleles(genes: Sequence[Frequencies], title: str = "") -> Figure:
 
 @styled
 def courses(genes: Sequence[Course], traits: Mapping[str, str | None], title: str = "") -> Figure:
-    """Draw quantitative genes over time: their distribution (shades), mean and standard deviation (lines)."""
+    """Plot quantitative genes over time: their distribution (shades), mean and standard deviation (lines)."""
     from matplotlib.colors import LinearSegmentedColormap, PowerNorm
 
     figure, axes = panels(len(genes), 1, 9, 2.3 * len(genes) + 0.7, sharex=True)

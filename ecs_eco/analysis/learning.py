@@ -110,7 +110,7 @@ def diagnostics(
     happiness: Mapping[str, tuple[np.ndarray, np.ndarray]],
     hue: Mapping[str, str],
 ) -> Figure:
-    """Draw reward, happiness and PPO diagnostics over time, with a line for each learning species."""
+    """Plot reward, happiness and PPO diagnostics over time, with a line for each learning species."""
     figure, axes = panels(3, 2, 9.4, 6.6, sharex=True)
     for ax, (word, label) in zip(axes.flat, SHOWN.items(), strict=True):
         for s, found in updates.items():
@@ -135,7 +135,7 @@ def diagnostics(
 
 @styled
 def actions(acts: Acts, title: str = "") -> Figure:
-    """Draw the frequencies of actions over time, as stacked fractions for each action group."""
+    """Plot the frequencies of actions over time, as stacked fractions for each action group."""
     groups = {g: at for g, at in acts.groups.items() if len(at) > 1 or np.ptp(acts.share[:, at[0]]) > 0}
     groups = groups or acts.groups
     figure, axes = panels(len(groups), 1, 9, 1.9 * len(groups) + 0.7, sharex=True)
@@ -166,7 +166,8 @@ def happiness_of(series: Series) -> dict[str, tuple[np.ndarray, np.ndarray]]:
 
 
 def summary(updates: Updates, happiness: tuple[np.ndarray, np.ndarray] | None = None) -> dict[str, Any]:
-    """Return the numbers of updates and transitions, and each quantity's means over the first and last tenth."""
+    """Return the numbers of updates and transitions, and each quantity's means over the first and last tenth
+    of its values."""
 
     def ends(values: np.ndarray) -> tuple[float, float]:
         tenth = max(1, len(values) // 10)

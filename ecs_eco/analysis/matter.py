@@ -39,7 +39,8 @@ class Ledger:
         return self.columns["stock_after"]
 
     def gap(self) -> tuple[float, float, int]:
-        """Return the largest gap in a tick: in mol, as a fraction of the greatest stock, and its tick."""
+        """Return the largest gap in any tick [mol], the same as a fraction of the greatest stock, and its
+        tick."""
         c = self.columns
         gap = np.abs(c["stock_before"] + sum(c[f] for f in self.flows) - self.stock)
         gap[1:] = np.maximum(gap[1:], np.abs(c["stock_before"][1:] - self.stock[:-1]))
@@ -93,7 +94,8 @@ def told(ledger: Ledger) -> list[str]:
 
 @styled
 def stocks(ledger: Ledger, hue: Mapping[str, str]) -> Figure:
-    """Draw stacked stocks over time, with a row per substance; holders that are not species are hatched."""
+    """Plot stacked stocks over time, with a row for each substance; holders that are not species are
+    hatched."""
     figure, axes = panels(len(ledger.substances), 1, 9, 2.1 * len(ledger.substances) + 0.7, sharex=True)
     others = [h for h in ledger.holders if h not in hue]
     for k, (ax, name) in enumerate(zip(axes[:, 0], ledger.substances, strict=True)):

@@ -142,7 +142,7 @@ def _moments(
 
 @styled
 def arms_figure(runs: Mapping[str, Sequence[Series]]) -> Figure:
-    """Draw each reporter (rows) over time by arm (columns): thin lines for runs, thick for medians."""
+    """Plot each reporter (rows) over time by arm (columns): thin lines for runs, thick for medians."""
     every = [run for members in runs.values() for run in members]
     kinds, hue = measured(*every), colors_of(every[0])
     figure, axes = grid_of_arms(runs, list(kinds), (4, 1.9), 0.6, sharey="row")

@@ -394,8 +394,8 @@ def crossed(
 
 @styled
 def persistence(grid: Grid, title: str = "") -> Figure:
-    """Draw the fraction of runs in which all species are alive (Kaplan–Meier): a thick line with a band for
-    all runs, a thin line for each training seed."""
+    """Plot the fraction of runs in which all species are alive (Kaplan–Meier): a thick line with a band for
+    all runs, and a thin line for each training seed."""
     figure, ((ax,),) = panels(1, 1, 7, 3.4)
     lived, died = grid.lifetimes()
     until = grid.length
@@ -421,7 +421,7 @@ def persistence(grid: Grid, title: str = "") -> Figure:
 
 @styled
 def lifetimes(grid: Grid, title: str = "") -> Figure:
-    """Draw the time to the first extinction, if any, by training seed (rows) and world seed (columns)."""
+    """Plot the time to the first extinction, if any, by training seed (rows) and world seed (columns)."""
     rows, columns = len(grid.training), len(grid.worlds)
     figure, ((ax,),) = panels(1, 1, 2.4 + 1.05 * columns, 1.5 + 0.52 * rows)
     lived, _ = grid.lifetimes()

@@ -10,8 +10,8 @@ such series as periodic. The null hypothesis here is a series that only relaxes.
   added noise from births and deaths. The AR(1) null nearly always classifies such smooth series as periodic.
   Reported p values refer to "relaxation".
 
-A peak above "relaxation" requires complex roots: a quasi-cycle or a limit cycle. Test raw numbers, never
-smoothed ones, because smoothing adds rates of relaxation.
+A peak above "relaxation" requires complex roots: a quasi-cycle or a limit cycle. Test raw population sizes,
+never smoothed ones, because smoothing adds rates of relaxation.
 """
 
 from dataclasses import dataclass
@@ -54,7 +54,7 @@ def smooth(series: np.ndarray, window: int) -> np.ndarray:
 
 
 def transform(numbers: np.ndarray, how: str = "log") -> np.ndarray:
-    """Return population numbers on a scale that makes fluctuations similar in size.
+    """Return population sizes on a scale that makes fluctuations similar in size.
 
     "log" is log(n + 1), because births and deaths are multiplicative and cycles span orders of magnitude.
     "sqrt" equalizes the demographic noise of a population that varies little. "none" changes nothing.

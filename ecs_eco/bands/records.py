@@ -110,7 +110,7 @@ def _learnt(
     lessons: list[tuple[int, str, tuple[np.ndarray, ...]]],
 ) -> list[tuple[Any, ...]]:
     """Return the learning statistics: unchanged for shared policies, which are the same in all processes, and
-    merged over all processes for individual ones."""
+    merged over all processes for individual policies."""
     alone = {
         s
         for name, s in place.items()

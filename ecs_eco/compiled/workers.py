@@ -22,7 +22,7 @@ if not plain():
     from ecs_eco.compiled.team import Team
 PARALLEL_FROM = 1500  # organisms, at about 30 ns each, below which one thread is faster; 0: divide everything
 PART = 1000  # organisms per part, at about 30 ns each, so that other threads can do a late thread's work
-MOST_PARTS = 4  # per kernel and thread
+MOST_PARTS = 4  # per kernel per thread
 EASE = 8  # Python code runs in one thread at a time, so it needs this many times as many organisms
 IDLE = 32  # single-threaded ticks after a tick in which no work was worth dividing
 

@@ -274,7 +274,7 @@ def compare(
     seeds : int, default 8
         Number of world seeds, counted from 1.
     ticks : int, optional
-        Length of a run; default: `ticks` of the world file.
+        Length of a run; default: `ticks` in the world file.
     training_seeds : int, optional
         Number of training seeds, each combined with all world seeds; default: use the policies of the world
         file.

@@ -202,7 +202,7 @@ def _do(sweep: Sweep, job: Job, place: Path) -> dict[str, Any]:
 
 
 def summary_of(run: Path) -> dict[str, Any]:
-    """Summarize a run folder as JSON: numbers over the run and at its end, with times in ticks."""
+    """Summarize a run folder as JSON: population sizes over the run and at its end, with times in ticks."""
     series = load_series(run)
     cycles = cycle_statistics(series, n_boot=BOOTSTRAPS)
     cycling = cycles.cycling() if cycles.enough else ()

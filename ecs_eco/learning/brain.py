@@ -76,8 +76,8 @@ class PlainNetwork:
                 below, above = above, above + _whole(b)
 
     def views(self, weights: np.ndarray) -> list[np.ndarray]:
-        """Split weights [..., size] into parts in the order of `shapes`; the value is the last output of the
-        last layer."""
+        """Split weights [..., size] into parts in the same order as `shapes`; the value is the last output of
+        the last layer."""
         ends = np.cumsum([int(np.prod(shape)) for shape in self.shapes])
         parts = np.split(weights, ends[:-1], axis=-1)
         return [

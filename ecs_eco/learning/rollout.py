@@ -293,7 +293,7 @@ class Rollout:
         return (self._observations, self._choices, self._numbers, self._memory, self._steps, self._ended)
 
     def _hold(self, columns: Iterable[np.ndarray]) -> None:
-        """Set the arrays, in the order of `_columns`."""
+        """Set the arrays, in the same order as `_columns`."""
         (self._observations, self._choices, self._numbers, self._memory, self._steps, self._ended) = columns
 
     def _optional(self) -> list[str]:

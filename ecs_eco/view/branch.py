@@ -100,8 +100,8 @@ def of_living(live: Live, tick: int, change: Message | None) -> Live:
 
 
 def of_recorded(replay: Replay, change: Message | None) -> Live:
-    """Return a live world in the state of a recorded run at the end of the displayed tick or an earlier one.
-    Raises CheckpointError, RecordingError or ConfigError for a run that cannot continue here."""
+    """Return a live world in the state of a recorded run at the end of the displayed tick or of an earlier
+    tick. Raises CheckpointError, RecordingError or ConfigError for a run that cannot continue here."""
     if replay.done:
         raise ValueError("what if: a recorded run cannot be branched at its last tick; go to an earlier one")
     world = near(replay.recording.path, replay.recording.manifest, replay.tick + 1)

@@ -27,7 +27,7 @@ SEEDS = 2**53  # from here on, JavaScript numbers are no longer exact
 class Picker:
     """The worlds that a page can start: the shipped worlds and the displayed world.
 
-    `build(world, seed)` returns a world's source, a `Pair`; seed None selects the seed of the world file. It
+    `build(world, seed)` returns a world's source, a `Pair`; seed None selects the seed in the world file. It
     may raise any error that occurs while building a world.
     """
 

@@ -47,7 +47,7 @@ class View:
         self.mapped: tuple[Any, ...] | None = None  # contents of the last map
 
     def back(self, tick: int) -> None:
-        """Discard what was sent about this tick and later ones."""
+        """Discard the data already sent for this tick and later ticks."""
         self.series, self.seen, self.panel = min(self.series, tick - 1), None, None
         self.fated, self.mapped = min(self.fated, tick - 1), None
 
@@ -138,7 +138,7 @@ def _second(source: Source) -> Any:
     return getattr(source, "second", None)
 
 
-KEPT = 200  # maximum number of entries; older ones are dropped
+KEPT = 200  # maximum number of entries; older entries are dropped
 LONGEST = 400  # maximum characters per entry
 DOES = ("act", "seek", "whatif", "begin")  # requests that are logged
 

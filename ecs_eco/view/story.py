@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 FACTOR = 2.0  # growth since the last low for a boom, or decline since the last high for a crash
-LEAST = 20  # minimum high population in a boom or crash; smaller ones often double at random
+LEAST = 20  # minimum high population in a boom or crash; smaller populations often double at random
 NAMED = 0.15  # minimum share of deaths for a cause to be named
 SOON = 5  # initial ticks in which first births, mostly of plants, are not reported
 KEPT = 500  # maximum number of entries

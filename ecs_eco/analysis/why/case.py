@@ -56,11 +56,11 @@ class Case:
 
     @property
     def species(self) -> tuple[str, ...]:
-        """All species, in the order of the run."""
+        """All species, in the same order as in the run."""
         return self.series.species
 
     def of(self, species: str) -> Mapping[str, Any]:
-        """Return a species' section of the world file; {} if the run has none."""
+        """Return a species' section in the world file; {} if the run has none."""
         return self.config.get("species", {}).get(species, {})
 
     @cached_property

@@ -136,7 +136,7 @@ VERDICTS = {
     "surroundings": "environmental conditions were deadly",
     "nobody": "no organism was alive at the end of any tick",
 }
-HEIRS = (0.5, 1.0)  # lifetime offspring of a well-fed individual below which numbers fall
+HEIRS = (0.5, 1.0)  # lifetime offspring of a well-fed individual below which population size falls
 FALLEN = 0.05  # final number / peak number below which a species counts as nearly extinct
 Scores = dict[tuple[str, str, str], float]  # (verdict, species responsible, victim): weight
 

@@ -44,7 +44,7 @@ def space_of(parameters: Sequence[Parameter]) -> dict[str, BaseDistribution]:
 
 
 class Optimiser:
-    """Proposes numbers within the ranges; proposals depend only on the seed and the history."""
+    """Proposes parameter values within the ranges; proposals depend only on the seed and the history."""
 
     def __init__(self, parameters: Sequence[Parameter], kind: str, seed: int) -> None:
         import optuna
@@ -57,7 +57,7 @@ class Optimiser:
         self.space = space_of(parameters)
 
     def ask(self, candidate: int) -> dict[str, float]:
-        """Return numbers for a candidate."""
+        """Return parameter values for a candidate."""
         if self.kind in OPTIMISERS:
             self.study.sampler = self._sampler(candidate)
         with warnings.catch_warnings():
@@ -72,7 +72,7 @@ class Optimiser:
 
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            if candidate in self.waiting:  # replaced by a trial with rounded numbers, as in the journal
+            if candidate in self.waiting:  # replaced by a trial with rounded values, as in the journal
                 self.study.tell(self.waiting.pop(candidate), state=optuna.trial.TrialState.FAIL)
             inside = {p.name: p.tidy(values[p.name]) for p in self.parameters}
             self.study.add_trial(
@@ -80,7 +80,7 @@ class Optimiser:
             )
 
     def ready(self, candidate: int) -> bool:
-        """Return whether numbers for a candidate can be proposed now."""
+        """Return whether parameter values for a candidate can be proposed now."""
         return True
 
     def finished(self, candidate: int) -> bool:
@@ -114,7 +114,7 @@ SHUFFLES = 40
 
 @dataclass(frozen=True)
 class Importance:
-    """A number's share of total importance, and the share exceeded by chance in 1 of 20 cases."""
+    """A parameter's share of total importance, and the share exceeded by chance in 1 of 20 cases."""
 
     name: str
     share: float
@@ -127,7 +127,7 @@ def importances(
     merits: Sequence[float],
     seed: int = 0,
 ) -> list[Importance]:
-    """Return the importance of each number in a space, from the candidates' values and merits."""
+    """Return the importance of each parameter in a space, from the candidates' values and merits."""
     y, rng = np.asarray(merits, float), np.random.default_rng(seed)
     own = _divergences(space, values, y)
     shuffled = np.array([_divergences(space, values, rng.permutation(y)) for _ in range(SHUFFLES)])

@@ -23,7 +23,7 @@ TRAINED = ("train", "train-once")
 
 @dataclass(frozen=True)
 class Parameter:
-    """A number that the search varies."""
+    """A parameter that the search varies."""
 
     name: str
     low: float
