@@ -19,7 +19,7 @@ from ecs_eco.analysis.runs import read_manifest
 from ecs_eco.analysis.seed_grid import mean_of_seeds
 from ecs_eco.analysis.survival import bootstrap_difference
 
-SAMPLES = 200  # approximate maximum per run
+SAMPLES = 200  # approximate maximum number per run
 ALLELE = ("first", "last", "s", "per_tick")  # outcomes for a value of a gene, one number per run
 QUANTITY = ("first", "last", "sd_first", "sd_last", "haldanes")  # outcomes for a quantitative gene
 

@@ -98,7 +98,7 @@ def _energy(series: Series, mean: Mapping[str, np.ndarray], meal: Meal, shared: 
 
 
 def levels(found: Flows) -> dict[str, int]:
-    """Return the trophic level of each species, 0 for species that eat no other species."""
+    """Return the trophic level of each species, with 0 for species that eat no other species."""
     names = list(dict.fromkeys(name for m in found.meals for name in (m.food, m.eater)))
     level = dict.fromkeys(names, 0)
     for _ in names:

@@ -54,7 +54,7 @@ def _terms(tree: ast.AST, sign: int) -> list[tuple[int, ast.AST]]:
 
 
 def _sum(signs: Iterable[Sign]) -> Sign:
-    """Return the sign of a sum, None if its terms disagree."""
+    """Return the sign of a sum, or None if its terms disagree."""
     distinct = set(signs) - {0}
     return 0 if not distinct else distinct.pop() if len(distinct) == 1 else None
 

@@ -20,7 +20,7 @@ from ecs_eco.analysis.carriers import (
 from ecs_eco.analysis.pedigree import Pedigree
 
 BINS = 40  # maximum number of bins for the values of a gene
-SAMPLES = 400  # approximate maximum per run
+SAMPLES = 400  # approximate maximum number per run
 
 
 @dataclass(frozen=True)

@@ -156,7 +156,7 @@ def actions(acts: Acts, title: str = "") -> Figure:
 
 
 def happiness_of(series: Series) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Return the ticks and the mean happiness of each species, NaN while it is absent."""
+    """Return the ticks and the mean happiness of each species, with NaN while it is absent."""
     if "happiness_mean" not in series.columns:
         return {}
     return {

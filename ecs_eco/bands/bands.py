@@ -60,7 +60,8 @@ class Bands(OneBand):
         return n * self.rank // self.size, n * (self.rank + 1) // self.size
 
     def cut(self, index: Index) -> tuple[np.ndarray, np.ndarray]:
-        """Return the band boundaries i64[size + 1] in rows of cells, and the same in index entries."""
+        """Return the band boundaries i64[size + 1] in rows of cells, and the same boundaries in index
+        entries."""
         along = index.start[:: index.space.shape[0]]  # the first entry of each row of cells
         aims = np.array(self.bounds(index.n))
         above = np.searchsorted(along, aims)

@@ -166,7 +166,8 @@ class Divided(OneBand):
                 self.ghosts[table.name] = rows[:0]
 
     def migrate(self, tables: Sequence[Table]) -> None:
-        """Send organisms outside this band to the processes of their bands. The tables must have no ghosts."""
+        """Send organisms outside this band to the processes that own their bands. The tables must have no
+        ghosts."""
         parts, leaving = {}, []
         for table in tables:
             rows = table.rows()
@@ -193,7 +194,7 @@ class Divided(OneBand):
                 nerves.rows, nerves.thoughts = table.rows(), None
 
     def balance(self) -> None:
-        """Move the edges if some bands have a much higher load than others."""
+        """Move the edges if some bands have a much higher load than other bands."""
         load = self.wire.total(self._load())
         rows = self.edges.even(load)
         if self.edges.uneven(load) > UNEVEN and (rows != self.edges.rows).any():

@@ -36,7 +36,7 @@ def share_recording(world: World, comm: Comm) -> list[tuple[np.ndarray, ...]]:
 
 
 def collect(bands: Any, recorder: Recorder) -> None:
-    """Merge all records since the last collection in process 0, as if a single process had made them.
+    """In process 0, merge all records made since the last collection, as if a single process had made them.
 
     Counts are exact. Energies are summed band by band, not row by row, so their last digits may differ.
     """

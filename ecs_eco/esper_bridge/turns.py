@@ -95,8 +95,8 @@ def apart() -> Iterator[None]:
 
 
 def enter(world: LivingWorld) -> bool:
-    """Register a new world; return whether its thread may run it in parallel with others. If it may not and
-    another living thread has a world, raise a RuntimeError."""
+    """Register a new world; return whether its thread may run it in parallel with other worlds. If it may not
+    and another living thread has a world, raise a RuntimeError."""
     me = threading.current_thread()
     if not getattr(_apart, "allowed", False) and (other := _of_others(me)):
         gc.collect()  # unreferenced worlds do not count

@@ -60,7 +60,7 @@ def run_job(folder: str | Path, number: int, allowed: Collection[str] = ()) -> d
     FolderInUse
         If another process is running the job.
     Exception
-        Any error of the run; failed.json then describes it.
+        Any error raised by the run; failed.json then describes it.
     """
     sweep = _opened(folder, allowed)
     place = inside(sweep.folder, sweep.job_folder(number))

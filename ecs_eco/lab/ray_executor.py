@@ -139,7 +139,7 @@ class RayExecutor(Executor):
             Thread(target=self._leave, args=(calls,), daemon=True).start()
 
     def terminate(self) -> None:
-        """Ask all calls to stop after a last checkpoint. `submit` can be called again afterwards."""
+        """Ask all calls to stop after writing a last checkpoint. `submit` can be called again afterwards."""
         stopped = [call.reference for call in tuple(self.calls) if call.cancel()]
         if stopped:
             _, late = self.ray.wait(stopped, num_returns=len(stopped), timeout=GRACE, fetch_local=False)

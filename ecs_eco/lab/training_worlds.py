@@ -157,7 +157,7 @@ class TrainingWorlds:
                 self.learners[name] = SharedLearner(learner, self.plan.worlds)
 
     def _hand(self, nerves: Any, name: str, together: Any, i: int) -> None:
-        """Give a species in world i the learning network, or an earlier one from the pool."""
+        """Give a species in world i the learning network, or an earlier network from the pool."""
         share, pool = together.shares[i], self.pool.get(name, [])
         key = random.tick_key(self.seed, self.stage * self.plan.worlds + i)
         u = random.draw_many(

@@ -109,7 +109,7 @@ class Brain(PlainNetwork, PolicyNetwork):
     groups : tuple of int
         Number of options of each categorical group, then `CONTINUOUS` for each continuous one.
     hidden : tuple of int, default (64, 64)
-        Units of each hidden layer.
+        Number of units in each hidden layer.
     seed : int, default 0
         Fixes the initial weights.
     trunk : {"shared", "separate"}

@@ -57,7 +57,7 @@ class Individuals(PlainNetwork):
     groups : tuple of int
         Number of options of each categorical group, then `CONTINUOUS` for each continuous one.
     hidden : tuple of int
-        Units of each hidden layer.
+        Number of units in each hidden layer.
     ppo : PPO
     seed : int
         Fixes the initial weights and the order of minibatches.

@@ -20,7 +20,7 @@ class MLP(nn.Module):
     groups : tuple of int
         Number of options of each action group.
     hidden : tuple of int, default (64, 64)
-        Units of each hidden layer.
+        Number of units in each hidden layer.
     trunk : {"shared", "separate"}
         Whether policy and value share the hidden layers.
 

@@ -208,8 +208,8 @@ class Rollout:
         """Return indices i64[n] of transitions, life by life in chronological order, and the start of each
         stretch among them.
 
-        The starts, i64[stretches + 1], end with n; a stretch has `longest` transitions, but the last one of a
-        life can have fewer.
+        The starts, i64[stretches + 1], end with n; a stretch has `longest` transitions, but the last stretch
+        of a life can have fewer.
         """
         order, follows = _lives(self.steps["row"], self.ended)
         begins = np.concatenate([[True], ~follows])[: self.n]
@@ -263,7 +263,7 @@ class Rollout:
             self.steps[name] = state[name]
 
     def by_uid(self, rows: np.ndarray) -> dict[str, np.ndarray]:
-        """Return a `state()` that links each record to the next one of the same animal instead of to a row;
+        """Return a `state()` that links each record to the next record of the same animal instead of to a row;
         `rows` i64[n] are the living organisms, sorted by uid.
 
         `next` is the next record in the same life, `open` the last record of each living organism; -1 means
@@ -318,7 +318,7 @@ class Rollout:
 
 def _lives(row: np.ndarray, ended: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the indices of records i64[n] sorted by row, then time, and whether each record but the first
-    continues the previous one's life, bool[n - 1]."""
+    continues the life of the previous record, bool[n - 1]."""
     order = np.argsort(row, kind="stable")
     return order, (row[order[1:]] == row[order[:-1]]) & ~ended[order[:-1]]
 

@@ -161,7 +161,7 @@ def train(
     seed : int
         Fixes every random draw.
     hidden : tuple of int, default (64, 64)
-        Units of each hidden layer of the built-in network.
+        Number of units in each hidden layer of the built-in network.
     trunk : {"separate", "shared"}
         Whether policy and value share the hidden layers.
     workers : int, default 1

@@ -25,7 +25,7 @@ def same(word: str, secret: str) -> bool:
 class Credentials:
     """The codes and the credential of one server. All methods are thread-safe.
 
-    Each server generates a new credential, which no other server accepts, even a later one on this port.
+    Each server generates a new credential, which no other server accepts, even a later server on this port.
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:

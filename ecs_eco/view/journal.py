@@ -20,10 +20,9 @@ COLUMNS = {"births": ("uid", "parent", "parent2"), "deaths": ("uid", "cause", "k
 
 
 class Journal:
-    """The births and deaths of a world from now on. Organisms already alive are entered as births without
-    parents. `species` are the table names by species number. `born` i64[species] counts births; `bred`
-    bool[species] is true once a parent of the species has reproduced.
-    """
+    """The births and deaths of a world, from the creation of this object onward. Organisms already alive are
+    entered as births without parents. `species` are the table names by species number. `born` i64[species]
+    counts births; `bred` bool[species] is true once a parent of the species has reproduced."""
 
     def __init__(self, world: World, species: Sequence[str] = (), most: int = MOST, size: int = SIZE) -> None:
         self.world, self.size = world, size

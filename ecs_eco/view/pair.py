@@ -89,7 +89,7 @@ WORDS = 0.25  # [s] between sentences
 
 
 class Pair(Source):
-    """A source, optionally with a second one next to it. A frame shows both worlds, one after the other, or
+    """A source, optionally with a second source next to it. A frame shows both worlds, one after the other, or
     only the first while the second has no state at this tick.
 
     `start` is the command that started a live world, used in the command that reproduces its branches;
@@ -257,7 +257,7 @@ class Pair(Source):
         return self.second is not None and not self.second.there and self.second.comes
 
     def _come_up(self, seconds: float = SLICE) -> None:
-        """Run the second world briefly, at most to the tick of the first; close it if it fails."""
+        """Run the second world briefly, at most to the tick of the first world; close it if it fails."""
         second = self.second
         if second is None:
             return

@@ -16,7 +16,7 @@ from ecs_eco.analysis.runs import parts
 from ecs_eco.engine.errors import RecordingError
 from ecs_eco.record.parquet import open_part, read_group, read_metadata, to_codes
 
-BUDGET = 192 * 2**20  # maximum bytes of cached columns
+BUDGET = 192 * 2**20  # [bytes] maximum size of cached columns
 Columns = dict[str, np.ndarray]
 
 

@@ -94,7 +94,8 @@ class Player(Inbox):
         return not (self.closing or self.halted())
 
     def again(self) -> None:
-        """Remake and resend this tick's frame if it was sent: a second world has appeared or disappeared."""
+        """Remake and resend this tick's frame if it was sent, because a second world has appeared or
+        disappeared."""
         if all(tick != self.source.tick for tick, _, _ in self._made.values()):
             return  # it will be made when pages are ready for it
         self._made.clear()
@@ -173,7 +174,8 @@ class Player(Inbox):
         )
 
     def _timed(self, part: str, work: Callable[[], Any]) -> float:
-        """Do some work and return its typical time [s]; the first call includes loading, so it counts little."""
+        """Do some work and return its typical time [s]; the first call includes loading, so it has little
+        weight."""
         begin = time.perf_counter()
         if work() is not False:
             spent, usual = time.perf_counter() - begin, self._cost[part]

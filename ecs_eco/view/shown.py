@@ -139,7 +139,7 @@ def _second(source: Source) -> Any:
 
 
 KEPT = 200  # maximum number of entries; older entries are dropped
-LONGEST = 400  # maximum characters per entry
+LONGEST = 400  # maximum number of characters per entry
 DOES = ("act", "seek", "whatif", "begin")  # requests that are logged
 
 

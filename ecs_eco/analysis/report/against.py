@@ -67,8 +67,7 @@ _CAPTION = (
 
 @styled
 def figure(series: Series, outside: Outside, both: Both) -> Figure:
-    """Plot values over time and spectra, with the run on the left and the outside series on the
-    right."""
+    """Plot values over time and spectra, with the run on the left and the outside series on the right."""
     hue = colors_of(series)
     hue |= {name: PALETTE[-1 - i % 3] for i, name in enumerate(outside.columns) if name not in hue}
     chart, axes = panels(2, 2, 9, 5.2, sharey="row")

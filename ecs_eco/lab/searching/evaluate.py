@@ -48,7 +48,8 @@ def score(
     find: Callable[[Any], Any] = handed_over,
     fit: Fit | None = None,
 ) -> float:
-    """Return a run's score for one goal; custom functions and reporters are clipped to ±1e6, NaN counts as 0."""
+    """Return a run's score for one goal; custom functions and reporters are clipped to ±1e6, and NaN counts
+    as 0."""
     if of == "data" and fit is not None:
         return likeness(series, fit)
     if of == "persistence":

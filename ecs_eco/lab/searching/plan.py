@@ -80,9 +80,8 @@ class Plan:
 
 
 def plan_of(config: WorldConfig) -> Plan:
-    """Return the plan of a world's [search]. Raises ConfigError if nothing varies or an end of a range is
-    invalid.
-    """
+    """Return the plan defined in a world's [search] section. Raises ConfigError if nothing varies or an end
+    of a range is invalid."""
     search = config.search
     if not search.ranges:
         allowed = (
