@@ -245,8 +245,8 @@ def _arm(
 
 
 def _depths(table: Sequence[Sequence[Series]], species: str) -> dict[str, Any]:
-    """Return the daily cycle of mean depth, averaged over runs in rows of training seeds; empty if there is
-    no daily cycle."""
+    """Return the daily cycle of mean depth, averaged over runs in rows of training seeds (empty if there is
+    no daily cycle)."""
     if species not in swimmers(table[0][0]):
         return {}
     cycles = [[depth_cycle(run, species) for run in row] for row in table]

@@ -165,7 +165,7 @@ def escape_figure(result: Escape, prey: str, predator: str, dt: float) -> Figure
 
 def blocks(run: Path, series: Series, place: Path) -> list[str]:
     """Return the sections on depth over time (by hour if there is a sun) and, if individual organisms were
-    recorded, on escapes and smells; empty if the space has no depth. Figures are written to `place`."""
+    recorded, on escapes and smells (empty if the space has no depth). Figures are written to `place`."""
     day = day_of(series) if len(series.ticks) else 0
     species = swimmers(series) if day else []
     density = list(_density(run, place, series))

@@ -62,7 +62,7 @@ class Flows:
 
 
 def flows(series: Series) -> Flows | None:
-    """Return the flows in a run; None if nothing was eaten or the run has no energy ledger."""
+    """Return the flows in a run, or None if nothing was eaten or the run has no energy ledger."""
     if not len(series.ticks) or "taken_in" not in series.columns:
         return None
     mean = {name: values.mean(axis=0) for name, values in series.columns.items()}

@@ -161,7 +161,7 @@ def _direction(tree: ast.AST, name: str, positive: Collection[str]) -> Sign:
 
 
 def _number(tree: ast.AST) -> float | None:
-    """Return the value of a number with its sign; None for any other expression."""
+    """Return the value of a number with its sign, or None for any other expression."""
     if isinstance(tree, ast.UnaryOp) and isinstance(tree.op, ast.USub):
         inner = _number(tree.operand)
         return None if inner is None else -inner

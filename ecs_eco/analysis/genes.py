@@ -147,8 +147,8 @@ def generation_time(lineage: Pedigree, species: str) -> float:
 
 def log_odds_slope(frequency: np.ndarray, time: np.ndarray, n: np.ndarray | float = 1.0) -> float:
     """Return the slope of ln(p / (1 − p)) over time, by least squares with weights n p (1 − p), the inverse
-    variance of the log odds of n copies (Berkson 1944); NaN unless both alleles are present at two or more
-    time points.
+    variance of the log odds of n copies (Berkson 1944); the result is NaN unless both alleles are present at
+    two or more time points.
 
     If a type grows as exp(m₁ t) and all other types as exp(m₂ t), the slope is m₁ − m₂; with non-overlapping
     generations and fitnesses of 1 + s and 1, it is ln(1 + s) per generation (Crow and Kimura 1970, An

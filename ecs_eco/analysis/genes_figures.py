@@ -110,7 +110,7 @@ def arms(
 
 
 def blocks(run: Path, series: Series, place: Path) -> list[str]:
-    """Return figures and tables of the genes of each species; empty if no genes were recorded.
+    """Return figures and tables of the genes of each species (empty if no genes were recorded).
 
     Figures are written to `place`.
     """

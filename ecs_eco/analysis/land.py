@@ -53,7 +53,7 @@ def land_at(config: Mapping[str, Any], intervened: Iterable[Any], tick: int, run
 
 @lru_cache(maxsize=4)
 def _of_layers(run: Path) -> list[dict[str, Any]]:
-    """Return the lines of the land stored in a run folder; empty if it cannot be read."""
+    """Return the lines of the land stored in a run folder (empty if it cannot be read)."""
     try:
         return kept_land(run).lines
     except ConfigError:

@@ -87,13 +87,15 @@ def acts_of(table: pa.Table) -> dict[str, Acts]:
 
 
 def read(run: Path | str, kind: str) -> pa.Table | None:
-    """Return the rows of a kind ("learning", "actions", "matter") in a run folder; None if there are none."""
+    """Return the rows of a kind ("learning", "actions", "matter") in a run folder, or None if there are
+    none."""
     found = list(tables(run, kind))
     return pa.concat_tables(found) if found else None
 
 
 def thinned(ticks: np.ndarray, values: np.ndarray, points: int = POINTS) -> tuple[np.ndarray, np.ndarray]:
-    """Return means of ticks and values over at most `points` equal blocks; NaN for blocks without values."""
+    """Return means of ticks and values over at most `points` equal blocks, with NaN for blocks without
+    values."""
     edges = np.linspace(0, len(ticks), min(points, len(ticks)) + 1).astype(int)[:-1]
     if not len(edges):
         return ticks.astype(float), values

@@ -67,7 +67,7 @@ def ledger_of(table: pa.Table) -> Ledger:
 
 
 def read(run: Path | str) -> Ledger | None:
-    """Return the matter ledger of a run folder; None if it has none."""
+    """Return the matter ledger of a run folder, or None if it has none."""
     table = read_kind(run, "matter")
     return ledger_of(table) if table is not None and len(table) else None
 
@@ -115,7 +115,8 @@ def stocks(ledger: Ledger, hue: Mapping[str, str]) -> Figure:
 
 
 def blocks(run: Path, series: Series, place: Path) -> list[str]:
-    """Return the section on matter, and write its figure to `place`; empty if there are no substances."""
+    """Return the section on matter, and write its figure to `place`; the section is empty if there are no
+    substances."""
     ledger = read(run)
     if ledger is None:
         return []

@@ -189,7 +189,7 @@ def spectral_peak(
     seed: int = 0,
 ) -> Peak | None:
     """Return the strongest spectral peak of a population series, with its p value against red noise from a
-    parametric bootstrap; None for short or constant series.
+    parametric bootstrap, or None for short or constant series.
 
     The statistic is the largest ratio of the spectrum to the fitted null over all periods from 4 samples to
     1/min_cycles of the series, which accounts for testing many frequencies. The null is refitted to every

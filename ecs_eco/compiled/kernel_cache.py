@@ -56,8 +56,8 @@ class KernelCache(NullCache):
         return str(self.folder.path)
 
     def load_overload(self, sig: Types, target_context: CPUContext) -> CompileResult | None:
-        """Return the compiled form for a signature; None if it is missing or damaged, or its module does not
-        exist."""
+        """Return the compiled form for a signature, or None if it is missing or damaged, or its module does
+        not exist."""
         if not self.folder.usable():
             return None
         path = self._path(sig, target_context.codegen())

@@ -70,7 +70,8 @@ def target() -> dict[str, str]:
 
 
 def other_mode(noted: Mapping[str, Any]) -> str:
-    """Return the error message for a manifest or checkpoint from the other mode; "" if it is from this mode."""
+    """Return the error message for a manifest or checkpoint from the other mode, or "" if it is from this
+    mode."""
     theirs = noted.get("target", {}).get("mode", "native")  # older files do not record a mode
     if theirs == mode():
         return ""

@@ -197,7 +197,8 @@ class Comparison:
         }
 
     def training_seeds_of_runs(self) -> dict[str, list[int]] | None:
-        """Return the training seed of each run, for arms with trained policies; None if nothing is trained."""
+        """Return the training seed of each run, for arms with trained policies, or None if nothing is
+        trained."""
         if self.training_seeds is None:
             return None
         seeds: dict[str, list[int]] = {}

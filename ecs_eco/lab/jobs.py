@@ -143,7 +143,7 @@ class Done(Section):
 
 
 def read_done(sweep: Sweep, number: int) -> dict[str, Any] | None:
-    """Return the contents of a job's done.json; None if the job is not done.
+    """Return the contents of a job's done.json, or None if the job is not done.
 
     Raises ForeignFile if the file belongs to another job, RecordingError if it is damaged.
     """
@@ -272,7 +272,7 @@ def _noting(path: Path, ticks: int) -> Callable[[int, int], None]:
 
 
 def _tick_of(run: Path) -> int:
-    """Return the tick of a run's last checkpoint; 0 if there is none."""
+    """Return the tick of a run's last checkpoint, or 0 if there is none."""
     from ecs_eco.record.checkpoint import SUFFIX, tick_of
 
     return max((tick_of(file) for file in (run / "checkpoints").glob(f"tick-*{SUFFIX}")), default=0)

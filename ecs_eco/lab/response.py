@@ -77,7 +77,7 @@ def by_point(rows: Sequence[Row], key: str, outcome: Outcome) -> list[Answer]:
 
 
 def interval(rows: Sequence[Row], outcome: Outcome) -> Interval:
-    """Return the mean of an outcome over seeds with its 95% interval; NaN if no run has a number. Training
+    """Return the mean of an outcome over seeds with its 95% interval, or NaN if no run has a number. Training
     seeds and world seeds are both replicates.
     """
     table = _table(rows, outcome.column)

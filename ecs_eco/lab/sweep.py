@@ -145,8 +145,8 @@ def evenly(sweep: Sweep, numbers: Iterable[int]) -> list[int]:
 
 
 def _by_training(sweep: Sweep, numbers: Sequence[int]) -> dict[str, list[int]]:
-    """Return job numbers by the training run that the jobs wait for; "" if they need no training run, or it
-    is done."""
+    """Return job numbers by the training run that the jobs wait for, or "" if they need no training run, or
+    it is done."""
     missing, waiting = dict[str, bool](), dict[str, list[int]]({"": []})
     for number in numbers:
         name = sweep.jobs[number].training or ""

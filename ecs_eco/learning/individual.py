@@ -290,7 +290,7 @@ def require_finite(report: np.ndarray, uid: np.ndarray) -> None:
 
 
 def summary(report: np.ndarray, lengths: np.ndarray, rates: np.ndarray) -> dict[str, float]:
-    """Return means over animals (for the reward, over transitions); NaN if no animal learned."""
+    """Return means over animals (for the reward, over transitions), or NaN if no animal learned."""
     n, total = len(report), np.add.reduce
     if not n:
         return dict.fromkeys((*kernels.TERMS, "learning_rate"), float("nan")) | {

@@ -360,7 +360,7 @@ def fill_advantages(steps, ended, later, gain, discount, gae_lambda):
 @fused_njit
 def summarize(steps):
     """Return statistics of a rollout STEP[n]: mean and standard deviation of the advantages, the share of the
-    targets' variance that the values explain, and the mean reward; NaN if undefined."""
+    targets' variance that the values explain, and the mean reward; undefined values are NaN."""
     n = len(steps)
     mean = target_mean = variance = target_variance = reward = 0.0
     for i in range(n):

@@ -42,7 +42,8 @@ class Credentials:
         return code
 
     def exchange(self, code: str) -> str | None:
-        """Return the credential in exchange for a code, which is then used up; None if the code is invalid."""
+        """Return the credential in exchange for a code, which is then used up, or None if the code is
+        invalid."""
         with self._lock:
             self._forget_old()
             matches = _among(code, self._good)

@@ -180,7 +180,7 @@ def recorded_genome(known: dict[str, Any], text: str) -> dict[str, Any]:
 
 
 def _listed(value: np.ndarray | float) -> float | list[float | None] | None:
-    """Return a gene's value for JSON: a number or a short list; None for network weights."""
+    """Return a gene's value for JSON: a number, a short list, or None for network weights."""
     values = np.asarray(value)
     if values.ndim == 0:
         return number(values.item())
@@ -265,7 +265,7 @@ def drawable(nerves: dict[str, Any] | None) -> dict[str, Any]:
 
 
 def number(value: float | None) -> float | None:
-    """Return a number for JSON in the shortest form that preserves single precision; None for NaN."""
+    """Return a number for JSON in the shortest form that preserves single precision, or None for NaN."""
     if value is None or not math.isfinite(value):
         return None
     return (

@@ -163,7 +163,7 @@ class Rerun:
         self._thread.start()
 
     def answer(self) -> Stretch | str | None:
-        """Return the stretch once it is ready, or the reason for a failure; None until then."""
+        """Return the stretch once it is ready, the reason if it failed, or None until then."""
         if self._thread is None or self._thread.is_alive():
             return None
         self._thread.join()

@@ -32,7 +32,7 @@ FEW_PERIODS = 5
 
 
 def interventions(series: Series) -> str:
-    """Return a table of interventions, in which repeated interventions share a row; "" if there are none."""
+    """Return a table of interventions, in which repeated interventions share a row, or "" if there are none."""
     ticks: dict[str, list[int]] = {}
     for tick, text in figures.interventions(series):
         ticks.setdefault(text, []).append(tick)
@@ -164,7 +164,8 @@ def ages_at_death(run: Path | str) -> dict[str, tuple[int, float]]:
 
 
 def last_snapshot(run: Path | str, species: tuple[str, ...]) -> tuple[int, dict[str, np.ndarray]] | None:
-    """Return the last snapshot's tick and positions (n, 3) [m] by species; None if there are no snapshots."""
+    """Return the last snapshot's tick and positions (n, 3) [m] by species, or None if there are no
+    snapshots."""
     files = parts(run, "snapshots")
     if not files:
         return None

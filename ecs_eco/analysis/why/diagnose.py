@@ -273,7 +273,7 @@ def _taken(
 
 def idle(case: Case, grazer: str, fall: Fall, fall_of: dict[str, Fall]) -> str | None:
     """Return a predator of the grazer that nearly or completely disappeared before the plants did, for
-    reasons other than lack of prey, so that grazers thrived; None if there is none."""
+    reasons other than lack of prey, so that grazers thrived; return None if there is none."""
     for p in case.eaters(grazer):
         own, n = fall_of.get(p), case.series.of(p)
         if own is None or own.first >= fall.first or n[min(fall.first, len(n) - 1)] > 0.3 * n.max():

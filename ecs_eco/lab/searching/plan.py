@@ -236,8 +236,8 @@ class Budget:
         return min(1.15 * runs * run / self.workers, MOST_RESERVE * seconds)
 
     def _seconds_a_run(self) -> float | None:
-        """Return the duration of a full run, including its share of training [s]; None before the first full
-        run."""
+        """Return the duration of a full run, including its share of training [s], or None before the first
+        full run."""
         last = len(self._plan.stages) - 1
         whole = [e for e in self._journal.of("candidate") if len(e["stages"]) > last]
         seconds = [e["seconds"] / len(e["stages"][last]["runs"]) for e in whole]
