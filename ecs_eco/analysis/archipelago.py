@@ -54,7 +54,7 @@ class Islands:
         return out
 
     def over_time(self, species: str) -> tuple[np.ndarray, np.ndarray]:
-        """Return the ticks of the barriers, and the number of a species' migrants at each."""
+        """Return the ticks of the barriers, and the number of a species' migrants at each barrier."""
         rows = self.moves[self.moves[:, 1] == self.species.index(species)]
         every, end = self.plan.migration_interval, int(self.manifest["tick"])
         ticks = np.arange(every, end, every)

@@ -58,7 +58,7 @@ def compare(
     n_boot : int, default 499
         Number of red-noise simulations.
     seed : int, default 0
-        Seed of the simulations.
+        Random seed for the simulations.
     training : Mapping of str to sequence of int, optional
         Training seed of each run, for arms in which training seeds are crossed with world seeds.
     policies : Mapping of str to str, optional
@@ -508,7 +508,7 @@ def _measured(out: Path, result: dict[str, Any], loaded: Mapping[str, Sequence[S
 
 
 def _cycles(result: dict[str, Any]) -> list[str]:
-    """Return the section on cycles by arm and lags between species."""
+    """Return the section on cycles in each arm and lags between species."""
     rows = []
     for arm, s, x in _by_species(result):
         red, lenient = (f"{x[word]} of {x['long_enough']}" for word in ("cycling", "cycling_ar1"))

@@ -118,7 +118,7 @@ def cycle_statistics(
     n_boot : int, default 499
         Number of red-noise simulations.
     seed : int, default 0
-        Seed of the simulations.
+        Random seed for the simulations.
     period_of : sequence of str, optional
         Species whose clearest peak sets the period of the lags; default: the consumers if the manifest
         contains diets, otherwise all.

@@ -27,7 +27,7 @@ PANELS = 8  # of one figure
 
 
 class Band(NamedTuple):
-    """A mean over runs with its 95% interval at ticks, f64[samples] each."""
+    """The mean over runs and its 95% interval at the sampled ticks, f64[samples] each."""
 
     ticks: np.ndarray
     mean: np.ndarray

@@ -22,7 +22,7 @@ WORLD = "(world)"
 
 
 def measured(*runs: Series) -> dict[str, list[str]]:
-    """Return the reporters that all these runs have: reporter → the species with values, or only WORLD."""
+    """Return the reporters that all these runs share: reporter → the species with values, or only WORLD."""
     names = [name for name in runs[0].reporters if all(name in run.columns for run in runs)]
     return {name: _of_whom(name, runs) for name in names}
 

@@ -106,12 +106,12 @@ class Pedigree:
 
     @cached_property
     def mother(self) -> np.ndarray:
-        """Index of the first parent in the arrays, −1 if there is none: i64."""
+        """Index of the first parent in the arrays, or −1 if there is none: i64."""
         return self._places(self.parent)
 
     @cached_property
     def father(self) -> np.ndarray:
-        """Index of the second parent in the arrays, −1 if there is none: i64."""
+        """Index of the second parent in the arrays, or −1 if there is none: i64."""
         return self._places(self.parent2)
 
     @cached_property

@@ -92,7 +92,7 @@ def variance_shares(
         Number of bootstrap samples.
     level : float, default 0.95
     seed : int, default 0
-        Seed of the bootstrap.
+        Random seed for the bootstrap.
 
     Returns
     -------

@@ -246,7 +246,7 @@ def _recurrence(x: np.ndarray, period: float) -> dict[str, float]:
 def waves(x: np.ndarray, period: float) -> np.ndarray:
     """Return the detrended analytic signal in the band around `period` [samples], along the last axis."""
     n = x.shape[-1]
-    cycles = np.arange(n) * period / n  # frequency relative to the peak's
+    cycles = np.arange(n) * period / n  # frequency relative to that of the peak
     with np.errstate(divide="ignore"):
         octave = np.abs(np.log(cycles)) / np.log(BAND)
     gain = np.where(

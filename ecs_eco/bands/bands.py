@@ -24,7 +24,7 @@ LEAST = 64  # with fewer organisms, every process does all the work, because an 
 
 @dataclass
 class Traffic:
-    """Communication statistics of a process: calls, bytes received, and seconds including waiting."""
+    """Communication statistics of a process: calls, bytes received, and time [s], including waiting."""
 
     calls: int = 0
     received: int = 0

@@ -232,7 +232,7 @@ def _whole_power(x, n):
 
 @_plain
 def _quadrant(x):
-    """Return y, the rest, and n modulo 4, where x = n pi/2 + y + rest."""
+    """Return y, the remainder, and n modulo 4, where x = n pi/2 + y + remainder."""
     if abs(x) > 1.0e6:
         x = np.fmod(x, 2.0 * _PI)
     n = np.floor(x * 6.36619772367581382433e-01 + 0.5)

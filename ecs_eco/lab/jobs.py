@@ -47,7 +47,7 @@ def run_job(folder: str | Path, number: int, allowed: Collection[str] = ()) -> d
     folder : str or Path
         Folder of the sweep.
     number : int
-        Number of the job.
+        Job number.
     allowed : collection of str
         Hashes of code that is allowed to run.
 

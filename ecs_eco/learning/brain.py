@@ -111,7 +111,7 @@ class Brain(PlainNetwork, PolicyNetwork):
     hidden : tuple of int, default (64, 64)
         Number of units in each hidden layer.
     seed : int, default 0
-        Fixes the initial weights.
+        Random seed for the initial weights.
     trunk : {"shared", "separate"}
         Whether policy and value share the hidden layers.
 

@@ -60,7 +60,7 @@ class Individuals(PlainNetwork):
         Number of units in each hidden layer.
     ppo : PPO
     seed : int
-        Fixes the initial weights and the order of minibatches.
+        Random seed for the initial weights and the order of minibatches.
     """
 
     def __init__(

@@ -108,7 +108,7 @@ def plain(module: object, n_observations: int, n_logits: int) -> Plain | None:
     None.
 
     Such a module is an `MLP`, or a Sequential of Linear and Tanh with n_logits outputs, or one more for the
-    value. Raises ValueError if a Sequential has different numbers of inputs or outputs.
+    value. Raises ValueError if a Sequential has the wrong number of inputs or outputs.
     """
     if (
         type(module) is MLP

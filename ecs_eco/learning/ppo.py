@@ -28,7 +28,7 @@ class Learner(TorchLearner):
     brain : Brain
     ppo : PPO
     seed : int
-        Fixes the order of minibatches.
+        Random seed for the order of minibatches.
     workers : int, default 1
         Number of threads, which affects speed, never results.
 

@@ -35,7 +35,7 @@ class TorchLearner:
     brain : ModuleBrain
     ppo : PPO
     seed : int
-        Fixes the order of minibatches.
+        Random seed for the order of minibatches.
     workers : int, default 1
         Number of threads, which on the CPU affects speed, never results.
 

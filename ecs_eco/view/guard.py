@@ -53,7 +53,7 @@ class Credentials:
             return self.credential if matches else None
 
     def is_good(self, code: str) -> bool:
-        """Return whether a code could be exchanged now."""
+        """Return whether a code can be exchanged now."""
         with self._lock:
             self._forget_old()
             return bool(_among(code, self._good))

@@ -39,7 +39,8 @@ class Course:
     way: int = 0  # +1 after a boom, −1 after a crash
 
     def turn(self, n: int) -> int:
-        """Return +1 if population n is a boom since the last low, −1 for a crash since the last high, else 0."""
+        """Return +1 if population n is a boom since the last low, −1 for a crash since the last high,
+        otherwise 0."""
         if n >= max(LEAST, FACTOR * self.low.n) and self.way <= 0:
             return 1
         return -1 if self.high.n >= LEAST and n * FACTOR <= self.high.n and self.way >= 0 else 0
@@ -69,8 +70,8 @@ class Story:
         self.entries, self._courses = [*entries], [*map(copy, courses)]
 
     def changes(self, n: np.ndarray) -> bool:
-        """Return whether a species has appeared or died out since the last `note`; also True before the
-        first."""
+        """Return whether a species has appeared or died out since the last call of `note`; True before the
+        first call."""
         return (n == 0).tolist() != [course.gone for course in self._courses]
 
     def note(

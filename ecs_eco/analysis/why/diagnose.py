@@ -34,7 +34,8 @@ class Fall:
 
 
 def offspring(case: Case, species: str) -> float:
-    """Return the lifetime offspring of a well-fed individual; ∞ if the world file sets no rate or lifespan."""
+    """Return the lifetime offspring of a well-fed individual, or ∞ if the world file sets no rate or
+    lifespan."""
     way = case.of(species).get("reproduction") or {}
     if not way:
         return 0.0
@@ -91,7 +92,7 @@ def newborn(case: Case, fall: Fall) -> dict[str, float]:
     `births`; `starved_young`, the fraction of them that starved before they could have had more than one
     meal; `lasts`, the ticks for which a newborn's initial energy lasts; `meal_every`, the ticks between meals
     at the food's peak number. For newborns that could not survive until their first meal: `of_births`, their
-    fraction of births, and `of_hunger`, their fraction of deaths by starvation in the decline.
+    fraction of births, and `of_hunger`, their fraction of deaths from starvation in the decline.
     """
     s, span = fall.species, slice(0, fall.last + 1)
     births, dead = float(case.flow(s, "births")[span].sum()), case.deaths.get(s)

@@ -1,7 +1,7 @@
 """The limiting factor of a species in each phase. Per capita per tick, the maximum birth rate minus actual
 growth equals the births that failed due to lack of energy or space plus deaths by cause. The largest of these
-losses is the limit. In a later fall, the limit is the loss that has increased most: grass that is short of
-space falls because of grazing."""
+losses is the limit. In a later decline, the limit is the loss that has increased most: grass that is short of
+space declines because of grazing."""
 
 from typing import Any
 

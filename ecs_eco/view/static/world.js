@@ -1,4 +1,4 @@
-// The introduction: a description of the world, its food web, and closable hints.
+// The introduction: a description of the world, its food web, and hints that can be closed.
 
 import { $, h, number, s } from "./dom.js";
 import { kindsOf, sign } from "./marks.js";
