@@ -194,9 +194,8 @@ def selection(
     Notes
     -----
     The slope per generation uses the species' mean generation time in this lineage, as Chevin (2011, Biology
-    Letters 7, 210–213) recommends for overlapping generations. It is the net change against all other values,
-    including mutation and drift; a neutral marker in the same genome shows how large they are.
-    """
+    Letters 7, 210–213) recommends for overlapping generations. It is the net change relative to all other
+    values, including mutation and drift; a neutral marker in the same genome shows how large they are."""
     counted = frequencies(lineage, species, gene, max(1, (lineage.end + 1) // SAMPLES))
     counted.of(value)  # an unknown value raises an error that suggests the closest one
     column = counted.values.index(value)

@@ -193,9 +193,8 @@ def spectral_peak(
 
     The statistic is the largest ratio of the spectrum to the fitted null over all periods from 4 samples to
     1/min_cycles of the series, which accounts for testing many frequencies. The null is refitted to every
-    bootstrap series, so that the bias of the fit is the same for both; correcting this bias did not change
-    error rates.
-    """
+    bootstrap series, so that the fit has the same bias for observed and simulated series; correcting this
+    bias did not change error rates."""
     x, factor = thin(transform(series, how), samples)
     n = x.shape[-1]
     if n < SHORTEST or np.ptp(x) < 1e-12 or not np.isfinite(x).all():

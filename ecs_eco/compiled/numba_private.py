@@ -160,8 +160,8 @@ class OuterLower(_Borrowing):
 
     numba takes a reference to each array from Python and releases it after the call, which is most of the
     fixed cost of a kernel with thirty arrays. The caller keeps its arguments alive during the call anyway.
-    Arrays are therefore borrowed if the kernel cannot keep one for longer, because it returns none and has
-    nowhere to store one.
+    Arrays are therefore borrowed if the kernel cannot keep any for longer, because it returns no arrays and
+    has nowhere to store one.
     """
 
     def create_cpython_wrapper(self, release_gil: bool = False) -> None:

@@ -17,7 +17,7 @@ from ecs_eco.engine.living import LivingWorld
 
 _worlds: weakref.WeakSet[LivingWorld] = (
     weakref.WeakSet()
-)  # worlds whose threads must not run them in parallel with others
+)  # worlds whose threads must not run them in parallel with other worlds
 _apart = threading.local()
 
 

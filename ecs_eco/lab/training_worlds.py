@@ -183,7 +183,7 @@ def drawn(vary: Mapping[str, Sequence[float]], worlds: int, key: np.uint64) -> l
     order that differs between keys.
 
     This is a Latin hypercube (McKay, Beckman & Conover 1979). Parts are equal on a log scale if both ends are
-    positive, otherwise on a linear scale; values are integers if both ends are.
+    positive, otherwise on a linear scale; values are integers if both ends are integers.
     """
     out: list[dict[str, Any]] = [{} for _ in range(worlds)]
     for j, (name, (low, high)) in enumerate(vary.items()):

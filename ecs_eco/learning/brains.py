@@ -26,7 +26,7 @@ def brain_of(
     device: str = "cpu",
     trunk: str = "shared",
 ) -> PolicyNetwork:
-    """Return a new brain from `network(n_observations, groups)`, or the built-in one with a `trunk`, which
+    """Return a new brain from `network(n_observations, groups)`, or the built-in brain with a `trunk`, which
     does not need torch on the CPU.
 
     Raises ValueError if the module cannot be a brain or the device does not exist.

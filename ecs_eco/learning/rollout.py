@@ -317,7 +317,7 @@ class Rollout:
 
 
 def _lives(row: np.ndarray, ended: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the indices of records i64[n] sorted by row, then time, and whether each record but the first
+    """Return the indices of records i64[n] sorted by row, then by time, and whether each record but the first
     continues the life of the previous record, bool[n - 1]."""
     order = np.argsort(row, kind="stable")
     return order, (row[order[1:]] == row[order[:-1]]) & ~ended[order[:-1]]

@@ -1,7 +1,7 @@
 """Frames: all organisms at a tick in one binary message, 12 bytes each (docs/reference/viewer_protocol.md).
 
 If a uid needs more than 32 bits, as on all islands but the first, the header sets a flag and the upper halves
-of all uids follow, 4 more bytes per organism.
+of all uids follow, adding 4 bytes per organism.
 """
 
 from __future__ import annotations

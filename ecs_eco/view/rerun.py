@@ -25,7 +25,7 @@ from ecs_eco.view.interpolate import STATE
 from ecs_eco.view.parts import Columns, Kept
 from ecs_eco.view.recording import Recording
 
-ROWS = 2_000_000  # maximum organisms × ticks in a stretch
+ROWS = 2_000_000  # maximum number of organisms times ticks in a stretch
 BEFORE, AFTER = 20, 60  # ticks before and after the requested tick
 
 

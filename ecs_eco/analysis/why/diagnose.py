@@ -19,8 +19,9 @@ FEEDS = (0.9, 1.3)
 # certain lack
 LEFT = (0.95, 0.6)
 GONE = (0.5, 0.2)  # food left: below these values, lack of food, even if its peak number was too low as well
-GROWN = (0.6, 0.9)  # intake at the food's peak number / energy burned: below, adults starve too
-HUNGRY = (0.55, 0.8)  # probability that a newborn finds no meal in time: below, normal; above, fatal
+GROWN = (0.6, 0.9)  # intake at the food's peak number / energy burned: below these values, adults starve too
+# probability that a newborn finds no meal in time: below the first value, normal; above the second, fatal
+HUNGRY = (0.55, 0.8)
 
 
 @dataclass(frozen=True)
