@@ -201,7 +201,8 @@ def write_archipelago(folder: Path | str, out: Path | str | None = None) -> Path
 
 
 def _rows(islands: Islands, root: Path, place: Path) -> Iterator[list[object]]:
-    """Yield a row per island: final population sizes, total migrants, and the values specific to the island."""
+    """Yield a row for each island: final population sizes, total migrants, and the values specific to the
+    island."""
     moved = islands.moved()
     for i, (name, series) in enumerate(islands.series.items()):
         link: object = name

@@ -373,7 +373,8 @@ def _of_variable(genomes: np.ndarray, gene: dict[str, Any], kept: dict[str, Any]
 
 
 def _together(copies: Sequence[Sequence[str]], gene: dict[str, Any], kept: dict[str, Any]) -> np.ndarray:
-    """Return the combined value of the copies in each string: f64[strings], NaN if there are none."""
+    """Return the combined value of the copies in each string: f64[strings], with NaN for strings without
+    copies."""
     words = sorted({word for string in copies for word in string})
     meaning = dict(zip(words, numbers(words, gene, kept["alphabet"]).tolist(), strict=True))
     rules: dict[str, Callable[[list[float]], float]] = {

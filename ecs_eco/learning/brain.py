@@ -160,7 +160,7 @@ class Brain(PlainNetwork, PolicyNetwork):
         self, observations: np.ndarray, memory: np.ndarray, split: Split | None = None
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the result of `forward`, and the memory f32[n, 0] unchanged. A row's results are
-        bit-identical whatever the other rows and the number of threads are."""
+        bit-identical regardless of the other rows and the number of threads."""
         n = self._rows(observations)
         x = np.asarray(observations, np.float32).T
         if not x.flags.forc:

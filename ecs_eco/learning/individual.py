@@ -48,7 +48,7 @@ class Individuals(PlainNetwork):
     """The networks of all individuals of a species, and PPO for each of them.
 
     Each has a trunk of tanh layers, shared by the policy head and the value head. An animal's decisions and
-    learning are bit-identical whatever its row, the other animals and the number of threads are. A world file
+    learning are bit-identical regardless of its row, the other animals and the number of threads. A world file
     selects it with `policy.kind = "individual"`.
 
     Parameters

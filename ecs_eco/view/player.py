@@ -1,4 +1,4 @@
-"""The player, which advances time at the speed requested by pages and sends them what they display.
+"""The player, which advances time at the speed requested by pages and sends them the data that they display.
 
 It runs in the world's thread. Requests from pages arrive in `inbox` from the server's thread and are read
 between ticks. Frames are never queued: the next frame is made from the current state once the page has
@@ -135,7 +135,7 @@ class Player(Inbox):
         return due
 
     def _serve(self, now: float) -> None:
-        """Send each page what is due, and set when to serve next."""
+        """Send each page the data that is due, and set when to serve next."""
         tick = self._served = self.source.tick
         if tick != self._sampled and now >= self._sample_at:
             self._sampled = tick

@@ -41,7 +41,7 @@ class Source(Protocol):
 
     def news(self) -> list[Message]:
         """Return new messages for all pages since the last call, such as `marks` after an intervention. Must
-        be fast if there are none."""
+        be fast if there are no new messages."""
 
     def passed(self) -> None:
         """Update the source after a tick. Called before every tick, so it must be fast."""
