@@ -24,7 +24,7 @@ class Summary(NamedTuple):
     period: float  # period of the wave that explains most of the variance [time unit of the series]
     cycles: float  # number of periods in the series
     share: float  # fraction of the variance that this wave explains
-    amplitude: float  # standard deviation of log10 numbers after removing the trend
+    amplitude: float  # standard deviation of log10 values after removing the trend
 
 
 class Both(NamedTuple):
@@ -36,7 +36,7 @@ class Both(NamedTuple):
 
 
 def numbers_of(series: Series, name: str) -> np.ndarray:
-    """Return the numbers of a species, or a reporter's values averaged over species: f64[ticks]."""
+    """Return the population sizes of a species, or a reporter's values averaged over species: f64[ticks]."""
     if name in series.species:
         return series.of(name)
     values = series.columns[name]

@@ -1,4 +1,5 @@
-"""The results of an archipelago and their report: numbers on each island, and migrants along each route."""
+"""The results of an archipelago and their report: population sizes on each island, and migrants along each
+route."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -37,7 +38,7 @@ class Islands:
 
     @property
     def species(self) -> tuple[str, ...]:
-        """The species, in the order of the world file."""
+        """The species, in world-file order."""
         return self.first.species
 
     @property
@@ -53,7 +54,7 @@ class Islands:
         return out
 
     def over_time(self, species: str) -> tuple[np.ndarray, np.ndarray]:
-        """Return the ticks of the barriers, and the number of a species' migrants at each."""
+        """Return the ticks of the barriers, and the number of a species' migrants at each barrier."""
         rows = self.moves[self.moves[:, 1] == self.species.index(species)]
         every, end = self.plan.migration_interval, int(self.manifest["tick"])
         ticks = np.arange(every, end, every)
@@ -83,7 +84,8 @@ def load_islands(folder: Path | str) -> Islands:
 
 
 def _until(series: Series, tick: int) -> Series:
-    """Return the part of a series before a tick. In an interrupted run, an island may be ahead of the others."""
+    """Return the part of a series before a tick. In an interrupted run, an island may be ahead of other
+    islands."""
     before = series.ticks < tick
     columns = {name: column[before] for name, column in series.columns.items()}
     return Series(series.ticks[before], series.species, columns, series.manifest)
@@ -134,7 +136,7 @@ def chart(islands: Islands) -> Figure:
 
 @styled
 def numbers(islands: Islands) -> Figure:
-    """Draw the numbers of each migrating species, one line per island, with its migrants below."""
+    """Plot the population sizes of each migrating species, one line per island, with its migrants below."""
     wander, hue = islands.migrants or list(islands.species[:1]), colors_of(islands.first)
     figure, axes = panels(2, len(wander), 4.4 * max(len(wander), 1.6), 5.0, sharex=True)
     for column, species in enumerate(wander):
@@ -199,7 +201,8 @@ def write_archipelago(folder: Path | str, out: Path | str | None = None) -> Path
 
 
 def _rows(islands: Islands, root: Path, place: Path) -> Iterator[list[object]]:
-    """Yield a row per island: numbers at the end, total migrants, and the values specific to the island."""
+    """Yield a row for each island: final population sizes, total migrants, and the values specific to the
+    island."""
     moved = islands.moved()
     for i, (name, series) in enumerate(islands.series.items()):
         link: object = name

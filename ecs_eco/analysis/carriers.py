@@ -85,7 +85,7 @@ def frequencies(lineage: Pedigree, species: str, gene: str | Sequence[int], ever
     Returns
     -------
     Frequencies
-        Exact counts, from births and deaths. Values are in the order of their codons; for a gene without a
+        Exact counts, from births and deaths. Values are in codon order; for a gene without a
         table of values, they are the codons themselves in alphabetical order.
 
     Raises
@@ -207,7 +207,7 @@ def _values(
 
 
 def codon_number(codon: str, alphabet: str) -> int:
-    """Return a codon's index among all codons, sorted in the order of the alphabet."""
+    """Return a codon's index among all codons, sorted in alphabet order."""
     number = 0
     for letter in codon:
         if letter not in alphabet:
@@ -245,7 +245,7 @@ def lines_of(genes: Sequence[Frequencies], all_values: bool = False) -> list[Lin
 
 @styled
 def carriers(genes: Sequence[Frequencies], title: str = "") -> Figure:
-    """Draw the number of living carriers of each gene over time.
+    """Plot the number of living carriers of each gene over time.
 
     Organisms with the value of the first codon do not count as carriers. A gene with more than two values has
     one line for each value after the first.
@@ -373,7 +373,8 @@ def _of_variable(genomes: np.ndarray, gene: dict[str, Any], kept: dict[str, Any]
 
 
 def _together(copies: Sequence[Sequence[str]], gene: dict[str, Any], kept: dict[str, Any]) -> np.ndarray:
-    """Return the combined value of the copies in each string: f64[strings], NaN if there are none."""
+    """Return the combined value of the copies in each string: f64[strings], with NaN for strings without
+    copies."""
     words = sorted({word for string in copies for word in string})
     meaning = dict(zip(words, numbers(words, gene, kept["alphabet"]).tolist(), strict=True))
     rules: dict[str, Callable[[list[float]], float]] = {

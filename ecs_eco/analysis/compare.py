@@ -1,5 +1,6 @@
-"""Comparison of an experiment's arms: persistence, survival times, numbers and cycles. The replicates are the
-seeds: world seeds and, if runs use policies from several training runs, training seeds (`seed_grid.py`)."""
+"""Comparison of an experiment's arms: persistence, survival times, population sizes and cycles. The
+replicates are the seeds: world seeds and, if runs use policies from several training runs, training seeds
+(`seed_grid.py`)."""
 
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -49,7 +50,7 @@ def compare(
     Parameters
     ----------
     arms : Mapping of str to sequence
-        The runs of each arm, one per seed: folders, tables of series or `Series`.
+        The runs of each arm, one per seed: folders, tables of series or `Series` objects.
     out : str or Path, optional
         Folder for compare.json, compare.html and figures/.
     species : sequence of str, optional
@@ -57,7 +58,7 @@ def compare(
     n_boot : int, default 499
         Number of red-noise simulations.
     seed : int, default 0
-        Seed of the simulations.
+        Random seed for the simulations.
     training : Mapping of str to sequence of int, optional
         Training seed of each run, for arms in which training seeds are crossed with world seeds.
     policies : Mapping of str to str, optional
@@ -163,10 +164,9 @@ def _crossed_effects(
     """Return the difference between an arm and the reference, with both kinds of seeds as replicates.
 
     Shares are compared by applying the square-and-add rule to both intervals (Newcombe 1998; Zou and Donner
-    2008). For times and numbers, the difference between runs with the same seeds is averaged over cells; an
-    arm without training seeds (random policies) has one row, which is compared with every training seed. No
-    log-rank p value is given, because that test assumes independent runs.
-    """
+    2008). For times and population sizes, the difference between runs with the same seeds is averaged over
+    cells; an arm without training seeds (random policies) has one row, which is compared with every training
+    seed. No log-rank p value is given, because that test assumes independent runs."""
     one, two = result["arms"][arm]["persistence"], result["arms"][reference]["persistence"]
     effects: dict[str, Any] = {"persistence": difference_of_intervals(one, two)}
     alone = {name: [0] * len(loaded[name]) for name in (arm, reference)}
@@ -245,7 +245,8 @@ def _arm(
 
 
 def _depths(table: Sequence[Sequence[Series]], species: str) -> dict[str, Any]:
-    """Return the daily cycle of mean depth, averaged over runs in rows of training seeds; empty without one."""
+    """Return the daily cycle of mean depth, averaged over runs in rows of training seeds (empty if there is
+    no daily cycle)."""
     if species not in swimmers(table[0][0]):
         return {}
     cycles = [[depth_cycle(run, species) for run in row] for row in table]
@@ -507,7 +508,7 @@ def _measured(out: Path, result: dict[str, Any], loaded: Mapping[str, Sequence[S
 
 
 def _cycles(result: dict[str, Any]) -> list[str]:
-    """Return the section on cycles by arm and lags between species."""
+    """Return the section on cycles in each arm and lags between species."""
     rows = []
     for arm, s, x in _by_species(result):
         red, lenient = (f"{x[word]} of {x['long_enough']}" for word in ("cycling", "cycling_ar1"))

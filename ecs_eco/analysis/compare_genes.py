@@ -19,7 +19,7 @@ from ecs_eco.analysis.runs import read_manifest
 from ecs_eco.analysis.seed_grid import mean_of_seeds
 from ecs_eco.analysis.survival import bootstrap_difference
 
-SAMPLES = 200  # approximate maximum per run
+SAMPLES = 200  # approximate maximum number per run
 ALLELE = ("first", "last", "s", "per_tick")  # outcomes for a value of a gene, one number per run
 QUANTITY = ("first", "last", "sd_first", "sd_last", "haldanes")  # outcomes for a quantitative gene
 
@@ -49,7 +49,7 @@ class Gene:
 
 
 def genes_of(arms: Mapping[str, Sequence[Any]]) -> list[Gene]:
-    """Read the genes of all runs; empty if a run is not a folder or has no recorded genomes."""
+    """Read the genes of all runs (empty if a run is not a folder or has no recorded genomes)."""
     folders = [run for runs in arms.values() for run in runs]
     if not all(isinstance(run, str | Path) for run in folders):
         return []
@@ -178,7 +178,7 @@ _HEADS = {
 
 
 def blocks(out: Path, genes: Sequence[Gene], result: Mapping[str, Any], reference: str) -> list[str]:
-    """Return the figures (also written to `out`) and tables as HTML; empty if there are no genes."""
+    """Return the figures (also written to `out`) and tables as HTML (empty if there are no genes)."""
     parts = []
     for k, s in enumerate(dict.fromkeys(gene.species for gene in genes)):
         for kind, words, note in (

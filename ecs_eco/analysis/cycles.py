@@ -81,7 +81,8 @@ class CycleStatistics:
 
 
 def living_stretch(series: Series, skip: float = 0.1) -> np.ndarray:
-    """Return numbers (ticks, species) after the first fraction `skip` and before the first extinction."""
+    """Return population sizes (ticks, species) after the first fraction `skip` and before the first
+    extinction."""
     n = series.n[:, series.present]
     gone = np.flatnonzero((n == 0).any(1))
     end = gone[0] if len(gone) else len(n)
@@ -111,13 +112,13 @@ def cycle_statistics(
     run : str, Path, pyarrow.Table, Mapping or Series
         Anything that `load_series` accepts.
     species : sequence of str, optional
-        Species from producers upwards; default: all.
+        Species, from producers upward; default: all.
     skip : float, default 0.1
         Fraction of the run to skip at the start.
     n_boot : int, default 499
         Number of red-noise simulations.
     seed : int, default 0
-        Seed of the simulations.
+        Random seed for the simulations.
     period_of : sequence of str, optional
         Species whose clearest peak sets the period of the lags; default: the consumers if the manifest
         contains diets, otherwise all.
@@ -308,7 +309,8 @@ def _median_period(loaded: Sequence[Any], a: str, b: str, skip: float, seed: int
 
 
 def _pairings(n: int, n_shuffles: int, seed: int) -> np.ndarray:
-    """Return every pairing of n runs or, if there are too many, the real one and `n_shuffles` random ones."""
+    """Return every pairing of n runs or, if there are too many, the real pairing and `n_shuffles` random
+    pairings."""
     if n <= 7:
         return np.array(list(permutations(range(n))))
     rng = np.random.default_rng(seed)

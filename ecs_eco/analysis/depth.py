@@ -39,7 +39,7 @@ def water_of(series: Series) -> float:
 
 
 def day_of(series: Series) -> int:
-    """Return the number of ticks in a day; 0 if the run has no sun or depth, or is shorter than a day."""
+    """Return the number of ticks in a day, or 0 if the run has no sun or depth, or is shorter than a day."""
     config = series.manifest.get("config", {})
     sun = config.get("sun")
     if not sun or "depth_mean" not in series.columns:
@@ -71,7 +71,7 @@ def surface_light(series: Series, ticks: np.ndarray | None = None) -> np.ndarray
 
 
 def depth_cycle(series: Series, species: str) -> DepthCycle | None:
-    """Return the daily cycle of a species' mean depth; None if it lived for less than two whole days."""
+    """Return the daily cycle of a species' mean depth, or None if it lived for less than two whole days."""
     day = day_of(series)
     lived = series.of(species) > 0
     end = len(lived) if lived.all() else int(np.argmin(lived))
@@ -87,7 +87,8 @@ def depth_cycle(series: Series, species: str) -> DepthCycle | None:
 
 
 def day_by_hour(series: Series, species: str) -> np.ndarray:
-    """Return a species' mean depth [m] by hour, f64[HOURS], excluding the first day; NaN if it was absent."""
+    """Return a species' mean depth [m] by hour, f64[HOURS], excluding the first day; it is NaN if the species
+    was absent."""
     lived = (series.of(species) > 0) & (series.ticks >= series.ticks[0] + day_of(series))
     hour = _part_of_day(series, series.ticks[lived])
     n = np.bincount(hour, minlength=HOURS)
@@ -95,7 +96,7 @@ def day_by_hour(series: Series, species: str) -> np.ndarray:
 
 
 def mean_of_there(values: np.ndarray) -> np.ndarray:
-    """Return the mean over rows f64[n, k], ignoring NaN: f64[k], NaN where all are NaN."""
+    """Return the mean over rows f64[n, k], ignoring NaN: f64[k], NaN where all values are NaN."""
     there = np.isfinite(values)
     return np.where(there, values, 0.0).sum(0) / np.where(there.any(0), there.sum(0), np.nan)
 

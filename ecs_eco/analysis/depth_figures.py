@@ -53,7 +53,7 @@ NOON = "#fff6d1"
 
 @styled
 def mean_depth(series: Series, species: Sequence[str], day: int) -> Figure:
-    """Draw mean depth over time, with the surface at the top and the surface light as background."""
+    """Plot mean depth over time, with the surface at the top and the surface light as background."""
     from matplotlib.colors import LinearSegmentedColormap
 
     figure, ((ax,),) = panels(1, 1, 9.5, 3.6)
@@ -79,7 +79,7 @@ def mean_depth(series: Series, species: Sequence[str], day: int) -> Figure:
 
 @styled
 def by_hour(shares: Mapping[str, np.ndarray], height: float, light: np.ndarray) -> Figure:
-    """Draw the fraction of each species by layer (rows) and hour (columns), below a panel of the light
+    """Plot the fraction of each species by layer (rows) and hour (columns), below a panel of the light
     f64[n]."""
     figure, axes = panels(
         2, len(shares), 3.5 * len(shares) + 0.9, 4.0, sharex=True, sharey="row", height_ratios=[1, 6]
@@ -102,7 +102,7 @@ def by_hour(shares: Mapping[str, np.ndarray], height: float, light: np.ndarray) 
 
 @styled
 def over_time(edges: np.ndarray, numbers: Mapping[str, np.ndarray], height: float) -> Figure:
-    """Draw the mean number of each species in each layer (rows) and period (columns), with the surface at the
+    """Plot the mean number of each species in each layer (rows) and period (columns), with the surface at the
     top."""
     figure, axes = panels(len(numbers), 1, 9, 1.9 * len(numbers) + 0.6, sharex=True)
     for ax, (s, count) in zip(axes[:, 0], numbers.items(), strict=True):
@@ -117,7 +117,7 @@ def over_time(edges: np.ndarray, numbers: Mapping[str, np.ndarray], height: floa
 
 @styled
 def arms(runs: Mapping[str, Sequence[Series]], species: Sequence[str]) -> Figure:
-    """Draw mean depth by hour in each arm (columns) for each species (rows): thin lines for runs, thick for
+    """Plot mean depth by hour in each arm (columns) for each species (rows): thin lines for runs, thick for
     means."""
     first = next(iter(runs.values()))[0]
     hue, labels = colors_of(first), [f"mean depth of {s} [m]" for s in species]
@@ -146,7 +146,7 @@ def _night(ax: Axes, run: Series) -> None:
 
 @styled
 def escape_figure(result: Escape, prey: str, predator: str, dt: float) -> Figure:
-    """Draw speed and direction around an approach against the time since the approach [s]."""
+    """Plot speed and direction around an approach against the time since the approach [s]."""
     figure, axes = panels(1, 2, 8.4, 3.2)
     time = np.arange(-AROUND, AROUND + 1) * dt
     words = f"speed of {prey} [m/s]", f"cosine between heading\nand away from {predator}"
@@ -165,7 +165,7 @@ def escape_figure(result: Escape, prey: str, predator: str, dt: float) -> Figure
 
 def blocks(run: Path, series: Series, place: Path) -> list[str]:
     """Return the sections on depth over time (by hour if there is a sun) and, if individual organisms were
-    recorded, on escapes and smells; empty if the space has no depth. Figures are written to `place`."""
+    recorded, on escapes and smells (empty if the space has no depth). Figures are written to `place`."""
     day = day_of(series) if len(series.ticks) else 0
     species = swimmers(series) if day else []
     density = list(_density(run, place, series))

@@ -21,7 +21,8 @@ from ecs_eco.analysis.tracks import (
     v_test,
 )
 
-# distance that counts as an approach [m], time without one before it [ticks], time shown around it [ticks]
+# distance that counts as an approach [m], time without an approach before it [ticks], time shown around it
+# [ticks]
 WITHIN, REST, AROUND = 1.5, 5, 5
 
 
@@ -48,7 +49,8 @@ def _detailed(manifest: Mapping[str, Any]) -> dict[str, Any]:
 def recorded_tracks(
     run: Path | str, prey: str, predator: str, within: float = 10.0, most: int = 3000
 ) -> Tracks | None:
-    """Return tracks of prey in the last `most` ticks of a run with recorded details; None if there are none."""
+    """Return tracks of prey in the last `most` ticks of a run with recorded details, or None if there are
+    none."""
     series = load_series(run)
     first = int(series.ticks[-1]) - most + 1
     mine, other = (_places(run, name, first) for name in (prey, predator))
@@ -104,7 +106,7 @@ class Escape:
 
 
 def escapes(tracks: Tracks, within: float = WITHIN, rest: int = REST) -> Escape | None:
-    """Return the behavior of prey around the approach of a predator to a distance of `within` [m]; None if
+    """Return the behavior of prey around the approach of a predator to a distance of `within` [m], or None if
     there was no approach.
 
     The V-test treats approaches as independent, which overstates the evidence: the replicates are runs.
@@ -147,7 +149,7 @@ def noses(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
 def leaving(run: Path | str, species: str, nose: str, least: float = 0.1, most: int = 3000) -> Leaving | None:
     """Return how often a species moves away from a smell in the last `most` ticks of a run with recorded
     details, counting moves for which the nose measured a gradient above `least` (at most 1) at the beginning
-    of the tick; None if no smell was detected."""
+    of the tick, or None if no smell was detected."""
     series = load_series(run)
     smells = (f"sensor: {nose}_{way}" for way in ("forward", "left", "up"))
     names = ["tick", "uid", "x", "y", "z", "heading", *smells]

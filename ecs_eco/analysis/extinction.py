@@ -32,7 +32,7 @@ class Decline:
 
 
 def decline(series: Series, species: str) -> Decline | None:
-    """Return the decline of a species; None if it is alive at the end or was never present."""
+    """Return the decline of a species, or None if it is alive at the end or was never present."""
     i, n = series.index(species), series.of(species)
     if np.isnan(series.extinct[i]) or not series.present[i]:
         return None

@@ -34,7 +34,8 @@ from ecs_eco.engine.errors import shortened, unknown_name
 
 @styled
 def populations(series: Series) -> Figure:
-    """Draw numbers over time; a species more than four times as numerous as any other has its own axis."""
+    """Plot population sizes over time; a species more than four times as numerous as any other has its own
+    axis."""
     figure, ((ax,),) = panels(1, 1, 9, 3.6)
     hue, top = colors_of(series), series.n.max(0, initial=0)
     rest = np.sort(top)[:-1].max(initial=0)
@@ -100,7 +101,7 @@ def plot(world: Any, column: str = "n", species: Sequence[str] | None = None) ->
 
 @styled
 def over_time(series: Series, column: str) -> Figure:
-    """Draw a column over time, with one line for each species that has values."""
+    """Plot a column over time, with one line for each species that has values."""
     figure, ((ax,),) = panels(1, 1, 9, 3.6)
     hue = colors_of(series)
     for name in series.species:
@@ -117,7 +118,7 @@ def over_time(series: Series, column: str) -> Figure:
 
 @styled
 def phase(series: Series, pairs: Sequence[tuple[str, str]]) -> Figure:
-    """Draw trajectories of pairs of species (prey on x, consumer on y), colored by time and smoothed over 1%
+    """Plot trajectories of pairs of species (prey on x, consumer on y), colored by time and smoothed over 1%
     of the run."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import ListedColormap, Normalize
@@ -140,7 +141,8 @@ def phase(series: Series, pairs: Sequence[tuple[str, str]]) -> Figure:
 
 @styled
 def spectra(peaks: Mapping[str, Peak], hue: Mapping[str, str] | None = None) -> Figure:
-    """Draw each species' spectrum, the fitted red noise, and the level that the noise exceeds 1 time in 20."""
+    """Plot each species' spectrum, the fitted red noise, and the level that the noise exceeds in 1 of 20
+    cases."""
     figure, axes = panels(1, len(peaks), 3.5 * len(peaks) + 0.6, 3.4)
     hue = hue or colors(list(peaks))
     for ax, (s, peak) in zip(axes[0], peaks.items(), strict=True):
@@ -171,7 +173,8 @@ def lags(
     period: float,
     surrogates: Mapping[str, Surrogates] | None = None,
 ) -> Figure:
-    """Draw the cross-correlation of each pair ("a→b") within ± one period, with any band of cross-seed pairs."""
+    """Plot the cross-correlation of each pair ("a→b") within ± one period, with the band of cross-seed pairs,
+    if any."""
     figure, axes = panels(1, len(pairs), 3.6 * len(pairs) + 0.6, 3.2, sharey=True)
     for ax, (a, b) in zip(axes[0], pairs, strict=True):
         band = (surrogates or {}).get(f"{a}→{b}")
@@ -206,7 +209,7 @@ def binned(series: Series, columns: np.ndarray, bins: int = 120) -> tuple[np.nda
 
 @styled
 def deaths(series: Series) -> Figure:
-    """Draw deaths per tick by cause, stacked, with a panel for each species that had deaths."""
+    """Plot deaths per tick by cause, stacked, with a panel for each species that had deaths."""
     counts = np.stack([series.columns[DIED + c] for c in series.causes], -1)  # (ticks, species, causes)
     shown = [i for i in range(len(series.species)) if counts[:, i].any()]
     used = [j for j in range(len(series.causes)) if counts[..., j].any()]
@@ -237,7 +240,7 @@ FLOWS = (
 
 @styled
 def energy(series: Series) -> Figure:
-    """Draw each species' energy flows per tick: inflows above zero, outflows below, and the net flow."""
+    """Plot each species' energy flows per tick: inflows above zero, outflows below, and the net flow."""
     figure, axes = panels(len(series.species), 1, 9, 2.1 * len(series.species) + 0.6, sharex=True)
     for ax, (i, s) in zip(axes[:, 0], enumerate(series.species), strict=True):
         for sign in (1, -1):
@@ -299,7 +302,7 @@ def _apart(xy: np.ndarray, wide: float) -> np.ndarray:
 
 @styled
 def survival(curves: Mapping[str, SurvivalCurve], until: float, title: str = "") -> Figure:
-    """Draw the Kaplan–Meier curve of each group with its 95% band."""
+    """Plot the Kaplan–Meier curve of each group with its 95% band."""
     figure, ((ax,),) = panels(1, 1, 7, 3.4)
     for k, (name, curve) in enumerate(curves.items()):
         time = np.append(curve.time, max(until, curve.time[-1]))
@@ -315,7 +318,8 @@ def survival(curves: Mapping[str, SurvivalCurve], until: float, title: str = "")
 
 @styled
 def arms(runs: Mapping[str, Sequence[Series]]) -> Figure:
-    """Draw numbers over time in each arm (columns): a thin line for each run, a thick line for their median."""
+    """Plot population sizes over time in each arm (columns): a thin line for each run, a thick line for their
+    median."""
     first = next(iter(runs.values()))[0]
     hue, labels = colors_of(first), [f"number of {s}" for s in first.species]
     figure, axes = grid_of_arms(runs, labels, (4, 1.9), 0.6, sharey="row")

@@ -62,7 +62,7 @@ class Flows:
 
 
 def flows(series: Series) -> Flows | None:
-    """Return the flows in a run; None if nothing was eaten or the run has no energy ledger."""
+    """Return the flows in a run, or None if nothing was eaten or the run has no energy ledger."""
     if not len(series.ticks) or "taken_in" not in series.columns:
         return None
     mean = {name: values.mean(axis=0) for name, values in series.columns.items()}
@@ -98,7 +98,7 @@ def _energy(series: Series, mean: Mapping[str, np.ndarray], meal: Meal, shared: 
 
 
 def levels(found: Flows) -> dict[str, int]:
-    """Return the trophic level of each species, 0 for those that eat no other species."""
+    """Return the trophic level of each species, with 0 for species that eat no other species."""
     names = list(dict.fromkeys(name for m in found.meals for name in (m.food, m.eater)))
     level = dict.fromkeys(names, 0)
     for _ in names:

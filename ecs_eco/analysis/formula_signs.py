@@ -54,7 +54,7 @@ def _terms(tree: ast.AST, sign: int) -> list[tuple[int, ast.AST]]:
 
 
 def _sum(signs: Iterable[Sign]) -> Sign:
-    """Return the sign of a sum, None if its terms disagree."""
+    """Return the sign of a sum, or None if its terms disagree."""
     distinct = set(signs) - {0}
     return 0 if not distinct else distinct.pop() if len(distinct) == 1 else None
 
@@ -161,7 +161,7 @@ def _direction(tree: ast.AST, name: str, positive: Collection[str]) -> Sign:
 
 
 def _number(tree: ast.AST) -> float | None:
-    """Return the value of a number with its sign; None for any other expression."""
+    """Return the value of a number with its sign, or None for any other expression."""
     if isinstance(tree, ast.UnaryOp) and isinstance(tree.op, ast.USub):
         inner = _number(tree.operand)
         return None if inner is None else -inner

@@ -20,14 +20,15 @@ from ecs_eco.analysis.carriers import (
 from ecs_eco.analysis.pedigree import Pedigree
 
 BINS = 40  # maximum number of bins for the values of a gene
-SAMPLES = 400  # approximate maximum per run
+SAMPLES = 400  # approximate maximum number per run
 
 
 @dataclass(frozen=True)
 class Course:
     """The distribution of a gene with many values among living organisms over time: at `ticks` i64[samples],
     their number `n`, the `mean` and standard deviation `sd` of their values f64[samples], and the fraction
-    (`share`) with a value between adjacent `edges` f64[bins + 1], f64[samples, bins]; NaN if there are none."""
+    (`share`) with a value between adjacent `edges` f64[bins + 1], f64[samples, bins]; NaN if no such
+    organisms are alive."""
 
     gene: str
     ticks: np.ndarray
@@ -146,11 +147,11 @@ def generation_time(lineage: Pedigree, species: str) -> float:
 
 def log_odds_slope(frequency: np.ndarray, time: np.ndarray, n: np.ndarray | float = 1.0) -> float:
     """Return the slope of ln(p / (1 − p)) over time, by least squares with weights n p (1 − p), the inverse
-    variance of the log odds of n copies (Berkson 1944); NaN unless both alleles are present at two or more
-    time points.
+    variance of the log odds of n copies (Berkson 1944); the result is NaN unless both alleles are present at
+    two or more time points.
 
-    If a type grows as exp(m₁ t) and all others as exp(m₂ t), the slope is m₁ − m₂; with non-overlapping
-    generations and fitness 1 + s against 1, it is ln(1 + s) per generation (Crow and Kimura 1970, An
+    If a type grows as exp(m₁ t) and all other types as exp(m₂ t), the slope is m₁ − m₂; with non-overlapping
+    generations and fitnesses of 1 + s and 1, it is ln(1 + s) per generation (Crow and Kimura 1970, An
     introduction to population genetics theory, chapter 5). Lost and fixed alleles have zero weight.
     """
     p, t, n = np.broadcast_arrays(np.asarray(frequency, float), np.asarray(time, float), np.asarray(n, float))
@@ -193,9 +194,8 @@ def selection(
     Notes
     -----
     The slope per generation uses the species' mean generation time in this lineage, as Chevin (2011, Biology
-    Letters 7, 210–213) recommends for overlapping generations. It is the net change against all other values,
-    including mutation and drift; a neutral marker in the same genome shows how large they are.
-    """
+    Letters 7, 210–213) recommends for overlapping generations. It is the net change relative to all other
+    values, including mutation and drift; a neutral marker in the same genome shows how large they are."""
     counted = frequencies(lineage, species, gene, max(1, (lineage.end + 1) // SAMPLES))
     counted.of(value)  # an unknown value raises an error that suggests the closest one
     column = counted.values.index(value)

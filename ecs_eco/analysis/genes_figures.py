@@ -27,7 +27,7 @@ PANELS = 8  # of one figure
 
 
 class Band(NamedTuple):
-    """A mean over runs with its 95% interval at ticks, f64[samples] each."""
+    """The mean over runs and its 95% interval at the sampled ticks, f64[samples] each."""
 
     ticks: np.ndarray
     mean: np.ndarray
@@ -37,7 +37,7 @@ class Band(NamedTuple):
 
 @styled
 def alleles(genes: Sequence[Frequencies], title: str = "") -> Figure:
-    """Draw allele frequencies over time: the second value of two-valued genes, all values of other genes."""
+    """Plot allele frequencies over time: the second value of two-valued genes, all values of other genes."""
     figure, ((ax,),) = panels(1, 1, 9, 3.4)
     lines = lines_of(genes, all_values=True)
     for g, j, label, hue, dash in lines:
@@ -52,7 +52,7 @@ def alleles(genes: Sequence[Frequencies], title: str = "") -> Figure:
 
 @styled
 def courses(genes: Sequence[Course], traits: Mapping[str, str | None], title: str = "") -> Figure:
-    """Draw quantitative genes over time: their distribution (shades), mean and standard deviation (lines)."""
+    """Plot quantitative genes over time: their distribution (shades), mean and standard deviation (lines)."""
     from matplotlib.colors import LinearSegmentedColormap, PowerNorm
 
     figure, axes = panels(len(genes), 1, 9, 2.3 * len(genes) + 0.7, sharex=True)
@@ -110,7 +110,7 @@ def arms(
 
 
 def blocks(run: Path, series: Series, place: Path) -> list[str]:
-    """Return figures and tables of the genes of each species; empty if no genes were recorded.
+    """Return figures and tables of the genes of each species (empty if no genes were recorded).
 
     Figures are written to `place`.
     """

@@ -19,7 +19,7 @@ USES = {"harvest": "#b2182b", "plant": "#1b7837"}  # colors of areas
 
 def land_at(config: Mapping[str, Any], intervened: Iterable[Any], tick: int, run: Path | None = None) -> Land:
     """Return `fences`, `roads` and `areas` at the end of a tick. Each has a `line` of corners or a `region`,
-    in the format of a world file [m]; roads also have a `width` [m], areas a `kind` and a `species`.
+    in the format of a world file [m]; roads also have a `width` [m], and areas have a `kind` and a `species`.
 
     `config` is the configuration in a run's manifest, and `intervened` lists its interventions as (tick,
     intervention). Land use that covers the whole world is left out. For real land, the lines of its layers
@@ -53,7 +53,7 @@ def land_at(config: Mapping[str, Any], intervened: Iterable[Any], tick: int, run
 
 @lru_cache(maxsize=4)
 def _of_layers(run: Path) -> list[dict[str, Any]]:
-    """Return the lines of the land stored in a run folder; empty if it cannot be read."""
+    """Return the lines of the land stored in a run folder (empty if it cannot be read)."""
     try:
         return kept_land(run).lines
     except ConfigError:

@@ -87,13 +87,15 @@ def acts_of(table: pa.Table) -> dict[str, Acts]:
 
 
 def read(run: Path | str, kind: str) -> pa.Table | None:
-    """Return the rows of a kind ("learning", "actions", "matter") in a run folder; None if there are none."""
+    """Return the rows of a kind ("learning", "actions", "matter") in a run folder, or None if there are
+    none."""
     found = list(tables(run, kind))
     return pa.concat_tables(found) if found else None
 
 
 def thinned(ticks: np.ndarray, values: np.ndarray, points: int = POINTS) -> tuple[np.ndarray, np.ndarray]:
-    """Return means of ticks and values over at most `points` equal blocks; NaN for blocks without values."""
+    """Return means of ticks and values over at most `points` equal blocks, with NaN for blocks without
+    values."""
     edges = np.linspace(0, len(ticks), min(points, len(ticks)) + 1).astype(int)[:-1]
     if not len(edges):
         return ticks.astype(float), values
@@ -110,7 +112,7 @@ def diagnostics(
     happiness: Mapping[str, tuple[np.ndarray, np.ndarray]],
     hue: Mapping[str, str],
 ) -> Figure:
-    """Draw reward, happiness and PPO diagnostics over time, with a line for each learning species."""
+    """Plot reward, happiness and PPO diagnostics over time, with a line for each learning species."""
     figure, axes = panels(3, 2, 9.4, 6.6, sharex=True)
     for ax, (word, label) in zip(axes.flat, SHOWN.items(), strict=True):
         for s, found in updates.items():
@@ -135,7 +137,7 @@ def diagnostics(
 
 @styled
 def actions(acts: Acts, title: str = "") -> Figure:
-    """Draw the frequencies of actions over time, as stacked fractions for each action group."""
+    """Plot the frequencies of actions over time, as stacked fractions for each action group."""
     groups = {g: at for g, at in acts.groups.items() if len(at) > 1 or np.ptp(acts.share[:, at[0]]) > 0}
     groups = groups or acts.groups
     figure, axes = panels(len(groups), 1, 9, 1.9 * len(groups) + 0.7, sharex=True)
@@ -156,7 +158,7 @@ def actions(acts: Acts, title: str = "") -> Figure:
 
 
 def happiness_of(series: Series) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Return the ticks and the mean happiness of each species, NaN while it is absent."""
+    """Return the ticks and the mean happiness of each species, with NaN while it is absent."""
     if "happiness_mean" not in series.columns:
         return {}
     return {
@@ -166,7 +168,8 @@ def happiness_of(series: Series) -> dict[str, tuple[np.ndarray, np.ndarray]]:
 
 
 def summary(updates: Updates, happiness: tuple[np.ndarray, np.ndarray] | None = None) -> dict[str, Any]:
-    """Return the numbers of updates and transitions, and each quantity's means over the first and last tenth."""
+    """Return the numbers of updates and transitions, and each quantity's means over the first and last tenth
+    of its values."""
 
     def ends(values: np.ndarray) -> tuple[float, float]:
         tenth = max(1, len(values) // 10)

@@ -23,7 +23,7 @@ PLAIN = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ012345678
 
 
 def write_csv(lineage: Pedigree, path: Path) -> Path:
-    """Write a row per organism, sorted by uid, in the phylogeny format of Lalejini et al. (2019).
+    """Write a row for each organism, sorted by uid, in the phylogeny format of Lalejini et al. (2019).
 
     Columns: id; ancestor_list "[1,2]", "[none]" for founders; origin_time and destruction_time [ticks], "inf"
     while alive; taxon_label, the species; genome; recorded fields, empty if missing. "Data Standards for
@@ -224,14 +224,15 @@ class Lineage(Pedigree):
     selection = genes.selection
 
     def to_pandas(self) -> Any:
-        """Return a pandas.DataFrame with a row per organism: uid, species, parents (0: none), born and died
-        [ticks], cause, genome and recorded fields; died and cause are missing for living organisms."""
+        """Return a pandas.DataFrame with a row for each organism: uid, species, parents (0: none), born and
+        died [ticks], cause, genome and recorded fields; died and cause are missing for living organisms."""
         columns: dict[str, Any] = {name: getattr(self, name) for name in COLUMNS} | self.recorded
         columns |= {name: pa.array(columns[name], mask=self.died == ALIVE) for name in ("died", "cause")}
         return SeriesTable(pa.table(columns)).to_pandas()
 
     def genes_to_pandas(self, species: str) -> Any:
-        """Return a pandas.DataFrame of gene `values`, with a row per organism (by uid) and a column per gene."""
+        """Return a pandas.DataFrame of gene `values`, with a row for each organism (by uid) and a column for
+        each gene."""
         own = self.of_species(species)
         genes = [g for g in carriers.genes_in(self.genomes.get(species, {})) if "weights" not in g]
         values = {gene["name"]: own.values(gene["name"], species) for gene in genes}

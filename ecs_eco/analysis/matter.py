@@ -39,7 +39,8 @@ class Ledger:
         return self.columns["stock_after"]
 
     def gap(self) -> tuple[float, float, int]:
-        """Return the largest gap in a tick: in mol, as a fraction of the greatest stock, and its tick."""
+        """Return the largest gap in any tick [mol], the same as a fraction of the greatest stock, and its
+        tick."""
         c = self.columns
         gap = np.abs(c["stock_before"] + sum(c[f] for f in self.flows) - self.stock)
         gap[1:] = np.maximum(gap[1:], np.abs(c["stock_before"][1:] - self.stock[:-1]))
@@ -66,7 +67,7 @@ def ledger_of(table: pa.Table) -> Ledger:
 
 
 def read(run: Path | str) -> Ledger | None:
-    """Return the matter ledger of a run folder; None if it has none."""
+    """Return the matter ledger of a run folder, or None if it has none."""
     table = read_kind(run, "matter")
     return ledger_of(table) if table is not None and len(table) else None
 
@@ -93,7 +94,8 @@ def told(ledger: Ledger) -> list[str]:
 
 @styled
 def stocks(ledger: Ledger, hue: Mapping[str, str]) -> Figure:
-    """Draw stacked stocks over time, with a row per substance; holders that are not species are hatched."""
+    """Plot stacked stocks over time, with a row for each substance; holders that are not species are
+    hatched."""
     figure, axes = panels(len(ledger.substances), 1, 9, 2.1 * len(ledger.substances) + 0.7, sharex=True)
     others = [h for h in ledger.holders if h not in hue]
     for k, (ax, name) in enumerate(zip(axes[:, 0], ledger.substances, strict=True)):
@@ -113,7 +115,8 @@ def stocks(ledger: Ledger, hue: Mapping[str, str]) -> Figure:
 
 
 def blocks(run: Path, series: Series, place: Path) -> list[str]:
-    """Return the section on matter, and write its figure to `place`; empty if there are no substances."""
+    """Return the section on matter, and write its figure to `place`; the section is empty if there are no
+    substances."""
     ledger = read(run)
     if ledger is None:
         return []

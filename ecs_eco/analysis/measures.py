@@ -22,7 +22,7 @@ WORLD = "(world)"
 
 
 def measured(*runs: Series) -> dict[str, list[str]]:
-    """Return the reporters that all these runs have: reporter → the species with values, or only WORLD."""
+    """Return the reporters that all these runs share: reporter → the species with values, or only WORLD."""
     names = [name for name in runs[0].reporters if all(name in run.columns for run in runs)]
     return {name: _of_whom(name, runs) for name in names}
 
@@ -35,12 +35,12 @@ def _of_whom(name: str, runs: Sequence[Series]) -> list[str]:
 
 
 def course(run: Series, name: str, of: str) -> np.ndarray:
-    """Return a reporter's value in each tick for a species or the WORLD, (ticks,); NaN if missing."""
+    """Return a reporter's value in each tick for a species or the WORLD, (ticks,); missing values are NaN."""
     return run.columns[name][:, 0] if of == WORLD else run.of(of, name)
 
 
 def run_mean(run: Series, name: str, of: str) -> float:
-    """Return the mean over the ticks of a run that have a value; NaN if there are none."""
+    """Return the mean over the ticks of a run that have a value, or NaN if there are none."""
     values = course(run, name, of)
     values = values[np.isfinite(values)]
     return float(values.mean()) if values.size else float("nan")
@@ -97,7 +97,7 @@ def figure(series: Series) -> Figure:
 
 def fields(run: Path | str) -> list[str]:
     """Return a table of the fields listed in the world's `record` key: mean and standard deviation in each
-    species at birth, at death, and in the first and last snapshot; empty if none are listed."""
+    species at birth, at death, and in the first and last snapshot (empty if none are listed)."""
     births, snapshots = list(tables(run, "births")), list(tables(run, "snapshots"))
     names = [name for part in births[:1] for name in part.column_names if "." in name]
     if not names:
@@ -142,7 +142,7 @@ def _moments(
 
 @styled
 def arms_figure(runs: Mapping[str, Sequence[Series]]) -> Figure:
-    """Draw each reporter (rows) over time by arm (columns): thin lines for runs, thick for medians."""
+    """Plot each reporter (rows) over time by arm (columns): thin lines for runs, thick for medians."""
     every = [run for members in runs.values() for run in members]
     kinds, hue = measured(*every), colors_of(every[0])
     figure, axes = grid_of_arms(runs, list(kinds), (4, 1.9), 0.6, sharey="row")

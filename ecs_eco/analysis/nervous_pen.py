@@ -36,7 +36,7 @@ Point = tuple[float, float]
 
 
 class Pen:
-    """Draws on axes; overlapping elements are stacked in the order lines, boxes, nodes, texts."""
+    """Draws on axes; overlapping elements are stacked in this order: lines, boxes, nodes, text."""
 
     def __init__(self, ax: Axes) -> None:
         self.ax = ax

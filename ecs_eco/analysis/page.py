@@ -20,7 +20,7 @@ def page(title: str, *blocks: str) -> str:
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """Return a table; cells that are `Markup` are HTML, and all others are plain text."""
+    """Return a table; cells that are `Markup` are HTML, and all other cells are plain text."""
     held = [list(row) for row in rows]
     mark = [
         " class='words'" if any(row[i:] and _WORDS.match(str(row[i])) for row in held) else ""

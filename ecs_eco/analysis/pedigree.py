@@ -106,12 +106,12 @@ class Pedigree:
 
     @cached_property
     def mother(self) -> np.ndarray:
-        """Index of the first parent in the arrays, −1 if there is none: i64."""
+        """Index of the first parent in the arrays, or −1 if there is none: i64."""
         return self._places(self.parent)
 
     @cached_property
     def father(self) -> np.ndarray:
-        """Index of the second parent in the arrays, −1 if there is none: i64."""
+        """Index of the second parent in the arrays, or −1 if there is none: i64."""
         return self._places(self.parent2)
 
     @cached_property
@@ -119,7 +119,7 @@ class Pedigree:
         return np.argsort(self.uid, kind="stable")
 
     def _places(self, uids: np.ndarray) -> np.ndarray:
-        """Return the indices of organisms in the arrays, −1 for uid 0 and for missing organisms: i64."""
+        """Return the indices of organisms in the arrays, with −1 for uid 0 and for missing organisms: i64."""
         if not len(self):
             return np.full(len(uids), -1)
         known = self.uid[self._by_uid]

@@ -40,7 +40,7 @@ class Relief(NamedTuple):
 
     @classmethod
     def kept(cls, run: Path, config: Mapping[str, Any]) -> Self | None:
-        """Return the ground stored in a run folder; None if it is flat and open, or was not stored."""
+        """Return the ground stored in a run folder, or None if it is flat and open, or was not stored."""
         terrain, space = config.get("terrain"), config["space"]
         try:
             with np.load(run / "terrain.npz", allow_pickle=False) as file:

@@ -20,7 +20,7 @@ DIED = "died: "
 
 @dataclass(frozen=True)
 class Series:
-    """The series of one run, with a value per tick and species.
+    """The series of one run, with a value for each tick and species.
 
     Attributes
     ----------
@@ -181,7 +181,7 @@ def load_series(
     Parameters
     ----------
     run : str, Path, pyarrow.Table, SeriesTable, Mapping or Series
-        A run folder, a table as returned by `World.series`, or numbers by species.
+        A run folder, a table as returned by `World.series`, or population sizes by species.
     species : sequence of str, optional
         Species to select, in this order, producers first; default: all.
 

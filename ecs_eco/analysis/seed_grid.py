@@ -1,8 +1,8 @@
 """Training seed × world seed: how much of an outcome's variance each explains, and how certain estimates over
 both are. A table (training seeds, world seeds) has one outcome per cell, NaN if missing. The model is y =
 mean + training seed + world seed + rest, with two crossed random effects; the rest includes their
-interaction. A yes-or-no outcome counts as 0 or 1, and shares refer to that variance, which is smaller for
-rare outcomes."""
+interaction. A yes-or-no outcome counts as 0 or 1, and shares refer to the variance of these values, which is
+smaller for rare outcomes."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -92,7 +92,7 @@ def variance_shares(
         Number of bootstrap samples.
     level : float, default 0.95
     seed : int, default 0
-        Seed of the bootstrap.
+        Random seed for the bootstrap.
 
     Returns
     -------
@@ -394,8 +394,8 @@ def crossed(
 
 @styled
 def persistence(grid: Grid, title: str = "") -> Figure:
-    """Draw the fraction of runs in which all species are alive (Kaplan–Meier): a thick line with a band for
-    all runs, a thin line for each training seed."""
+    """Plot the fraction of runs in which all species are alive (Kaplan–Meier): a thick line with a band for
+    all runs, and a thin line for each training seed."""
     figure, ((ax,),) = panels(1, 1, 7, 3.4)
     lived, died = grid.lifetimes()
     until = grid.length
@@ -421,7 +421,7 @@ def persistence(grid: Grid, title: str = "") -> Figure:
 
 @styled
 def lifetimes(grid: Grid, title: str = "") -> Figure:
-    """Draw the time to the first extinction, if any, by training seed (rows) and world seed (columns)."""
+    """Plot the time to the first extinction, if any, by training seed (rows) and world seed (columns)."""
     rows, columns = len(grid.training), len(grid.worlds)
     figure, ((ax,),) = panels(1, 1, 2.4 + 1.05 * columns, 1.5 + 0.52 * rows)
     lived, _ = grid.lifetimes()

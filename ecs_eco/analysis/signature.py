@@ -23,7 +23,8 @@ class Cycle:
 
 
 def logarithms(numbers: np.ndarray) -> np.ndarray:
-    """Return the detrended log10 of numbers: f64[n]. Zeros count as half the smallest positive number."""
+    """Return the detrended log10 of values: f64[n]. Zeros count as half the smallest positive
+    number."""
     x = np.asarray(numbers, float)
     if x.ndim != 1 or len(x) < FEWEST:
         raise ValueError(f"a series of shape {x.shape}; expected one dimension and at least {FEWEST} numbers")

@@ -10,8 +10,8 @@ such series as periodic. The null hypothesis here is a series that only relaxes.
   added noise from births and deaths. The AR(1) null nearly always classifies such smooth series as periodic.
   Reported p values refer to "relaxation".
 
-A peak above "relaxation" requires complex roots: a quasi-cycle or a limit cycle. Test raw numbers, never
-smoothed ones, because smoothing adds rates of relaxation.
+A peak above "relaxation" requires complex roots: a quasi-cycle or a limit cycle. Test raw population sizes,
+never smoothed ones, because smoothing adds rates of relaxation.
 """
 
 from dataclasses import dataclass
@@ -54,7 +54,7 @@ def smooth(series: np.ndarray, window: int) -> np.ndarray:
 
 
 def transform(numbers: np.ndarray, how: str = "log") -> np.ndarray:
-    """Return population numbers on a scale that makes fluctuations similar in size.
+    """Return population sizes on a scale that makes fluctuations similar in size.
 
     "log" is log(n + 1), because births and deaths are multiplicative and cycles span orders of magnitude.
     "sqrt" equalizes the demographic noise of a population that varies little. "none" changes nothing.
@@ -189,13 +189,12 @@ def spectral_peak(
     seed: int = 0,
 ) -> Peak | None:
     """Return the strongest spectral peak of a population series, with its p value against red noise from a
-    parametric bootstrap; None for short or constant series.
+    parametric bootstrap, or None for short or constant series.
 
     The statistic is the largest ratio of the spectrum to the fitted null over all periods from 4 samples to
     1/min_cycles of the series, which accounts for testing many frequencies. The null is refitted to every
-    bootstrap series, so that the bias of the fit is the same for both; correcting this bias did not change
-    error rates.
-    """
+    bootstrap series, so that the fit has the same bias for observed and simulated series; correcting this
+    bias did not change error rates."""
     x, factor = thin(transform(series, how), samples)
     n = x.shape[-1]
     if n < SHORTEST or np.ptp(x) < 1e-12 or not np.isfinite(x).all():
@@ -246,7 +245,7 @@ def _recurrence(x: np.ndarray, period: float) -> dict[str, float]:
 def waves(x: np.ndarray, period: float) -> np.ndarray:
     """Return the detrended analytic signal in the band around `period` [samples], along the last axis."""
     n = x.shape[-1]
-    cycles = np.arange(n) * period / n  # frequency relative to the peak's
+    cycles = np.arange(n) * period / n  # frequency relative to that of the peak
     with np.errstate(divide="ignore"):
         octave = np.abs(np.log(cycles)) / np.log(BAND)
     gain = np.where(

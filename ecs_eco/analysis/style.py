@@ -111,7 +111,7 @@ def grid_of_arms(
 
 
 def many_and_one(ax: Axes, x: np.ndarray, many: np.ndarray, one: np.ndarray, hue: str, **more: Any) -> None:
-    """Draw a thin curve for each run [runs, x], and a thick curve that summarizes them."""
+    """Plot a thin curve for each run [runs, x], and a thick curve that summarizes them."""
     ax.plot(x, np.transpose(many), color=hue, lw=0.6, alpha=0.5)
     ax.plot(x, one, color=hue, **{"lw": 2, **more})
 

@@ -102,7 +102,8 @@ def _attributes(part: ET.Element) -> None:
 
 
 def _short(path: str) -> str:
-    """Round a path's numbers to two decimals; a long path of straight lines gets relative coordinates with one."""
+    """Round a path's numbers to two decimals; a long path of straight lines gets relative coordinates with
+    one decimal."""
     words = path.split()
     if len(words) < 60 or not {word for word in words if word.isalpha()} <= {"M", "L", "z"}:
         return " ".join(_NUMBER.sub(lambda found: f"{float(found[0]):.2f}", " ".join(words)).split())

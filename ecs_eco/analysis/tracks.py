@@ -73,7 +73,7 @@ def tracks_of(records: list[Record], light: np.ndarray, space: Volume, dt: float
 
 
 def shortest(space: Volume, d: np.ndarray) -> np.ndarray:
-    """Return displacements f64[n, 3] [m]; on a torus, the shortest ones."""
+    """Return displacements f64[n, 3] [m]; on a torus, the shortest displacements."""
     if space.torus:
         size = np.array(space.size[:2])
         d[:, :2] -= size * np.round(d[:, :2] / size)

@@ -24,7 +24,7 @@ LEAST = 64  # with fewer organisms, every process does all the work, because an 
 
 @dataclass
 class Traffic:
-    """Communication statistics of a process: calls, bytes received, and seconds including waiting."""
+    """Communication statistics of a process: calls, bytes received, and time [s], including waiting."""
 
     calls: int = 0
     received: int = 0
@@ -38,10 +38,9 @@ class Traffic:
 class Bands(OneBand):
     """The processes of an MPI communicator, each with a band of the map, as returned by `divide`.
 
-    A band is a range of whole rows of cells of the neighbor index, chosen so that all bands have about
-    equally many organisms of the species in question. Work that is not tied to a position, such as gradients,
-    is divided equally.
-    """
+    A band is a range of whole rows of cells of the neighbor index, chosen so that all bands have about the
+    same number of organisms of the species in question. Work that is not tied to a position, such as
+    gradients, is divided equally."""
 
     def __init__(self, world: SpatialWorld, comm: Comm, least: int = LEAST) -> None:
         self.comm, self.size, self.rank, self.least = comm, comm.Get_size(), comm.Get_rank(), least
@@ -61,7 +60,8 @@ class Bands(OneBand):
         return n * self.rank // self.size, n * (self.rank + 1) // self.size
 
     def cut(self, index: Index) -> tuple[np.ndarray, np.ndarray]:
-        """Return the band boundaries i64[size + 1] in rows of cells, and the same in index entries."""
+        """Return the band boundaries i64[size + 1] in rows of cells, and the same boundaries in index
+        entries."""
         along = index.start[:: index.space.shape[0]]  # the first entry of each row of cells
         aims = np.array(self.bounds(index.n))
         above = np.searchsorted(along, aims)

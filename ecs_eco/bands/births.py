@@ -30,7 +30,7 @@ class Parents(dict[type, Any]):
         self.uid, self.species, self.place, self.defaults = uid, table.species, table.place, table.defaults
 
     def rows(self, uid: np.ndarray) -> np.ndarray:
-        """Return the rows of parents, or −1 for dead ones: i64[n]."""
+        """Return the rows of parents, or −1 for dead parents: i64[n]."""
         at = np.minimum(np.searchsorted(self.uid, uid), max(self.uid.size - 1, 0))
         return np.where(self.uid[at] == uid, at, -1) if self.uid.size else np.full(uid.size, -1)
 

@@ -166,7 +166,8 @@ class Divided(OneBand):
                 self.ghosts[table.name] = rows[:0]
 
     def migrate(self, tables: Sequence[Table]) -> None:
-        """Send organisms outside this band to the processes of their bands. The tables must have no ghosts."""
+        """Send organisms outside this band to the processes that own their bands. The tables must have no
+        ghosts."""
         parts, leaving = {}, []
         for table in tables:
             rows = table.rows()
@@ -193,7 +194,7 @@ class Divided(OneBand):
                 nerves.rows, nerves.thoughts = table.rows(), None
 
     def balance(self) -> None:
-        """Move the edges if some bands have a much higher load than others."""
+        """Move the edges if some bands have a much higher load than other bands."""
         load = self.wire.total(self._load())
         rows = self.edges.even(load)
         if self.edges.uneven(load) > UNEVEN and (rows != self.edges.rows).any():
@@ -314,7 +315,7 @@ class Divided(OneBand):
         return self.talk.go_on()
 
     def undivided(self, world: T) -> T | None:
-        """Return the whole world in process 0, and None in the others."""
+        """Return the whole world in process 0, and None in the other processes."""
         return self.talk.undivided()
 
     def ask(self, what: Callable[[Any], Any]) -> Any:

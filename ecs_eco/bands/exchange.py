@@ -105,8 +105,8 @@ Columns = list[tuple[Any, str]]
 
 
 def columns_of(table: Table, heavy: bool, seen: Sequence[type] | None = None) -> Columns:
-    """Return the (component, field) pairs of a table, with blocked fields only if `heavy`, and only of the
-    components `seen`, if given."""
+    """Return the (component, field) pairs of a table, with blocked fields only if `heavy`, and only for the
+    components in `seen`, if given."""
     return [
         (component, field)
         for component, held in table.columns.items()

@@ -78,7 +78,7 @@ def halo_of(field: Field, dt: float, noses: float) -> int:
 
 
 def trade(fields: Sequence[BandField], wire: Wire) -> None:
-    """Send each process the rows beyond its own that it reads."""
+    """Send each process the rows beyond its own rows that it reads."""
     parts, mine = {}, wire.rank
     for rank in range(wire.size) if fields else ():
         read = [f.rows_for(rank, mine) for f in fields]

@@ -18,7 +18,7 @@ Arrays = dict[str, np.ndarray]
 def gather(bands: Any) -> Any:
     """In process 0, return a separate world with the organisms of all processes; elsewhere, return None.
 
-    It equals the world of a single-process run except for the order of rows, which affects neither its digest
+    It equals the world of a single-process run except for row order, which affects neither its digest
     nor its future.
     """
     world = bands.world

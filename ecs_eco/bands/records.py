@@ -36,7 +36,7 @@ def share_recording(world: World, comm: Comm) -> list[tuple[np.ndarray, ...]]:
 
 
 def collect(bands: Any, recorder: Recorder) -> None:
-    """Merge all records since the last collection in process 0, as if a single process had made them.
+    """In process 0, merge all records made since the last collection, as if a single process had made them.
 
     Counts are exact. Energies are summed band by band, not row by row, so their last digits may differ.
     """
@@ -110,7 +110,7 @@ def _learnt(
     lessons: list[tuple[int, str, tuple[np.ndarray, ...]]],
 ) -> list[tuple[Any, ...]]:
     """Return the learning statistics: unchanged for shared policies, which are the same in all processes, and
-    merged over all processes for individual ones."""
+    merged over all processes for individual policies."""
     alone = {
         s
         for name, s in place.items()

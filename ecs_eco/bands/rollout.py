@@ -23,9 +23,8 @@ class BandRollout(Rollout):
     """The transitions of organisms in a band, each with a uid and its index among all transitions.
 
     An open record moves with its organism, so that the reward can still be added. `advantages` gathers all
-    records in every process, in the order of a single process; the processes then share the work of learning
-    from them.
-    """
+    records in every process, in the same order as a single process would; the processes then share the work
+    of learning from them."""
 
     table: Table
     wire: Wire
@@ -149,7 +148,7 @@ class BandRollout(Rollout):
 
     def gathered(self) -> tuple[np.ndarray, list[np.ndarray]]:
         """Return the lives u64[k] in the records of all processes, and the columns of these records in the
-        order of a single process. A record's row is an index into the lives."""
+        same order as in a single process. A record's row is an index into the lives."""
         kept = np.flatnonzero(self._places[: self.n] >= 0)
         columns = self.wire.everyone(*(column[: self.n][kept] for column in self._columns()))
         order = np.argsort(columns[-1])

@@ -37,10 +37,9 @@ def together(
     In process 0, `lead(prepare)` runs a world to tick `ticks` (None: the `ticks` of its file) and calls
     `prepare(world)` before the first tick, like `runs.run.run_to_folder`. In the other processes, `build()`
     returns the same world. With `state`, each process holds only a part of that world. Returns the result of
-    `lead` and the bands in process 0, and None in the others. An error in one process ends all processes with
-    exit code 1, or 2 for an invalid file. If whole worlds come to differ between processes, a RuntimeError is
-    raised.
-    """
+    `lead` and the bands in process 0, and None in the other processes. An error in one process ends all
+    processes with exit code 1, or 2 for an invalid file. If whole worlds come to differ between processes, a
+    RuntimeError is raised."""
     comm = mpi().COMM_WORLD if comm is None else comm
     led: list[World] = []
 

@@ -67,7 +67,7 @@ class Talk:
                 return said
 
     def undivided(self) -> Any:
-        """Return the whole world in process 0, and None in the others."""
+        """Return the whole world in process 0, and None in the other processes."""
         self.say(GATHER)
         return gather(self.bands)
 

@@ -40,10 +40,9 @@ def _moved(counter: np.ndarray, last: int, pause: float) -> bool:
 class Helper:
     """A thread for one task at a time: call `start`, do other work, then call `finish`.
 
-    It starts with the first task and lives until `end`. Only one thread may use it. The GIL orders all writes
-    of both threads except writes to the counters. While awake, it also takes parts of kernels from its team's
-    record (`ecs_eco.compiled.parts`), if there is one.
-    """
+    It starts with the first task and lives until `end` is called. Only one thread may use it. The GIL orders
+    all writes of both threads except writes to the counters. While awake, it also takes parts of kernels from
+    its team's record (`ecs_eco.compiled.parts`), if there is one."""
 
     def __init__(self, record: np.ndarray | None = None) -> None:
         self._record = record

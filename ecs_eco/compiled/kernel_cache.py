@@ -56,8 +56,8 @@ class KernelCache(NullCache):
         return str(self.folder.path)
 
     def load_overload(self, sig: Types, target_context: CPUContext) -> CompileResult | None:
-        """Return the compiled form for a signature; None if it is missing or damaged, or its module does not
-        exist."""
+        """Return the compiled form for a signature, or None if it is missing or damaged, or its module does
+        not exist."""
         if not self.folder.usable():
             return None
         path = self._path(sig, target_context.codegen())
@@ -146,7 +146,7 @@ def _content(path: str, _mtime: int, _size: int) -> bytes:
 
 
 def _read(path: Path) -> bytes:
-    """Return the content of a regular file owned by this user. Raises OSError for anything else."""
+    """Return the contents of a regular file owned by this user. Raises OSError for anything else."""
     with open(
         os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)), "rb"
     ) as file:

@@ -60,7 +60,8 @@ def cache_folder() -> Path:
 
 
 def why_not_private(folder: Path) -> str:
-    """Return the reason why another user could add files to a folder or replace it; "" if no other user can."""
+    """Return the reason why another user could add files to a folder or replace it, or "" if no other user
+    can."""
     for part in reversed(folder.parents):
         if why := _why_not_safe(part):
             return why

@@ -175,7 +175,7 @@ def log1p(x):
 
 @_plain
 def log10(x):
-    """Return the decimal logarithm of x."""
+    """Return the base-10 logarithm of x."""
     if not (0.0 < x < np.inf):
         return log(x)
     m, k = _parts(x)
@@ -184,7 +184,7 @@ def log10(x):
 
 @_plain
 def log2(x):
-    """Return the binary logarithm of x."""
+    """Return the base-2 logarithm of x."""
     if not (0.0 < x < np.inf):
         return log(x)
     m, k = _parts(x)
@@ -232,7 +232,7 @@ def _whole_power(x, n):
 
 @_plain
 def _quadrant(x):
-    """Return y, the rest, and n modulo 4, where x = n pi/2 + y + rest."""
+    """Return y, the remainder, and n modulo 4, where x = n pi/2 + y + remainder."""
     if abs(x) > 1.0e6:
         x = np.fmod(x, 2.0 * _PI)
     n = np.floor(x * 6.36619772367581382433e-01 + 0.5)

@@ -1,8 +1,7 @@
 """Link kernels to the functions of the portable mode instead of the C library's.
 
-Kernels call `exp`, `cosf` and others by name, and LLVM looks up names here first. Kernels therefore need no
-change, and their object code shows which functions they call (`ecs_eco.compiled.elf`).
-"""
+Kernels call `exp`, `cosf` and other functions by name, and LLVM looks up names here first. Kernels therefore
+need no change, and their object code shows which functions they call (`ecs_eco.compiled.elf`)."""
 
 from __future__ import annotations
 

@@ -4,9 +4,9 @@
 `plain` is used instead. This module has three parts: the compilation of kernels, the conversion of compiled
 kernels to bytes and back, and the base classes of `kernel` and `kernel_cache`.
 
-Kernels that Python calls become machine code; the others become bitcode that is linked into them. Standard
-numba also generates machine code for functions that only other kernels call, and then compiles them again as
-part of their callers. Skipping this saves a quarter of the first start.
+Kernels that Python calls become machine code; all other kernels become bitcode that is linked into them.
+Standard numba also generates machine code for functions that only other kernels call, and then compiles them
+again as part of their callers. Skipping this saves a quarter of the first start.
 
 To restore a kernel from bytes, standard numba first loads everything needed for compilation, including
 scipy's linear algebra, which takes half a second. A finished kernel needs only its machine code and the
@@ -141,7 +141,7 @@ class InnerLowering(NativeLowering):
         return _Borrowing
 
     def run_pass(self, state: StateDict) -> bool:
-        """Lower a function that is linked into others."""
+        """Lower a function that is linked into other functions."""
         codegen, name = state.targetctx.codegen(), state.func_id.func_qualname
         state.library = Linked(codegen, name)  # type: ignore[no-untyped-call]
         state.library.enable_object_caching()
@@ -160,8 +160,8 @@ class OuterLower(_Borrowing):
 
     numba takes a reference to each array from Python and releases it after the call, which is most of the
     fixed cost of a kernel with thirty arrays. The caller keeps its arguments alive during the call anyway.
-    Arrays are therefore borrowed if the kernel cannot keep one for longer, because it returns none and has
-    nowhere to store one.
+    Arrays are therefore borrowed if the kernel cannot keep any for longer, because it returns no arrays and
+    has nowhere to store one.
     """
 
     def create_cpython_wrapper(self, release_gil: bool = False) -> None:

@@ -2,7 +2,7 @@
 only.
 
 The package is designed for the first option (`kernel`, `kernel_cache`, `parts`), which works with the
-versions of numba with which it was tried. With any other version, or if ECS_ECO_PLAIN_NUMBA is 1, only the
+versions of numba that it was tested with. With any other version, or if ECS_ECO_PLAIN_NUMBA is 1, only the
 public API is used (`plain`): results are the same, but kernels are slower. To try another version, see
 CONTRIBUTING.md, "Try a new numba".
 """

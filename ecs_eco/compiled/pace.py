@@ -46,7 +46,7 @@ class Pace:
             self._change()
 
     def _compare(self, now: float) -> None:
-        """Choose the mode that was on trial, or go back to the other one."""
+        """Choose the mode that was on trial, or go back to the other mode."""
         was, cost = _median(self.took[self.better]), self.passed
         if now < was:
             self.better, self.wait = self.way, AGAIN

@@ -6,7 +6,7 @@ for the GIL, which is as long as many of the tasks into which a tick is divided.
 writes its arguments, in the kernel's format, to a buffer that the helpers read, with the address of code that
 calls the kernel with them. A job is open while its number is odd. A helper registers as active, then checks
 again whether the job is still open; the thread that closes the job waits until no helper is active. A helper
-can therefore come late or not at all; the other threads then do its parts.
+can therefore arrive late or not at all; the other threads then do its parts.
 """
 
 from __future__ import annotations

@@ -29,8 +29,8 @@ _cfunc: Any = numba.cfunc
 def kept_kernel(
     function: Callable[..., Any], folder: Folder, fastmath: bool | set[str] = False, noalias: bool = False
 ) -> Any:
-    """Return a function as a kernel whose compiled forms are cached in a folder; the function itself if
-    numba is disabled."""
+    """Return a function as a kernel whose compiled forms are cached in a folder; if numba is disabled, return
+    the function itself."""
     keep = not interpreted() and os.path.isfile(function.__code__.co_filename) and folder.usable()
     with _keeps_in(folder):
         return _njit(nogil=True, error_model="numpy", fastmath=fastmath, cache=keep)(function)

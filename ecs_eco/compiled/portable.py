@@ -70,7 +70,8 @@ def target() -> dict[str, str]:
 
 
 def other_mode(noted: Mapping[str, Any]) -> str:
-    """Return the error message for a manifest or checkpoint from the other mode; "" if it is from this mode."""
+    """Return the error message for a manifest or checkpoint from the other mode, or "" if it is from this
+    mode."""
     theirs = noted.get("target", {}).get("mode", "native")  # older files do not record a mode
     if theirs == mode():
         return ""
@@ -88,7 +89,7 @@ def other_mode(noted: Mapping[str, Any]) -> str:
 def variables() -> dict[str, str]:
     """Return the environment variables of the portable mode, for job scripts on a cluster.
 
-    ECS_ECO_PORTABLE=1 is enough if ecs_eco is imported before numpy, because it sets the others.
+    ECS_ECO_PORTABLE=1 is enough if ecs_eco is imported before numpy, because it sets the other variables.
     """
     numpy = tuple(int(n) for n in version("numpy").split(".")[:2])
     return {

@@ -18,7 +18,7 @@ _SCALAR = re.compile(r"(?:u?int|float)(?:8|16|32|64)|bool|none")
 
 
 def text(signature: tuple[Any, ...]) -> str:
-    """Return the types of arguments as text; "" if `read` could not recover them from it."""
+    """Return the types of arguments as text, or "" if `read` could not recover them from it."""
     written = "; ".join(map(str, signature))
     try:
         return written if read(written) == signature else ""

@@ -40,8 +40,8 @@ def one_blas_thread() -> Iterator[None]:
 
 
 def in_parallel(work: Callable[[int], None], workers: int) -> None:
-    """Call work(0) … work(workers - 1), each in its own thread with one torch thread; return when all have
-    ended."""
+    """Call work(0) … work(workers - 1), each in its own thread with one torch thread; return when all calls
+    have ended."""
     if workers == 1:
         with one_torch_thread():
             work(0)

@@ -22,7 +22,7 @@ if not plain():
     from ecs_eco.compiled.team import Team
 PARALLEL_FROM = 1500  # organisms, at about 30 ns each, below which one thread is faster; 0: divide everything
 PART = 1000  # organisms per part, at about 30 ns each, so that other threads can do a late thread's work
-MOST_PARTS = 4  # per kernel and thread
+MOST_PARTS = 4  # per kernel per thread
 EASE = 8  # Python code runs in one thread at a time, so it needs this many times as many organisms
 IDLE = 32  # single-threaded ticks after a tick in which no work was worth dividing
 
@@ -36,7 +36,7 @@ class Workers:
         self.helpers = [Helper() for _ in range(threads - 1)] if self.team is None else self.team.helpers
         self._taken = threading.Lock()  # held by the thread that divides work
         self.all_busy = False  # whether all threads are busy in `together`: then pieces are not split further
-        # the part of 0…n that this process does while it shares work with others (ecs_eco.bands)
+        # the part of 0…n that this process does while it shares work with other processes (ecs_eco.bands)
         self.own: Callable[[int], tuple[int, int]] | None = None
         self.parallel = threads > 1  # whether other threads take part; if not, this thread does all work
         self.pace = Pace()
@@ -98,7 +98,7 @@ class Workers:
         )
 
     def together(self, tables: Iterable[Any], *work: Callable[[], Any]) -> None:
-        """Do independent pieces of work, the first on this thread and the others on all threads if the
+        """Do independent pieces of work, the first on this thread and the rest on all threads if the
         tables have many organisms; they must not write to the same data."""
         if not self.parallel or not work or not self._worth(sum(t.n for t in tables) // EASE):
             for piece in work:

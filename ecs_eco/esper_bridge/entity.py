@@ -55,7 +55,7 @@ class Entity(dict[type, Any]):
         return self.all().items()
 
     def all(self) -> dict[type, Any]:
-        """Return all components by type: columns in the order of the table, then plain objects."""
+        """Return all components by type: columns in table order, then plain objects."""
         held = dict(super().items())
         return {kind: self[kind] for kind in self.registry.kinds_of(self)} | held
 

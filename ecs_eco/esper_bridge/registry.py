@@ -174,7 +174,7 @@ class Registry:
         return None if place is None else self._make(number, *place)
 
     def find(self, number: object) -> tuple[Table, int] | None:
-        """Return the table and row of the entity with a number; None if no entity has it."""
+        """Return the table and row of the entity with a number, or None if no entity has it."""
         if self.looked_at is not None and self.looked_at[0] == number:
             return self._if_there(*self.looked_at)
         if not isinstance(number, int):
@@ -232,7 +232,7 @@ class Registry:
         return table is not None and (kind in table.columns or kind in table.derived)
 
     def handle(self, entity: Entity, kind: type) -> Any:
-        """Return a handle to an entity's row; None if its table lacks these columns."""
+        """Return a handle to an entity's row, or None if its table lacks these columns."""
         table = self._table_of(entity)
         if table is None or not (kind in table.columns or kind in table.derived):
             return None
@@ -290,7 +290,7 @@ class Registry:
         )
 
     def newborn(self, request: object) -> tuple[Handle, ...] | None:
-        """Return the values given to the entity of a birth request; None if no entity is waiting for that
+        """Return the values given to the entity of a birth request, or None if no entity is waiting for that
         birth."""
         entity = self.waiting.get(id(request))
         return (

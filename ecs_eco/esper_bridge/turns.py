@@ -17,7 +17,7 @@ from ecs_eco.engine.living import LivingWorld
 
 _worlds: weakref.WeakSet[LivingWorld] = (
     weakref.WeakSet()
-)  # worlds whose threads must not run them in parallel with others
+)  # worlds whose threads must not run them in parallel with other worlds
 _apart = threading.local()
 
 
@@ -95,8 +95,8 @@ def apart() -> Iterator[None]:
 
 
 def enter(world: LivingWorld) -> bool:
-    """Register a new world; return whether its thread may run it in parallel with others. If it may not and
-    another living thread has a world, raise a RuntimeError."""
+    """Register a new world; return whether its thread may run it in parallel with other worlds. If it may not
+    and another living thread has a world, raise a RuntimeError."""
     me = threading.current_thread()
     if not getattr(_apart, "allowed", False) and (other := _of_others(me)):
         gc.collect()  # unreferenced worlds do not count

@@ -95,9 +95,9 @@ class Archipelago:
         config : str, Path, Mapping or WorldConfig
             A world with an `archipelago` section.
         seed : int, optional
-            Seed from which the islands' seeds are derived; default: `seed` of the world file.
+            Seed from which the islands' seeds are derived; default: `seed` in the world file.
         ticks : int, optional
-            Planned length; default: `ticks` of the world file.
+            Planned length; default: `ticks` in the world file.
         out : str or Path, default "archipelago"
             New or empty folder.
         policies : str or Mapping, default "trained"

@@ -197,7 +197,8 @@ class Comparison:
         }
 
     def training_seeds_of_runs(self) -> dict[str, list[int]] | None:
-        """Return the training seed of each run, for arms with trained policies; None if nothing is trained."""
+        """Return the training seed of each run, for arms with trained policies, or None if nothing is
+        trained."""
         if self.training_seeds is None:
             return None
         seeds: dict[str, list[int]] = {}
@@ -274,7 +275,7 @@ def compare(
     seeds : int, default 8
         Number of world seeds, counted from 1.
     ticks : int, optional
-        Length of a run; default: `ticks` of the world file.
+        Length of a run; default: `ticks` in the world file.
     training_seeds : int, optional
         Number of training seeds, each combined with all world seeds; default: use the policies of the world
         file.

@@ -233,7 +233,8 @@ def config_of(root: Path, plan: Mapping[str, Any], trust: bool, name: str) -> Wo
 
 
 def _forget_others(path: Path, start: int) -> None:
-    """Remove an island's checkpoints after a tick, which will be written again, and old ones before it."""
+    """Remove an island's checkpoints after a tick, which will be written again, and old checkpoints before
+    it."""
     files = sorted((path / "checkpoints").glob(f"tick-*{checkpoint.SUFFIX}"))
     before = [file for file in files if checkpoint.tick_of(file) <= start]
     for file in [file for file in files if file not in before] + before[:-KEEP]:

@@ -47,7 +47,7 @@ def run_job(folder: str | Path, number: int, allowed: Collection[str] = ()) -> d
     folder : str or Path
         Folder of the sweep.
     number : int
-        Number of the job.
+        Job number.
     allowed : collection of str
         Hashes of code that is allowed to run.
 
@@ -60,7 +60,7 @@ def run_job(folder: str | Path, number: int, allowed: Collection[str] = ()) -> d
     FolderInUse
         If another process is running the job.
     Exception
-        Any error of the run; failed.json then describes it.
+        Any error raised by the run; failed.json then describes it.
     """
     sweep = _opened(folder, allowed)
     place = inside(sweep.folder, sweep.job_folder(number))
@@ -88,7 +88,7 @@ def run_job(folder: str | Path, number: int, allowed: Collection[str] = ()) -> d
 def train(folder: str | Path, name: str, allowed: Collection[str] = ()) -> str:
     """Train the policies of one of a sweep's training runs unless they exist, and return their folder.
 
-    Only one process trains the same policies at a time; others wait for it.
+    Only one process trains the same policies at a time; other processes wait for it.
     """
     sweep = _opened(folder, allowed)
     place, config, seed = sweep.training(name)
@@ -143,7 +143,7 @@ class Done(Section):
 
 
 def read_done(sweep: Sweep, number: int) -> dict[str, Any] | None:
-    """Return the contents of a job's done.json; None if the job is not done.
+    """Return the contents of a job's done.json, or None if the job is not done.
 
     Raises ForeignFile if the file belongs to another job, RecordingError if it is damaged.
     """
@@ -202,7 +202,7 @@ def _do(sweep: Sweep, job: Job, place: Path) -> dict[str, Any]:
 
 
 def summary_of(run: Path) -> dict[str, Any]:
-    """Summarize a run folder as JSON: numbers over the run and at its end, with times in ticks."""
+    """Summarize a run folder as JSON: population sizes over the run and at its end, with times in ticks."""
     series = load_series(run)
     cycles = cycle_statistics(series, n_boot=BOOTSTRAPS)
     cycling = cycles.cycling() if cycles.enough else ()
@@ -248,7 +248,7 @@ def _opened(folder: str | Path, allowed: Collection[str]) -> Sweep:
 
 
 def _noting(path: Path, ticks: int) -> Callable[[int, int], None]:
-    """Return a progress function that periodically writes the current tick, and when ticks began, to a file."""
+    """Return a progress function that periodically writes to a file the current tick and when ticks began."""
     last = 0.0
     begin: dict[str, Any] = {"pid": os.getpid(), "host": socket.gethostname(), "ticks": ticks}
 
@@ -272,7 +272,7 @@ def _noting(path: Path, ticks: int) -> Callable[[int, int], None]:
 
 
 def _tick_of(run: Path) -> int:
-    """Return the tick of a run's last checkpoint; 0 if there is none."""
+    """Return the tick of a run's last checkpoint, or 0 if there is none."""
     from ecs_eco.record.checkpoint import SUFFIX, tick_of
 
     return max((tick_of(file) for file in (run / "checkpoints").glob(f"tick-*{SUFFIX}")), default=0)

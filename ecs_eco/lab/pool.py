@@ -75,8 +75,8 @@ def finishing() -> Iterator[None]:
     """Raise KeyboardInterrupt within this context when the worker is asked to end, so that it can save its
     state.
 
-    Outside workers, nothing changes: Ctrl-C raises KeyboardInterrupt anyway, and threads other than the main
-    thread, in which Dask workers run their calls, receive no signals.
+    Outside workers, this has no effect: Ctrl-C raises KeyboardInterrupt anyway, and threads other than the
+    main thread, in which Dask workers run their calls, receive no signals.
     """
     if multiprocessing.parent_process() is None or threading.current_thread() is not threading.main_thread():
         yield
@@ -107,15 +107,15 @@ def finishing() -> Iterator[None]:
 
 
 class Pool(Executor):
-    """An executor with single-threaded workers that end with this process; a single worker is this process
-    itself. Only this process receives Ctrl-C; an exception that leaves the `with` block ends all workers. If
-    a worker is killed from outside, unfinished futures raise BrokenProcessPool."""
+    """An executor with single-threaded workers that end with this process; if there is only one worker, it is
+    this process itself. Only this process receives Ctrl-C; an exception that leaves the `with` block ends all
+    workers. If a worker is killed from outside, unfinished futures raise BrokenProcessPool."""
 
     def __init__(self, workers: int) -> None:
         if workers < 1:
             raise ValueError(f"workers must be 1 or more, got {workers}")
         self.workers = workers
-        self.at_once = workers + 1  # calls submitted at a time: no worker waits, and few calls can be lost
+        self.at_once = workers + 1  # submitted at a time: no worker waits, and few calls can be lost
         self._processes: ProcessPoolExecutor | None = None
 
     def submit(self, fn: Callable[..., Result], /, *args: Any, **kwargs: Any) -> Future[Result]:
@@ -140,7 +140,7 @@ class Pool(Executor):
         self._processes = None
 
     def terminate(self) -> None:
-        """End all workers at once; recordings keep what was written. `submit` then starts new ones."""
+        """End all workers at once; recordings keep the data already written. `submit` then starts new ones."""
         if self._processes is not None:
             for process in list((self._processes._processes or {}).values()):
                 process.terminate()

@@ -1,4 +1,4 @@
-"""Pre-training and its evaluation: policies learn from random weights while respawning keeps numbers
+"""Pre-training and its evaluation: policies learn from random weights while respawning keeps population sizes
 constant."""
 
 import time
@@ -42,7 +42,7 @@ def pretrain(
     config : str, Path, Mapping or WorldConfig
         A world; its `training` section configures the training.
     seed : int, optional
-        Seed; default: `seed` of the world file.
+        Seed; default: `seed` in the world file.
     ticks : int, optional
         Length of each training world; default: `training.ticks`.
     out : str or Path, optional

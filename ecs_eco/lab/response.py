@@ -36,7 +36,7 @@ class Answer:
 
 
 def outcomes_of(rows: Sequence[Row], species: Sequence[str]) -> list[Outcome]:
-    """Return the outcomes in a table of runs: persistence, numbers, cycle periods, and reporters."""
+    """Return the outcomes in a table of runs: persistence, population sizes, cycle periods, and reporters."""
     found = [Outcome("persisted", "fraction in which all persist", share=True)]
     found += [Outcome(f"{name}.mean", f"mean number of {name}", name) for name in species]
     found += [
@@ -77,7 +77,7 @@ def by_point(rows: Sequence[Row], key: str, outcome: Outcome) -> list[Answer]:
 
 
 def interval(rows: Sequence[Row], outcome: Outcome) -> Interval:
-    """Return the mean of an outcome over seeds with its 95% interval; NaN if no run has a number. Training
+    """Return the mean of an outcome over seeds with its 95% interval, or NaN if no run has a number. Training
     seeds and world seeds are both replicates.
     """
     table = _table(rows, outcome.column)
@@ -130,7 +130,7 @@ def short(key: str) -> str:
 def responses(
     rows: Sequence[Row], keys: Sequence[str], outcomes: Sequence[Outcome], hue: Mapping[str, str]
 ) -> Figure:
-    """Draw a panel for each outcome (rows) and key (columns), with a line for each treatment: the mean and
+    """Plot a panel for each outcome (rows) and key (columns), with a line for each treatment: the mean and
     95% interval at each value, and runs as dots."""
     figure, axes = panels(
         len(outcomes),
@@ -172,7 +172,7 @@ def _response(
     of: int,
     label: str,
 ) -> None:
-    """Draw the responses of one treatment, offset from those of the other treatments."""
+    """Plot the responses of one treatment, offset from those of the other treatments."""
     each = len(values) <= FEW
     found = [
         a
@@ -221,7 +221,7 @@ def _response(
 
 
 def _places(values: list[Any], wanted: Sequence[Any]) -> np.ndarray:
-    """Return the positions of values on an axis: numbers at their value, other values side by side."""
+    """Return the positions of values on an axis: numbers at their values, other values side by side."""
     if _are_numbers(values):
         return np.array(wanted, float)
     return np.array([values.index(value) for value in wanted], float)
@@ -264,7 +264,7 @@ def pairs_of(rows: Sequence[Row], keys: Sequence[str], most: int = 6) -> list[tu
 
 @styled
 def heat(rows: Sequence[Row], pair: tuple[str, str], outcomes: Sequence[Outcome]) -> Figure:
-    """Draw the means of outcomes (panels) against two keys, as grid cells or as hypercube dots."""
+    """Plot the means of outcomes (panels) against two keys, as grid cells or as hypercube dots."""
     parts = group(rows, lambda row: row["treatment"])
     wide = min(3, len(outcomes))
     high = -(-len(outcomes) // wide)

@@ -35,12 +35,12 @@ class Status:
 
     @property
     def rate(self) -> float:
-        """Return the total ticks per second of running jobs, from the known rates; 0 if none are known."""
+        """Return the total ticks per second of running jobs, from the known rates, or 0 if none are known."""
         return len(self.running) * sum(self.rates) / len(self.rates) if self.rates else 0.0
 
     @property
     def remaining(self) -> float | None:
-        """Return the remaining seconds at the current rate; None if the rate is unknown."""
+        """Return the remaining seconds at the current rate, or None if the rate is unknown."""
         return (self.ticks_in_all - self.ticks) / self.rate if self.rate else None
 
     def errors(self) -> list[tuple[str, list[int]]]:

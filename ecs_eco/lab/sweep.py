@@ -62,7 +62,7 @@ def run_sweep(
     Returns
     -------
     Outcome
-        The jobs that are done and those that failed; a failed job does not stop the others.
+        The jobs that are done and those that failed; a failed job does not stop the other jobs.
 
     Raises
     ------
@@ -145,7 +145,8 @@ def evenly(sweep: Sweep, numbers: Iterable[int]) -> list[int]:
 
 
 def _by_training(sweep: Sweep, numbers: Sequence[int]) -> dict[str, list[int]]:
-    """Return job numbers by the training run that the jobs wait for; "" if they need none, or it is done."""
+    """Return job numbers by the training run that the jobs wait for, or "" if they need no training run, or
+    it is done."""
     missing, waiting = dict[str, bool](), dict[str, list[int]]({"": []})
     for number in numbers:
         name = sweep.jobs[number].training or ""

@@ -103,7 +103,7 @@ def row_of(point: int, done: dict[str, Any]) -> dict[str, Any]:
 
 
 def _place(rows: list[dict[str, Any]]) -> Any:
-    """Return a sort key that keeps columns in the order of the rows."""
+    """Return a sort key that keeps columns in the same order as in the rows."""
     places: dict[str, tuple[int, str]] = {}
     for row in rows:
         at = 0

@@ -21,11 +21,10 @@ def train_or_find(
     """Return the folder with <species>.safetensors and training.json, after training if necessary.
 
     The folder appears only when it is complete. Several processes can train the same policies at once: the
-    first result is kept, and the others are identical. Without `verify`, any training run in the folder is
-    accepted, because the folder's name identifies it. Raises ForeignFile if the folder contains another
-    training run, RecordingError if it is damaged or contains other files; only leftovers of a killed training
-    run are removed.
-    """
+    first result is kept, and all later results are identical. Without `verify`, any training run in the
+    folder is accepted, because the folder's name identifies it. Raises ForeignFile if the folder contains
+    another training run, RecordingError if it is damaged or contains other files; only leftovers of a killed
+    training run are removed."""
     from ecs_eco.lab.pretraining import pretrain
 
     if is_trained(folder, config, seed, ticks, verify=verify):

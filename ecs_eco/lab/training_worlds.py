@@ -45,7 +45,8 @@ class TrainingWorlds:
             ticks, self.tick = ticks - part, self.tick + part
 
     def _pace(self) -> int:
-        """Return the number of ticks that one world runs before the next one does: at most a rollout."""
+        """Return the number of ticks that one world runs before the next one does: at most the length of a
+        rollout."""
         return (
             min([16, *(t.learner.ppo.horizon for t in self.learners.values())])
             if len(self.worlds) > 1
@@ -156,7 +157,7 @@ class TrainingWorlds:
                 self.learners[name] = SharedLearner(learner, self.plan.worlds)
 
     def _hand(self, nerves: Any, name: str, together: Any, i: int) -> None:
-        """Give a species in world i the learning network, or an earlier one from the pool."""
+        """Give a species in world i the learning network, or an earlier network from the pool."""
         share, pool = together.shares[i], self.pool.get(name, [])
         key = random.tick_key(self.seed, self.stage * self.plan.worlds + i)
         u = random.draw_many(
@@ -182,7 +183,7 @@ def drawn(vary: Mapping[str, Sequence[float]], worlds: int, key: np.uint64) -> l
     order that differs between keys.
 
     This is a Latin hypercube (McKay, Beckman & Conover 1979). Parts are equal on a log scale if both ends are
-    positive, otherwise on a linear scale; values are integers if both ends are.
+    positive, otherwise on a linear scale; values are integers if both ends are integers.
     """
     out: list[dict[str, Any]] = [{} for _ in range(worlds)]
     for j, (name, (low, high)) in enumerate(vary.items()):

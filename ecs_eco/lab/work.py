@@ -120,7 +120,7 @@ def run_jobs(
     failed: Callable[[Key, BaseException], None],
     retries: int | None = None,
 ) -> dict[Key, Result]:
-    """Call `fn` with the arguments of each job; return the results of those that succeeded.
+    """Call `fn` with the arguments of each job; return the results of the jobs that succeeded.
 
     `progress` is called with the number of successes and the number of jobs, `failed` with a job and its
     exception. If a worker is killed from outside, `failed` is called once with a BrokenExecutor, and no

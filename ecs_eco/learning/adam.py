@@ -16,7 +16,7 @@ summing_njit: Any = partial(njit, fastmath={"contract", "reassoc"})
 @summing_njit
 def adam(weights, gradients, moment_1, moment_2, step, settings):
     """Take one Adam step (Kingma and Ba 2015, algorithm 1) for the sum of the rows of `gradients`; return its
-    norm. `settings` are learning rate, epsilon, maximum gradient norm and weight decay.
+    norm. `settings` contains the learning rate, epsilon, maximum gradient norm and weight decay.
 
     Weight decay is decoupled from the gradient (Loshchilov and Hutter 2019). If the gradient is not finite,
     nothing changes.

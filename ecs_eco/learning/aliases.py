@@ -38,5 +38,5 @@ def resolve(given: Iterable[str]) -> dict[str, str]:
 
 
 def hint(word: str) -> str:
-    """Return a hint for an accepted alias: the name of the setting here."""
+    """Return a hint for an accepted alias: the name of the setting in this package."""
     return f"{word} is called {ALIASES[word]} here"

@@ -76,8 +76,8 @@ class PlainNetwork:
                 below, above = above, above + _whole(b)
 
     def views(self, weights: np.ndarray) -> list[np.ndarray]:
-        """Split weights [..., size] into parts in the order of `shapes`; the value is the last output of the
-        last layer."""
+        """Split weights [..., size] into parts in the same order as `shapes`; the value is the last output of
+        the last layer."""
         ends = np.cumsum([int(np.prod(shape)) for shape in self.shapes])
         parts = np.split(weights, ends[:-1], axis=-1)
         return [
@@ -109,9 +109,9 @@ class Brain(PlainNetwork, PolicyNetwork):
     groups : tuple of int
         Number of options of each categorical group, then `CONTINUOUS` for each continuous one.
     hidden : tuple of int, default (64, 64)
-        Units of each hidden layer.
+        Number of units in each hidden layer.
     seed : int, default 0
-        Fixes the initial weights.
+        Random seed for the initial weights.
     trunk : {"shared", "separate"}
         Whether policy and value share the hidden layers.
 
@@ -160,7 +160,7 @@ class Brain(PlainNetwork, PolicyNetwork):
         self, observations: np.ndarray, memory: np.ndarray, split: Split | None = None
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the result of `forward`, and the memory f32[n, 0] unchanged. A row's results are
-        bit-identical whatever the other rows and the number of threads are."""
+        bit-identical regardless of the other rows and the number of threads."""
         n = self._rows(observations)
         x = np.asarray(observations, np.float32).T
         if not x.flags.forc:

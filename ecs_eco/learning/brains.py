@@ -26,7 +26,7 @@ def brain_of(
     device: str = "cpu",
     trunk: str = "shared",
 ) -> PolicyNetwork:
-    """Return a new brain from `network(n_observations, groups)`, or the built-in one with a `trunk`, which
+    """Return a new brain from `network(n_observations, groups)`, or the built-in brain with a `trunk`, which
     does not need torch on the CPU.
 
     Raises ValueError if the module cannot be a brain or the device does not exist.
@@ -52,8 +52,8 @@ def individuals_of(
     seed: int,
     device: str = "cpu",
 ) -> Individuals:
-    """Return the networks of a species whose members each have their own: kernels for the built-in network
-    with categorical actions, otherwise torch.func."""
+    """Return the networks of a species whose members each have their own network: kernels for the built-in
+    network with categorical actions, otherwise torch.func."""
     from ecs_eco.learning.individual import Individuals
 
     if network is None and device == "cpu" and not laid_out(groups)[1]:

@@ -34,8 +34,9 @@ CONTINUOUS = Continuous(2)
 
 
 def laid_out(groups: Sequence[int]) -> tuple[np.ndarray, int]:
-    """Return the first output of each categorical group and their end, i64[G + 1], and the number of
-    continuous groups that follow. Raises ValueError if a categorical group follows a continuous one."""
+    """Return the first output of each categorical group and the end of the last group, i64[G + 1], and the
+    number of continuous groups that follow. Raises ValueError if a categorical group follows a continuous
+    one."""
     kinds = [isinstance(group, Continuous) for group in groups]
     if kinds != sorted(kinds):
         raise ValueError(f"groups = {tuple(groups)}: continuous ones must come last")

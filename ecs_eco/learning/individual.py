@@ -48,7 +48,7 @@ class Individuals(PlainNetwork):
     """The networks of all individuals of a species, and PPO for each of them.
 
     Each has a trunk of tanh layers, shared by the policy head and the value head. An animal's decisions and
-    learning are bit-identical whatever its row, the other animals and the number of threads are. A world file
+    learning are bit-identical regardless of its row, the other animals and the number of threads. A world file
     selects it with `policy.kind = "individual"`.
 
     Parameters
@@ -57,10 +57,10 @@ class Individuals(PlainNetwork):
     groups : tuple of int
         Number of options of each categorical group, then `CONTINUOUS` for each continuous one.
     hidden : tuple of int
-        Units of each hidden layer.
+        Number of units in each hidden layer.
     ppo : PPO
     seed : int
-        Fixes initial weights and the order of minibatches.
+        Random seed for the initial weights and the order of minibatches.
     """
 
     def __init__(
@@ -159,7 +159,7 @@ class Individuals(PlainNetwork):
         values: np.ndarray,
     ) -> None:
         """Append a transition to the rollout of each row i64[n]: `x` f32[n, c], `choice` int[n, groups],
-        others f32[n].
+        all other arguments f32[n].
 
         Raises ValueError if a rollout is full: `learn` empties it.
         """
@@ -203,17 +203,16 @@ class Individuals(PlainNetwork):
         memory: np.ndarray | None = None,
         numbers: np.ndarray | None = None,
     ) -> dict[str, float]:
-        """Train the animals in `rows` i64[n] on their rollouts, then empty these; `bootstrap` f32[n] are the
-        values of the animals' current states.
+        """Train the animals in `rows` i64[n] on their rollouts, then empty the rollouts; `bootstrap` f32[n]
+        are the values of the animals' current states.
 
         `plasticity` contains their learning rates, discounts and entropy coefficients, each f32[n] or a
-        number shared by all; None: use `ppo`. `own` contains other hyperparameters by name, [n] each, for the
-        built-in network. `memory` f32[n, memory] is their memory at the beginning of their rollouts,
+        number shared by all animals; None: use `ppo`. `own` contains other hyperparameters by name, [n] each,
+        for the built-in network. `memory` f32[n, memory] is their memory at the beginning of their rollouts,
         `numbers` f32[n, horizon, n_numbers] their draws for continuous actions. An animal with a learning
         rate of 0 discards its rollout and does not change. Returns means over the animals that learned, named
         as in `Learner.update`, and their number, n_animals. Raises FloatingPointError if a gradient is not
-        finite.
-        """
+        finite."""
         n = len(rows)
         settings = self._settings(n, plasticity, own or {})
         rates, lengths = setting_of(settings, "learning_rate"), experience.length[rows]
@@ -291,7 +290,7 @@ def require_finite(report: np.ndarray, uid: np.ndarray) -> None:
 
 
 def summary(report: np.ndarray, lengths: np.ndarray, rates: np.ndarray) -> dict[str, float]:
-    """Return means over animals (for the reward, over transitions); NaN if no animal learned."""
+    """Return means over animals (for the reward, over transitions), or NaN if no animal learned."""
     n, total = len(report), np.add.reduce
     if not n:
         return dict.fromkeys((*kernels.TERMS, "learning_rate"), float("nan")) | {

@@ -123,8 +123,8 @@ def credit(rewards, rows, length, reward):
 
 @fused_njit
 def full_rollouts(length, rows, uid, born, tick, horizon, due):
-    """Write to `due` which rollouts are complete: either full, or an animal's first one, which ends at an age
-    drawn from the uid."""
+    """Write to `due` which rollouts are complete: either full, or an animal's first rollout, which ends at an
+    age drawn from the uid."""
     for i in range(len(rows)):
         n = length[rows[i]]
         due[i] = n >= horizon or (n > 0 and np.uint64(tick - born[i]) == mix(uid[i]) % np.uint64(horizon))

@@ -1,7 +1,7 @@
 """Inference with plain networks, without torch: kernels with a fixed order of summation.
 
-An organism's output is bit-identical whatever the other organisms, its position and the number of threads
-are.
+An organism's output is bit-identical regardless of the other organisms, its position and the number of
+threads.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 Loss = -min(r A, clip(r) A) - entropy_weight H + value_weight (V - R)^2, where r is the ratio of the choice's
 new and old probabilities, A the advantage, and R = A + the old value (Schulman et al. 2017, eq. 7 and 9).
-`torch_ppo.ppo_loss` computes the same with autograd.
+`torch_ppo.ppo_loss` computes the same loss with autograd.
 
 Transitions are transposed so that all loops run over a block of them and can be vectorized. These loops use
 only float32 and take their length from arrays, because the compiler unrolls short loops of known length.
@@ -266,7 +266,7 @@ def policy_gradient(weight, advantage, start, settings, log_ratio, terms):
 @lone_fused_njit
 def value_gradient(outputs, weight, old_value, advantage, start, settings, terms):
     """Replace the values with their gradient; add the squared errors. With clip_value, the error is the
-    larger of the unclipped and the clipped value's."""
+    larger of the errors of the unclipped and the clipped value."""
     zero, clip, value = np.float32(0), settings.clip_value, len(outputs) - 1
     for i in range(outputs.shape[1]):
         at = np.uint64(start + i)

@@ -20,7 +20,7 @@ class MLP(nn.Module):
     groups : tuple of int
         Number of options of each action group.
     hidden : tuple of int, default (64, 64)
-        Units of each hidden layer.
+        Number of units in each hidden layer.
     trunk : {"shared", "separate"}
         Whether policy and value share the hidden layers.
 
@@ -108,7 +108,7 @@ def plain(module: object, n_observations: int, n_logits: int) -> Plain | None:
     None.
 
     Such a module is an `MLP`, or a Sequential of Linear and Tanh with n_logits outputs, or one more for the
-    value. Raises ValueError if a Sequential has different numbers of inputs or outputs.
+    value. Raises ValueError if a Sequential has the wrong number of inputs or outputs.
     """
     if (
         type(module) is MLP

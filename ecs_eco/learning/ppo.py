@@ -28,9 +28,9 @@ class Learner(TorchLearner):
     brain : Brain
     ppo : PPO
     seed : int
-        Fixes the order of minibatches.
+        Random seed for the order of minibatches.
     workers : int, default 1
-        Threads. They affect speed, never results.
+        Number of threads, which affects speed, never results.
 
     Notes
     -----
@@ -113,8 +113,8 @@ def _checkpoint_row(brain: Brain, moment: np.ndarray) -> np.ndarray:
 
 
 def _checkpoint_views(brain: Brain, kept: np.ndarray) -> Iterator[np.ndarray]:
-    """Yield the parts of a checkpoint's row in the order of `shapes`: each begins at a multiple of 64 bytes,
-    and a head's matrix is (out, in)."""
+    """Yield the parts of a checkpoint's row in the same order as `shapes`: each begins at a multiple of 64
+    bytes, and a head's matrix is (out, in)."""
     at = 0
     for a, b, *_, hidden in brain.layers.tolist():
         matrix = kept[at : at + a * b]

@@ -208,8 +208,8 @@ class Rollout:
         """Return indices i64[n] of transitions, life by life in chronological order, and the start of each
         stretch among them.
 
-        The starts, i64[stretches + 1], end with n; a stretch has `longest` transitions, but the last one of a
-        life can have fewer.
+        The starts, i64[stretches + 1], end with n; a stretch has `longest` transitions, but the last stretch
+        of a life can have fewer.
         """
         order, follows = _lives(self.steps["row"], self.ended)
         begins = np.concatenate([[True], ~follows])[: self.n]
@@ -263,7 +263,7 @@ class Rollout:
             self.steps[name] = state[name]
 
     def by_uid(self, rows: np.ndarray) -> dict[str, np.ndarray]:
-        """Return a `state()` that links each record to the next one of the same animal instead of to a row;
+        """Return a `state()` that links each record to the next record of the same animal instead of to a row;
         `rows` i64[n] are the living organisms, sorted by uid.
 
         `next` is the next record in the same life, `open` the last record of each living organism; -1 means
@@ -293,7 +293,7 @@ class Rollout:
         return (self._observations, self._choices, self._numbers, self._memory, self._steps, self._ended)
 
     def _hold(self, columns: Iterable[np.ndarray]) -> None:
-        """Set the arrays, in the order of `_columns`."""
+        """Set the arrays, in the same order as `_columns`."""
         (self._observations, self._choices, self._numbers, self._memory, self._steps, self._ended) = columns
 
     def _optional(self) -> list[str]:
@@ -317,8 +317,8 @@ class Rollout:
 
 
 def _lives(row: np.ndarray, ended: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the indices of records i64[n] sorted by row, then time, and whether each record but the first
-    continues the previous one's life, bool[n - 1]."""
+    """Return the indices of records i64[n] sorted by row, then by time, and whether each record but the first
+    continues the life of the previous record, bool[n - 1]."""
     order = np.argsort(row, kind="stable")
     return order, (row[order[1:]] == row[order[:-1]]) & ~ended[order[:-1]]
 
@@ -360,7 +360,7 @@ def fill_advantages(steps, ended, later, gain, discount, gae_lambda):
 @fused_njit
 def summarize(steps):
     """Return statistics of a rollout STEP[n]: mean and standard deviation of the advantages, the share of the
-    targets' variance that the values explain, and the mean reward; NaN if undefined."""
+    targets' variance that the values explain, and the mean reward; undefined values are NaN."""
     n = len(steps)
     mean = target_mean = variance = target_variance = reward = 0.0
     for i in range(n):

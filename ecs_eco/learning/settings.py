@@ -23,7 +23,7 @@ def _setting(
 class PPO:
     """Hyperparameters of PPO (Schulman et al. 2017).
 
-    The world-file reference lists each with its default under `species.NAME.ppo`;
+    The world-file reference lists each hyperparameter with its default under `species.NAME.ppo`;
     `fields(PPO)[i].metadata["doc"]` also describes it. Names from other libraries (gamma, lr, batch_size …)
     are accepted with a warning that shows ours.
 

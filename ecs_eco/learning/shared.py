@@ -20,8 +20,8 @@ class SharedLearner:
         self.shares = [Share(self) for _ in range(worlds)]
 
     def meet(self) -> dict[str, float] | None:
-        """Learn if all participants are ready; return the result of `Learner.update`, or None while others
-        are still collecting."""
+        """Learn if all participants are ready; return the result of `Learner.update`, or None while other
+        participants are still collecting."""
         taking = [share for share in self.shares if share.active]
         if any(share.ready is None for share in taking):
             return None
@@ -40,7 +40,7 @@ class Share:
         self.rollout, self._spare = (
             Rollout(brain.n_observations, len(brain.groups), ppo.discount, brain.memory) for _ in range(2)
         )
-        self.ready: Rollout | None = None  # with advantages, waiting for the others
+        self.ready: Rollout | None = None  # with advantages, waiting for the other participants
 
     @property
     def full(self) -> bool:

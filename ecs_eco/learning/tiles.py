@@ -28,7 +28,7 @@ def product(scratch, x, step_row, step, rows, matrix, step_matrix, n, bias, bias
     one number per column; otherwise, row r's bias is a vector at bias + r * bias_row. Tiles extend beyond
     rows and columns: extra input is ignored and extra output is overwritten later; after the last row, up to
     ROWS - 1 rows and LANES numbers are overwritten. Each number is summed in the order of k, independently of
-    the others.
+    the other numbers.
     """
     step_bias = 0 if bias_row else 1
     for r in range(0, rows, ROWS):

@@ -35,9 +35,9 @@ class TorchLearner:
     brain : ModuleBrain
     ppo : PPO
     seed : int
-        Fixes the order of minibatches.
+        Random seed for the order of minibatches.
     workers : int, default 1
-        Threads. On the CPU they affect speed, never results.
+        Number of threads, which on the CPU affects speed, never results.
 
     Notes
     -----
@@ -277,7 +277,7 @@ def ppo_loss(
     """Return PPO's loss for each transition, f32[n], and the `LOSS_TERMS`, each f32[n] (Schulman et al. 2017,
     eq. 7 and 9).
 
-    `logits` f32[n, sum(groups)] and `values` f32[n] are the current ones; the batch has the values at the
+    `logits` f32[n, sum(groups)] and `values` f32[n] are current; the batch has the values at the
     time of the decision: choices i64[n, categorical groups], numbers f32[n, continuous groups],
     log_probability, value and advantage, each f32[n]. Advantages are normalized to (A - shift) * scale.
     """

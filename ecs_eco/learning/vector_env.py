@@ -35,7 +35,7 @@ class Training:
     returns : list of float
         Return of each finished episode.
     steps : list of int
-        Total steps of all environments at the end of each episode.
+        Total number of steps in all environments at the end of each episode.
     reports : list of dict
         Losses, entropy and more for each update.
 
@@ -126,7 +126,7 @@ class Training:
         Returns
         -------
         int or None
-            Total steps of all environments; None if it was not reached.
+            Total number of steps in all environments; None if it was not reached.
         """
         if len(self.returns) < episodes:
             return None
@@ -157,15 +157,15 @@ def train(
     ppo : PPO
         Hyperparameters.
     total_steps : int
-        Total steps of all environments.
+        Total number of steps in all environments.
     seed : int
         Fixes every random draw.
     hidden : tuple of int, default (64, 64)
-        Units of each hidden layer of the built-in network.
+        Number of units in each hidden layer of the built-in network.
     trunk : {"separate", "shared"}
         Whether policy and value share the hidden layers.
     workers : int, default 1
-        Threads. They affect speed, never results.
+        Number of threads, which affects speed, never results.
     stop : callable, optional
         Called as `stop(training)` after each update; training ends if it returns true.
     network : callable, optional

@@ -1,7 +1,7 @@
 """Files of trained policies: safetensors with a seal (a SHA-256 hash of all weights, which reveals damage)
 and the names of the policy's inputs and choices.
 
-Files from other sources have neither and are accepted as they are.
+Files from other sources have neither a seal nor names and are accepted unchanged.
 """
 
 from __future__ import annotations
@@ -56,7 +56,8 @@ def read(content: bytes) -> tuple[dict[str, np.ndarray], Names | None]:
 
 
 def _named(names: Mapping[str, Any]) -> Names:
-    """Return the validated names. Raises ValueError, KeyError, TypeError or AttributeError if invalid."""
+    """Return the validated names. Raises ValueError, KeyError, TypeError or AttributeError if they are
+    invalid."""
     options = {str(group): [str(option) for option in some] for group, some in names["options"].items()}
     return {
         "channels": [str(channel) for channel in names["channels"]],

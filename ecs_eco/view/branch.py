@@ -25,9 +25,9 @@ from ecs_eco.view.source import Message
 
 
 class Start(NamedTuple):
-    """The words after `ecs-eco` in the command that started the original: ("run", "lamb", "--seed", "1").
+    """The arguments after `ecs-eco` in the command that started the original: ("run", "lamb", "--seed", "1").
 
-    `planned` are the interventions of its world file, which an assignment on the command line would replace.
+    `planned` lists the interventions in its world file, which an assignment on the command line would replace.
     """
 
     words: Sequence[str]
@@ -49,8 +49,8 @@ def of_run(folder: str, code: bool, tick: int, change: Message | None) -> Messag
 
 
 def of_world(start: Start | None, acts: Sequence[Message], tick: int, change: Message | None) -> Message:
-    """Return {"toml", "command"} for a branch of a live world. `acts` are the manual interventions, each with
-    its tick. The command is empty if the command that started the world is unknown."""
+    """Return {"toml", "command"} for a branch of a live world. `acts` lists the manual interventions, each
+    with its tick. The command is empty if the command that started the world is unknown."""
     done = [dated(what, what["at"]) for what in acts] + ([] if change is None else [dated(change, tick)])
     if start is None:
         return {"toml": tables(done), "command": ""}
@@ -61,7 +61,7 @@ def of_world(start: Start | None, acts: Sequence[Message], tick: int, change: Me
 
 
 def dated(what: Message, tick: int) -> Message:
-    """Return an intervention as in a world file, with its tick first."""
+    """Return an intervention in the form used in world files, with its tick first."""
     return {"at": tick} | {key: value for key, value in what.items() if key != "at" and value is not None}
 
 
@@ -100,8 +100,8 @@ def of_living(live: Live, tick: int, change: Message | None) -> Live:
 
 
 def of_recorded(replay: Replay, change: Message | None) -> Live:
-    """Return a live world in the state of a recorded run at the end of the displayed tick or an earlier one.
-    Raises CheckpointError, RecordingError or ConfigError for a run that cannot continue here."""
+    """Return a live world in the state of a recorded run at the end of the displayed tick or of an earlier
+    tick. Raises CheckpointError, RecordingError or ConfigError for a run that cannot continue here."""
     if replay.done:
         raise ValueError("what if: a recorded run cannot be branched at its last tick; go to an earlier one")
     world = near(replay.recording.path, replay.recording.manifest, replay.tick + 1)
@@ -118,7 +118,7 @@ def check(world: World, change: Message | None) -> None:
 
 
 def _made(world: World, config: WorldConfig, state: str, arrays: dict[str, Any]) -> Live:
-    """Return a second world that starts from a frozen state of this one."""
+    """Return a second world that starts from a frozen state of this world."""
     if handed := [s for s in config.systems if not isinstance(s, str | type | Use)]:
         raise CheckpointError(
             f"what if: the system {function_name(handed[0])} was passed to this world as "
@@ -133,7 +133,7 @@ def _made(world: World, config: WorldConfig, state: str, arrays: dict[str, Any])
 
 def as_done_to(live: Live, world: World) -> None:
     """Repeat on `world` the manual interventions that the live world received in the coming tick, unless they
-    are already pending. The live world is past that tick."""
+    are already pending. The live world has already passed that tick."""
     done = live.world.intervened
     begin = bisect_left(done, world.tick, key=itemgetter(0))
     if begin == len(done) or done[begin][0] != world.tick:
@@ -143,7 +143,7 @@ def as_done_to(live: Live, world: World) -> None:
 
 
 def by_hand(world: World, first: int, end: int) -> list[Message]:
-    """Return the interventions in ticks `first` to `end` - 1 that were not planned, as in a world file."""
+    """Return the interventions in ticks `first` to `end` - 1 that were not planned, in world-file form."""
     plan = () if world.config is None else world.config.interventions
     out: list[Message] = []
     for tick in dict.fromkeys(tick for tick, _ in world.intervened if first <= tick < end):

@@ -42,7 +42,7 @@ class Curves:
         self.points.append(point)
 
     def cut(self, tick: int) -> None:
-        """Drop the points at this tick and later."""
+        """Drop the points from this tick onward."""
         while self.points and self.points[-1].tick >= tick:
             del self.points[-1]
 
@@ -74,9 +74,9 @@ def series(
 ) -> dict[str, Any]:
     """Return the message "series" for these ticks i64[n].
 
-    Levels f64[n] are sent unchanged, sums f64[n] as the mean increase per tick since the previous point; NaN
-    becomes null. The first `before` points (0 or 1) are used only to compute rates and have no levels.
-    """
+    Levels f64[n] are sent unchanged; sums f64[n] are sent as the mean increase per tick since the previous
+    point; NaN becomes null. The first `before` points (0 or 1) are used only to compute rates and have no
+    levels."""
     span = np.diff(tick)
     rates = {key: np.append(np.nan, np.diff(of) / span)[before:] for key, of in sums.items()}
     out: dict[str, Any] = {"kind": "series", "tick": tick[before:].tolist(), "n": {}, "happiness": {}}

@@ -23,10 +23,10 @@ PAGE = """<!doctype html>
 
 class Entrance:
     """The addresses of a running server. `announce` receives the first address immediately, and a new one
-    whenever the last has been used or has expired. `browser` also opens a page.
+    whenever the latest address has been used or has expired. `browser` also opens a page.
 
     Each address admits one page, so an address left in a terminal or in the browser's history is useless to
-    others.
+    other users.
     """
 
     def __init__(self, server: Server, announce: Callable[[str], None], browser: bool = False) -> None:
@@ -65,8 +65,8 @@ class Entrance:
         self._announce(address)
 
     def _came(self, code: str, good: bool) -> None:
-        """Announce a new address if a page has just used one of this server's addresses and the last is now
-        invalid."""
+        """Announce a new address if a page has just used one of this server's addresses and the latest
+        address is now invalid."""
         if not self.server.credentials.is_good(self._code) and (
             good or self.server.credentials.was_good(code)
         ):

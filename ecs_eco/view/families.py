@@ -155,7 +155,7 @@ def tree(known: Genealogy, families: Families, request: Message) -> Message:
 
 
 def _ancestors(known: Genealogy, uid: int, focal: dict[str, Any]) -> dict[int, dict[str, Any]]:
-    """Return the lives of an organism and its ancestors by uid, one generation after another."""
+    """Return the lives of an organism and its ancestors by uid, generation by generation."""
     lives, waiting = {uid: focal}, list(focal["parents"])
     while waiting and len(lives) <= ABOVE:
         one = waiting.pop(0)

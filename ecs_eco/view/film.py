@@ -105,7 +105,7 @@ def _pipe(
 
 
 def _gif(path: Path, frames: Iterator[np.ndarray], fps: float) -> None:
-    """Write a GIF in which every frame uses the palette of the first."""
+    """Write a GIF in which every frame uses the palette of the first frame."""
     from PIL import Image
 
     first = Image.fromarray(next(frames)).quantize(colors=128, dither=Image.Dither.NONE)

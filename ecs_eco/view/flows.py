@@ -40,7 +40,7 @@ def of_run(
 
     `sums` contains f64[ticks, species] since the first tick, by series column. If there are no columns per
     food,
-    energy is divided according to `meals`, the cumulative number eaten of each (food, eater).
+    energy is divided according to `meals`, the cumulative number of items eaten for each (food, eater) pair.
     """
     out: dict[Key, np.ndarray] = {}
     eaten = [column for column in sums if column.startswith(EATEN)]

@@ -1,7 +1,7 @@
 """Frames: all organisms at a tick in one binary message, 12 bytes each (docs/reference/viewer_protocol.md).
 
 If a uid needs more than 32 bits, as on all islands but the first, the header sets a flag and the upper halves
-of all uids follow, 4 more bytes per organism.
+of all uids follow, adding 4 bytes per organism.
 """
 
 from __future__ import annotations
@@ -23,7 +23,8 @@ WORDS = 3  # u32 per organism: x and y; z, heading and value; uid
 class Encoder:
     """Collects the parts of a world's frame.
 
-    `size` [m] is the size of the world, two or three numbers; `kinds` is the number of species and object types.
+    `size` [m] is the size of the world, as two or three numbers; `kinds` is the number of species and object
+    types.
     """
 
     def __init__(self, size: Sequence[float], kinds: int) -> None:

@@ -18,14 +18,14 @@ REMEMBERED = 64  # used and expired codes to remember, so that a refusal can sta
 
 
 def same(word: str, secret: str) -> bool:
-    """Return whether two strings are equal, in a time that does not depend on where they differ."""
+    """Return whether two strings are equal, in an amount of time that does not depend on where they differ."""
     return hmac.compare_digest(word.encode("utf-8", "surrogateescape"), secret.encode())
 
 
 class Credentials:
     """The codes and the credential of one server. All methods are thread-safe.
 
-    Each server generates a new credential, which no other server accepts, even a later one on this port.
+    Each server generates a new credential, which no other server accepts, even a later server on this port.
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
@@ -42,7 +42,8 @@ class Credentials:
         return code
 
     def exchange(self, code: str) -> str | None:
-        """Return the credential in exchange for a code, which is then used up; None if the code is invalid."""
+        """Return the credential in exchange for a code, which is then used up, or None if the code is
+        invalid."""
         with self._lock:
             self._forget_old()
             matches = _among(code, self._good)
@@ -52,7 +53,7 @@ class Credentials:
             return self.credential if matches else None
 
     def is_good(self, code: str) -> bool:
-        """Return whether a code could be exchanged now."""
+        """Return whether a code can be exchanged now."""
         with self._lock:
             self._forget_old()
             return bool(_among(code, self._good))
@@ -75,7 +76,8 @@ class Credentials:
 
 
 def _among(code: str, secrets_: Iterable[str]) -> list[str]:
-    """Return the secrets equal to this code. All are compared, so the time does not reveal which one matched."""
+    """Return the secrets equal to this code. All secrets are compared, so the time taken does not reveal
+    which one matched."""
     return [secret for secret in secrets_ if same(code, secret)]
 
 

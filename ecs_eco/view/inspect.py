@@ -180,7 +180,7 @@ def recorded_genome(known: dict[str, Any], text: str) -> dict[str, Any]:
 
 
 def _listed(value: np.ndarray | float) -> float | list[float | None] | None:
-    """Return a gene's value for JSON: a number or a short list; None for network weights."""
+    """Return a gene's value for JSON: a number, a short list, or None for network weights."""
     values = np.asarray(value)
     if values.ndim == 0:
         return number(values.item())
@@ -226,7 +226,7 @@ def action(
     group: str, name: str, reflex: Any, probability: Any, chosen: Any, decision: Any, continuous: bool
 ) -> dict[str, Any]:
     """Return an action for the viewer: reflex −1, 0 or 1, probability, and whether it was carried out; for a
-    continuous action, the values added by the reflex, chosen and carried out."""
+    continuous action, the value added by the reflex, the value chosen and the value carried out."""
     form: Callable[[Any], Any] = number if continuous else int
     values = {"reflex": reflex, "chosen": chosen, "decision": decision}
     out = {"group": group, "name": name, "probability": None if continuous else number(probability)}
@@ -265,7 +265,7 @@ def drawable(nerves: dict[str, Any] | None) -> dict[str, Any]:
 
 
 def number(value: float | None) -> float | None:
-    """Return a number for JSON in the shortest form that preserves single precision; None for NaN."""
+    """Return a number for JSON in the shortest form that preserves single precision, or None for NaN."""
     if value is None or not math.isfinite(value):
         return None
     return (

@@ -38,8 +38,8 @@ def describe(folder: Path) -> Message:
     """Return the contents of the map: islands with their positions, routes, population sizes over time, and
     migrants.
 
-    `n` is [island][species][point], `moves` are [point, species, from, to, number]. Before the first barrier,
-    there are no points. Raises RecordingError if there is no intact archipelago.
+    `n` is indexed as [island][species][point]; each item of `moves` is [point, species, from, to, number].
+    Before the first barrier, there are no points. Raises RecordingError if there is no intact archipelago.
     """
     manifest = read(folder)
     config = manifest["config"]
@@ -265,7 +265,8 @@ def _end(process: subprocess.Popen[str]) -> None:
 
 
 def serve(folder: str) -> None:
-    """Replay a recorded run. Print an address for each line on standard input, and stop when that ends."""
+    """Replay a recorded run. Print an address for each line read from standard input, and stop at the end of
+    input."""
     source = Replay(folder)
     player = Player(source)
     with Server(player) as server:

@@ -20,10 +20,9 @@ COLUMNS = {"births": ("uid", "parent", "parent2"), "deaths": ("uid", "cause", "k
 
 
 class Journal:
-    """The births and deaths of a world from now on. Organisms already alive are entered as births without
-    parents. `species` are the table names by species number. `born` i64[species] counts births; `bred`
-    bool[species] is true once a parent of the species has reproduced.
-    """
+    """The births and deaths of a world, from the creation of this object onward. Organisms already alive are
+    entered as births without parents. `species` are the table names by species number. `born` i64[species]
+    counts births; `bred` bool[species] is true once a parent of the species has reproduced."""
 
     def __init__(self, world: World, species: Sequence[str] = (), most: int = MOST, size: int = SIZE) -> None:
         self.world, self.size = world, size
@@ -58,8 +57,8 @@ class Journal:
 
     @property
     def died(self) -> np.ndarray:
-        """Deaths so far by species and cause, including dropped ones: i64[species, causes]. Causes are
-        numbered from 1, as in world.causes; 0 means unknown."""
+        """Deaths so far by species and cause, including deaths that were dropped: i64[species, causes].
+        Causes are numbered from 1, as in world.causes; 0 means unknown."""
         self._settle()
         return self._died
 

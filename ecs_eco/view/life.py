@@ -135,7 +135,7 @@ class Lives:
         }
 
     def _without(self, life: Life) -> str:
-        """Return a phrase that names what snapshots lack."""
+        """Return a phrase that names the data missing from snapshots."""
         thinks = self._config[life.species].get("actions")
         return ", without its nervous system" if thinks else ""
 
@@ -165,8 +165,8 @@ class Lives:
 
 
 def _at(blocks: Blocks, uid: int, tick: int) -> dict[str, Any] | None:
-    """Return an organism's state at a tick, as in the message, from details or from snapshots of every tick;
-    None if there is no such row."""
+    """Return an organism's state at a tick, as in the message, from details or from snapshots of every tick,
+    or None if there is no such row."""
     names = [name for group in blocks.groups[:1] for name in group.names]
     columns = blocks.between(tick, tick, names, uid)
     if not columns["tick"].size:

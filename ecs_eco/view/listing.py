@@ -12,7 +12,7 @@ from ecs_eco.engine.errors import nearest
 from ecs_eco.view.source import Message, is_whole, short
 
 STATES = ("energy", "happiness", "age")
-ROWS, POINTS = 100, 500  # maximum rows of a table; maximum points per species
+ROWS, POINTS = 100, 500  # maximum number of rows in a table, and of points per species
 TERM = re.compile(r"\s*([\w:.#]+)\s*(<=|>=|!=|=|<|>)\s*([-+]?[\d.]+(?:e[-+]?\d+)?)\s*", re.IGNORECASE)
 HOLDS: dict[str, Callable[[Any, float], np.ndarray]] = {
     "<": np.less,

@@ -27,7 +27,7 @@ SEEDS = 2**53  # from here on, JavaScript numbers are no longer exact
 class Picker:
     """The worlds that a page can start: the shipped worlds and the displayed world.
 
-    `build(world, seed)` returns a world's source, a `Pair`; seed None selects the seed of the world file. It
+    `build(world, seed)` returns a world's source, a `Pair`; seed None selects the seed in the world file. It
     may raise any error that occurs while building a world.
     """
 
@@ -89,7 +89,7 @@ WORDS = 0.25  # [s] between sentences
 
 
 class Pair(Source):
-    """A source, optionally with a second one next to it. A frame shows both worlds, one after the other, or
+    """A source, optionally with a second source next to it. A frame shows both worlds, one after the other, or
     only the first while the second has no state at this tick.
 
     `start` is the command that started a live world, used in the command that reproduces its branches;
@@ -243,7 +243,7 @@ class Pair(Source):
             self.player.again()
 
     def _seek(self, request: Message) -> list[Message]:
-        """Go back in both worlds, no further than both can go."""
+        """Go back in both worlds, but no further than both can go."""
         assert self.second is not None
         tick = request.get("tick")
         if isinstance(tick, int | float) and math.isfinite(tick) and tick > self.second.start:
@@ -257,7 +257,7 @@ class Pair(Source):
         return self.second is not None and not self.second.there and self.second.comes
 
     def _come_up(self, seconds: float = SLICE) -> None:
-        """Run the second world briefly, at most to the tick of the first; close it if it fails."""
+        """Run the second world briefly, at most to the tick of the first world; close it if it fails."""
         second = self.second
         if second is None:
             return

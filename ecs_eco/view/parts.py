@@ -16,7 +16,7 @@ from ecs_eco.analysis.runs import parts
 from ecs_eco.engine.errors import RecordingError
 from ecs_eco.record.parquet import open_part, read_group, read_metadata, to_codes
 
-BUDGET = 192 * 2**20  # maximum bytes of cached columns
+BUDGET = 192 * 2**20  # [bytes] maximum size of cached columns
 Columns = dict[str, np.ndarray]
 
 
@@ -54,7 +54,7 @@ class Blocks:
     groups: list[Group]
 
     def read(self, group: Group, names: Sequence[str]) -> Columns:
-        """Return columns of one group, with zeros for missing ones."""
+        """Return columns of one group, with zeros for missing columns."""
         raise NotImplementedError
 
     @property
@@ -135,7 +135,7 @@ class Kept(Blocks):
                 self.add({n: column[rows] for n, column in columns.items()})
 
     def read(self, group: Group, names: Sequence[str]) -> Columns:
-        """Return columns of one group, with zeros for missing ones."""
+        """Return columns of one group, with zeros for missing columns."""
         columns = self._columns[group.number]
         return {name: columns.get(name, np.zeros(group.rows, np.uint64)) for name in names}
 
@@ -150,7 +150,7 @@ class Parts(Blocks):
         self.groups = [group for path in parts(run, kind) for group in _groups(path)]
 
     def read(self, group: Group, names: Sequence[str]) -> Columns:
-        """Return columns of one row group, with zeros for missing ones."""
+        """Return columns of one row group, with zeros for missing columns."""
         cache = self.cache
         assert group.path is not None
         missing = [

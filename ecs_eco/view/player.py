@@ -1,4 +1,4 @@
-"""The player, which advances time at the speed requested by pages and sends them what they display.
+"""The player, which advances time at the speed requested by pages and sends them the data that they display.
 
 It runs in the world's thread. Requests from pages arrive in `inbox` from the server's thread and are read
 between ticks. Frames are never queued: the next frame is made from the current state once the page has
@@ -94,7 +94,8 @@ class Player(Inbox):
         return not (self.closing or self.halted())
 
     def again(self) -> None:
-        """Remake and resend this tick's frame if it was sent: a second world has appeared or disappeared."""
+        """Remake and resend this tick's frame if it was sent, because a second world has appeared or
+        disappeared."""
         if all(tick != self.source.tick for tick, _, _ in self._made.values()):
             return  # it will be made when pages are ready for it
         self._made.clear()
@@ -134,7 +135,7 @@ class Player(Inbox):
         return due
 
     def _serve(self, now: float) -> None:
-        """Send each page what is due, and set when to serve next."""
+        """Send each page the data that is due, and set when to serve next."""
         tick = self._served = self.source.tick
         if tick != self._sampled and now >= self._sample_at:
             self._sampled = tick
@@ -173,7 +174,8 @@ class Player(Inbox):
         )
 
     def _timed(self, part: str, work: Callable[[], Any]) -> float:
-        """Do some work and return its typical time [s]; the first call includes loading, so it counts little."""
+        """Do some work and return its typical time [s]; the first call includes loading, so it has little
+        weight."""
         begin = time.perf_counter()
         if work() is not False:
             spent, usual = time.perf_counter() - begin, self._cost[part]

@@ -235,7 +235,7 @@ def overlaid(organisms: Organisms, details: Columns) -> Organisms:
 
 
 def lying(file: Any, name: str, shape: str | None) -> np.ndarray:
-    """Return position, heading and size f32[n, 7] of a type's objects in an open checkpoint."""
+    """Return the position, heading and size f32[n, 7] of a type's objects in an open checkpoint."""
 
     def column(field: str) -> np.ndarray:
         return file.get_tensor(f"table/{name}/{field}")

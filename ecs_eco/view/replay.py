@@ -287,7 +287,7 @@ class Replay(Watched):
         tick = self._tick if died is None else died  # for a dead organism, the last ticks of its life
         if any(s.first <= tick <= s.last for s in self.stretches):
             return [self.organism(uid)]
-        # separate files and cache, because the recording's belong to this thread
+        # separate files and cache, because the recording's own belong to this thread
         series = self.recording.parts("series", Cache())
         self._rerun.begin(uid, tick, lambda tick: series.between(tick, tick, COMPARED))
         return [said("info", f"rerunning from the last checkpoint before tick {tick + 1}", "fill")]

@@ -25,7 +25,7 @@ from ecs_eco.view.interpolate import STATE
 from ecs_eco.view.parts import Columns, Kept
 from ecs_eco.view.recording import Recording
 
-ROWS = 2_000_000  # maximum organisms × ticks in a stretch
+ROWS = 2_000_000  # maximum number of organisms times ticks in a stretch
 BEFORE, AFTER = 20, 60  # ticks before and after the requested tick
 
 
@@ -70,8 +70,8 @@ def compute(
     progress: Callable[[int, int], None] = lambda done, total: None,
     halt: Callable[[], bool] = lambda: False,
 ) -> Stretch:
-    """Rerun a recorded run around a tick with all details. `end` is its last tick; `recorded(tick)` returns
-    its series.
+    """Rerun a recorded run around a tick and record all details. `end` is its last tick; `recorded(tick)`
+    returns its series.
 
     Call this in the thread that will own the world. Raises CheckpointError, RecordingError or ConfigError for
     a run that cannot be repeated here, and InterruptedError once `halt()` returns true.
@@ -163,7 +163,7 @@ class Rerun:
         self._thread.start()
 
     def answer(self) -> Stretch | str | None:
-        """Return the stretch once it is ready, or the reason for a failure; None until then."""
+        """Return the stretch once it is ready, the reason if it failed, or None until then."""
         if self._thread is None or self._thread.is_alive():
             return None
         self._thread.join()

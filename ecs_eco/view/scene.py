@@ -250,12 +250,12 @@ def _kind(world: World, name: str, genes: list[str]) -> dict[str, Any]:
 
 
 def shape_of(body: Body) -> dict[str, Any]:
-    """Return the shape and size [m] of bodies from their section of the world file, or {} for spheres."""
+    """Return the shape and size [m] of bodies from their section in the world file, or {} for spheres."""
     return {} if body.shape == "sphere" else {"shape": body.shape, "size": list(body.extents)}
 
 
 def plain_kind(name: str, section: dict[str, Any], color: str | None) -> dict[str, Any]:
-    """Return data about a species or an object type from its section of a manifest."""
+    """Return data about a species or an object type from its section in a manifest."""
     body, moves = Body.model_validate(section["body"]), bool(section.get("locomotion"))
     out = {"name": name, "color": color or "#888888", "radius": body.radius} | shape_of(body)
     return out | {"moves": moves, "sessile": not moves, "genes": [], "learns": False}

@@ -21,7 +21,7 @@ Ask = Callable[[World], None]
 
 
 class Second:
-    """A source next to the source `of`. `told` is the data that pages need about it: names, the tick and
+    """A source next to the source `of`. `told` contains the data that pages need about it: names, the tick and
     change of the branch, and the command that reproduces it.
 
     Its own clock begins at `begins`; `start`, `first` and `tick` are on the clock of `of`. Before each tick
@@ -40,11 +40,11 @@ class Second:
         change: Message | None = None,
     ) -> None:
         self.of, self.source, self.begins, self.told = of, source, begins, told
-        # a live world's tick is the next one; a recording's tick is the last one
+        # a live world's tick is the next tick; a recording's tick is the last tick
         self.shift = source.ahead - of.ahead
         self.refused, self.common, self._ask, self._change = list[str](), 0, ask, change
         self._sent, self._fated = -1, -1
-        source.ranges = of.ranges  # colors have the same meaning in both
+        source.ranges = of.ranges  # colors have the same meaning in both worlds
         if isinstance(source, Live):
             self.common, source.ring.used = int(source.world.next_uid), True
             source.world.before_tick.append(self._before)
@@ -78,13 +78,13 @@ class Second:
 
     @property
     def comes(self) -> bool:
-        """Whether this world is not at the tick of the first, but can get there."""
+        """Whether this world is not at the tick of the first world, but can get there."""
         target = self._target()
         return target >= self.start and (self.tick < target or self.first <= target < self.tick)
 
     @property
     def there(self) -> bool:
-        """Whether this world has a state at the current tick of the first."""
+        """Whether this world has a state at the current tick of the first world."""
         return self.tick == self._target() and self.of.tick >= self.start
 
     def _target(self) -> int:
@@ -100,7 +100,7 @@ class Second:
             self.run_to(self._target(), seconds)
 
     def run_to(self, tick: int, seconds: float) -> bool:
-        """Run or show ticks up to a later one, for about `seconds` at most; return whether it was reached."""
+        """Run or show ticks up to a later tick, for about `seconds` at most; return whether it was reached."""
         if isinstance(self.source, Replay):
             self._seek(tick)
             return True
@@ -200,7 +200,7 @@ class Second:
         return self.labelled(self.source.organism(uid), second=True)
 
     def tell(self, request: Message) -> list[Message]:
-        """Answer a request: `fill` at the displayed tick, or `tree`."""
+        """Answer a `tree` request, or a `fill` request at the displayed tick."""
         return [self.passed_on(message) for message in self.source.handle(request)]
 
     def passed_on(self, message: Message) -> Message:
@@ -241,7 +241,7 @@ class Second:
 
 
 def beside(first: Live | Replay, second: Live | Replay, names: tuple[str, str]) -> Second:
-    """Return another world next to the first. If both are live, interventions apply to both."""
+    """Return another world next to the first. If both worlds are live, interventions apply to both."""
     told = {"at": None, "change": "", "names": list(names), "recipe": None}
     if isinstance(second, Replay):
         return Second(first, second, second.recording.first, told)

@@ -47,7 +47,7 @@ class View:
         self.mapped: tuple[Any, ...] | None = None  # contents of the last map
 
     def back(self, tick: int) -> None:
-        """Discard what was sent about this tick and later ones."""
+        """Discard the data already sent for this tick and later ticks."""
         self.series, self.seen, self.panel = min(self.series, tick - 1), None, None
         self.fated, self.mapped = min(self.fated, tick - 1), None
 
@@ -138,13 +138,14 @@ def _second(source: Source) -> Any:
     return getattr(source, "second", None)
 
 
-KEPT = 200  # maximum number of entries; older ones are dropped
-LONGEST = 400  # maximum characters per entry
+KEPT = 200  # maximum number of entries; older entries are dropped
+LONGEST = 400  # maximum number of characters per entry
 DOES = ("act", "seek", "whatif", "begin")  # requests that are logged
 
 
 class Log:
-    """The last KEPT actions of pages and their answers. Pages are numbered in the order in which they join.
+    """The last KEPT actions of pages and the answers to them. Pages are numbered in the order in which they
+    join.
 
     `views` are the connected pages. If `used` is false, as for a recorded run, the log only numbers pages.
     """

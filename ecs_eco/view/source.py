@@ -26,7 +26,8 @@ class Source(Protocol):
         """Whether this is the last tick."""
 
     def run(self, turn: Callable[[], bool]) -> None:
-        """Run or show the world: call `turn()` before every tick and after the last, until it returns False.
+        """Run or show the world: call `turn()` before every tick and after the last tick, until it returns
+        False.
 
         `turn` serves the pages and returns when the next tick is due. While `done`, it returns only at the
         end, or if `seek` goes back.
@@ -40,7 +41,7 @@ class Source(Protocol):
 
     def news(self) -> list[Message]:
         """Return new messages for all pages since the last call, such as `marks` after an intervention. Must
-        be fast if there are none."""
+        be fast if there are no new messages."""
 
     def passed(self) -> None:
         """Update the source after a tick. Called before every tick, so it must be fast."""
@@ -87,7 +88,8 @@ def text(message: Message) -> str:
 
 
 def said(level: str, words: str, field: str | None = None) -> Message:
-    """Return a text message at level "info", "warning" or "error"; `field` is the request it refers to."""
+    """Return a text message at level "info", "warning" or "error"; `field` is the request that the message
+    refers to."""
     return {"kind": "said", "level": level, "text": words} | ({} if field is None else {"field": field})
 
 

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 FACTOR = 2.0  # growth since the last low for a boom, or decline since the last high for a crash
-LEAST = 20  # minimum high population in a boom or crash; smaller ones often double at random
+LEAST = 20  # minimum high population in a boom or crash; smaller populations often double at random
 NAMED = 0.15  # minimum share of deaths for a cause to be named
 SOON = 5  # initial ticks in which first births, mostly of plants, are not reported
 KEPT = 500  # maximum number of entries
@@ -39,7 +39,8 @@ class Course:
     way: int = 0  # +1 after a boom, −1 after a crash
 
     def turn(self, n: int) -> int:
-        """Return +1 if population n is a boom since the last low, −1 for a crash since the last high, else 0."""
+        """Return +1 if population n is a boom since the last low, −1 for a crash since the last high,
+        otherwise 0."""
         if n >= max(LEAST, FACTOR * self.low.n) and self.way <= 0:
             return 1
         return -1 if self.high.n >= LEAST and n * FACTOR <= self.high.n and self.way >= 0 else 0
@@ -69,8 +70,8 @@ class Story:
         self.entries, self._courses = [*entries], [*map(copy, courses)]
 
     def changes(self, n: np.ndarray) -> bool:
-        """Return whether a species has appeared or died out since the last `note`; also True before the
-        first."""
+        """Return whether a species has appeared or died out since the last call of `note`; True before the
+        first call."""
         return (n == 0).tolist() != [course.gone for course in self._courses]
 
     def note(

@@ -17,7 +17,7 @@ from ecs_eco.view.scene import sky
 def point(world: World, journal: Journal, genes: Mapping[str, Collection[str]]) -> Point:
     """Return the current point of all curves. `genes` are the genes of each species that have curves.
 
-    Its sums are births, deaths by cause, and energy flows so far.
+    The point's sums are the births, deaths by cause, and energy flows so far.
     """
     sums, words = flows.of_world(world.recorder), ["unknown", *world.causes]
     for s, name in enumerate(genes):

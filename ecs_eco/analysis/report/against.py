@@ -15,7 +15,7 @@ from ecs_eco.config.measurements import MOST_ROWS, Outside, outside_of
 
 
 def of_run(run: Path, series: Series) -> Outside | None:
-    """Return the outside series stored in a run folder; None if there is none."""
+    """Return the outside series stored in a run folder, or None if there is none."""
     data = (series.manifest.get("config") or {}).get("data")
     if not data or not (run / KEPT).is_file():
         return None
@@ -25,7 +25,8 @@ def of_run(run: Path, series: Series) -> Outside | None:
 
 
 def blocks(series: Series, outside: Outside | None, place: Path) -> list[str]:
-    """Return the section with tables and a figure (written to `place`); empty without an outside series."""
+    """Return the section with tables and a figure, which is written to `place`; it is empty without an
+    outside series."""
     if outside is None:
         return []
     both, rows = compare(series, outside), []
@@ -67,7 +68,7 @@ _CAPTION = (
 
 @styled
 def figure(series: Series, outside: Outside, both: Both) -> Figure:
-    """Draw numbers over time and spectra, with the run on the left and the outside series on the right."""
+    """Plot values over time and spectra, with the run on the left and the outside series on the right."""
     hue = colors_of(series)
     hue |= {name: PALETTE[-1 - i % 3] for i, name in enumerate(outside.columns) if name not in hue}
     chart, axes = panels(2, 2, 9, 5.2, sharey="row")

@@ -32,7 +32,7 @@ FEW_PERIODS = 5
 
 
 def interventions(series: Series) -> str:
-    """Return a table of interventions, in which repeated ones share a row; "" if there are none."""
+    """Return a table of interventions, in which repeated interventions share a row, or "" if there are none."""
     ticks: dict[str, list[int]] = {}
     for tick, text in figures.interventions(series):
         ticks.setdefault(text, []).append(tick)
@@ -42,8 +42,8 @@ def interventions(series: Series) -> str:
 
 
 def numbers(series: Series, ages: Mapping[str, tuple[int, float]]) -> str:
-    """Return a table of numbers, births, deaths and lifetimes, with a row per species; `ages` contains the
-    number of deaths and the mean age at death."""
+    """Return a table of population sizes, births, deaths and lifetimes, with a row per species; `ages`
+    contains the number of deaths and the mean age at death."""
     if not len(series.ticks):
         return "<p>The run has no ticks.</p>"
     head = ["species", "first tick", "mean", "minimum", "maximum", "last tick", "births", "refused", "deaths"]
@@ -118,7 +118,7 @@ def _lag(pair: str, lag: Lag, period: float) -> str:
 
 
 def deaths(series: Series) -> str:
-    """Return a table with a row per species and cause of death."""
+    """Return a table with a row for each species and cause of death."""
     rows = []
     for i, s in enumerate(series.species):
         counts = {c: series.columns[DIED + c][:, i].sum() for c in series.causes}
@@ -164,7 +164,8 @@ def ages_at_death(run: Path | str) -> dict[str, tuple[int, float]]:
 
 
 def last_snapshot(run: Path | str, species: tuple[str, ...]) -> tuple[int, dict[str, np.ndarray]] | None:
-    """Return the last snapshot's tick and positions (n, 3) [m] by species; None if there are no snapshots."""
+    """Return the last snapshot's tick and positions (n, 3) [m] by species, or None if there are no
+    snapshots."""
     files = parts(run, "snapshots")
     if not files:
         return None

@@ -1,4 +1,4 @@
-"""Advice after a diagnosis: which values of the world file to change, and in which direction."""
+"""Advice after a diagnosis: which values in the world file to change, and in which direction."""
 
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any

@@ -56,11 +56,11 @@ class Case:
 
     @property
     def species(self) -> tuple[str, ...]:
-        """All species, in the order of the run."""
+        """All species, in the same order as in the run."""
         return self.series.species
 
     def of(self, species: str) -> Mapping[str, Any]:
-        """Return a species' section of the world file; {} if the run has none."""
+        """Return a species' section in the world file, or {} if the run has none."""
         return self.config.get("species", {}).get(species, {})
 
     @cached_property
@@ -124,11 +124,11 @@ class Case:
         return self._total(self.series.of(species, DIED + c) for c in causes)
 
     def eaten(self, prey: str, eater: str) -> np.ndarray:
-        """Return the number of `prey` that `eater` ate in each tick, (ticks,); 0 if it was not recorded."""
+        """Return the number of `prey` that `eater` ate in each tick, (ticks,), or 0 if it was not recorded."""
         return self.flow(prey, f"{DIED}eaten by {eater}")
 
     def flow(self, species: str, column: str) -> np.ndarray:
-        """Return a species' column of the series, (ticks,), such as an energy flow; 0 if there is none."""
+        """Return a species' column of the series, (ticks,), such as an energy flow, or 0 if there is none."""
         known = species in self.species and column in self.series.columns
         return self.series.of(species, column) if known else np.zeros(len(self.series.ticks))
 
@@ -182,7 +182,7 @@ def put(config: Any, key: str, value: Any) -> None:
 
 
 def look_up(config: object, key: str) -> Any:
-    """Return the value at a dotted key; None if the key does not exist."""
+    """Return the value at a dotted key, or None if the key does not exist."""
     for name in key.split("."):
         if isinstance(config, list):
             config = config[int(name)] if name.isdigit() and int(name) < len(config) else None

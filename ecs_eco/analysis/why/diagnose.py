@@ -18,14 +18,15 @@ FEEDS = (0.9, 1.3)
 # food left while they starved / its peak number: above the first value, no lack of food; below the second,
 # certain lack
 LEFT = (0.95, 0.6)
-GONE = (0.5, 0.2)  # food left: below, lack of food, even if its peak number was too low as well
-GROWN = (0.6, 0.9)  # intake at the food's peak number / energy burned: below, adults starve too
-HUNGRY = (0.55, 0.8)  # probability that a newborn finds no meal in time: below, normal; above, fatal
+GONE = (0.5, 0.2)  # food left: below these values, lack of food, even if its peak number was too low as well
+GROWN = (0.6, 0.9)  # intake at the food's peak number / energy burned: below these values, adults starve too
+# probability that a newborn finds no meal in time: below the first value, normal; above the second, fatal
+HUNGRY = (0.55, 0.8)
 
 
 @dataclass(frozen=True)
 class Fall:
-    """A species' decline: rows of the series from the last time it had half its peak number to its end."""
+    """A species' decline: rows of the series from when it last had half its peak number to its end."""
 
     species: str
     first: int
@@ -34,7 +35,8 @@ class Fall:
 
 
 def offspring(case: Case, species: str) -> float:
-    """Return the lifetime offspring of a well-fed individual; ∞ if the world file sets no rate or lifespan."""
+    """Return the lifetime offspring of a well-fed individual, or ∞ if the world file sets no rate or
+    lifespan."""
     way = case.of(species).get("reproduction") or {}
     if not way:
         return 0.0
@@ -91,7 +93,7 @@ def newborn(case: Case, fall: Fall) -> dict[str, float]:
     `births`; `starved_young`, the fraction of them that starved before they could have had more than one
     meal; `lasts`, the ticks for which a newborn's initial energy lasts; `meal_every`, the ticks between meals
     at the food's peak number. For newborns that could not survive until their first meal: `of_births`, their
-    fraction of births, and `of_hunger`, their fraction of deaths by starvation in the decline.
+    fraction of births, and `of_hunger`, their fraction of deaths from starvation in the decline.
     """
     s, span = fall.species, slice(0, fall.last + 1)
     births, dead = float(case.flow(s, "births")[span].sum()), case.deaths.get(s)
@@ -136,7 +138,7 @@ VERDICTS = {
     "surroundings": "environmental conditions were deadly",
     "nobody": "no organism was alive at the end of any tick",
 }
-HEIRS = (0.5, 1.0)  # lifetime offspring of a well-fed individual below which numbers fall
+HEIRS = (0.5, 1.0)  # lifetime offspring of a well-fed individual below which population size falls
 FALLEN = 0.05  # final number / peak number below which a species counts as nearly extinct
 Scores = dict[tuple[str, str, str], float]  # (verdict, species responsible, victim): weight
 
@@ -273,7 +275,7 @@ def _taken(
 
 def idle(case: Case, grazer: str, fall: Fall, fall_of: dict[str, Fall]) -> str | None:
     """Return a predator of the grazer that nearly or completely disappeared before the plants did, for
-    reasons other than lack of prey, so that grazers thrived; None if there is none."""
+    reasons other than lack of prey, so that grazers thrived; return None if there is none."""
     for p in case.eaters(grazer):
         own, n = fall_of.get(p), case.series.of(p)
         if own is None or own.first >= fall.first or n[min(fall.first, len(n) - 1)] > 0.3 * n.max():

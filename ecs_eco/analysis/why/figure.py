@@ -1,4 +1,4 @@
-"""A figure that explains a run: numbers, causes of death, energy per capita."""
+"""A figure that explains a run: population sizes, causes of death, energy per capita."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -23,8 +23,8 @@ MOST = 5  # maximum number of species with a row
 
 @styled
 def draw(case: Case, findings: Mapping[str, Any]) -> Figure:
-    """Draw the numbers of all species at the top and, below, a row for each animal with the shares of causes
-    of death on the left and energy per capita on the right."""
+    """Plot the population sizes of all species at the top and, below, a row for each animal with the shares
+    of causes of death on the left and energy per capita on the right."""
     shown = _shown(case, findings)
     figure, _ = panels(1, 1, 11, 3.1 + 1.75 * len(shown))
     figure.clear()

@@ -1,7 +1,7 @@
 """The limiting factor of a species in each phase. Per capita per tick, the maximum birth rate minus actual
 growth equals the births that failed due to lack of energy or space plus deaths by cause. The largest of these
-losses is the limit. In a later fall, the limit is the loss that has increased most: grass that is short of
-space falls because of grazing."""
+losses is the limit. In a later decline, the limit is the loss that has increased most: grass that is short of
+space declines because of grazing."""
 
 from typing import Any
 
@@ -60,8 +60,8 @@ def poisoned_share(case: Case, species: str, first: int, last: int) -> float:
     """Return the share of hunger due to poison: the energy lost to poison divided by the energy deficit, at
     most 1.
 
-    The deficit is taken to be at least 30% of the energy burned, because some individuals starve while
-    others are sated.
+    The deficit is taken to be at least 30% of the energy burned, because some individuals starve while other
+    individuals are sated.
     """
     span = slice(first, last)
     toll, burnt = float(case.toll(species)[span].sum()), float(case.flow(species, "burnt")[span].sum())

@@ -205,7 +205,7 @@ def conducted(species: str, before: Mapping[str, Any], during: Mapping[str, Any]
 
 
 def turn(a: Mapping[str, Any]) -> str:
-    """Return a sentence on a value of the world file and the direction in which to change it."""
+    """Return a sentence on a value in the world file and the direction in which to change it."""
     value = a["value"]
     if isinstance(value, bool | int | float):
         value = str(value).lower() if isinstance(value, bool) else number(value)
@@ -216,7 +216,7 @@ MOST = 2000  # maximum number of organisms per snapshot from which distances are
 
 
 def conduct(case: Case, species: str, first: int, last: int) -> dict[str, Any]:
-    """Return a species' behavior in rows first … last − 1, per capita per tick; None if not recorded."""
+    """Return a species' behavior in rows first … last − 1, per capita per tick, or None if not recorded."""
     span = slice(first, last)
     heads = float(case.series.of(species)[span].sum())
     if not heads:
@@ -233,7 +233,7 @@ def conduct(case: Case, species: str, first: int, last: int) -> dict[str, Any]:
 
 
 def effort(case: Case, species: str, burnt: float) -> float | None:
-    """Return the cost of locomotion relative to the most expensive gait; None if movement is free."""
+    """Return the cost of locomotion relative to the most expensive gait, or None if movement is free."""
     values, dt = case.of(species), case.series.dt
     costs = ((values.get("locomotion") or {}).get("cost") or {}).values()
     basal = (values.get("metabolism") or {}).get("basal", 0.0)
@@ -346,7 +346,7 @@ def write_why(run: Path | str, out: Path | str | None = None) -> dict[str, Any]:
     Returns
     -------
     dict
-        Contents of why.json: the verdict, what limited each species, and values of the world file that affect
+        Contents of why.json: the verdict, what limited each species, and values in the world file that affect
         it.
 
     Raises

@@ -62,7 +62,8 @@ class Search:
     # --- the three phases
 
     def run(self) -> None:
-        """Search, compare the best candidates on further seeds, and confirm the winner; samplers only search."""
+        """Search, compare the best candidates on additional seeds, and confirm the winner; samplers only
+        search."""
         self._candidates()
         if self.sampler is not None:
             return

@@ -33,7 +33,7 @@ def objective(
 
 
 def likeness(series: Series, fit: Fit) -> float:
-    """Return 1 / (1 + RMS difference from the measured statistics [tenths]); 0 if the run is too short."""
+    """Return 1 / (1 + RMS difference from the measured statistics [tenths]), or 0 if the run is too short."""
     own = fit.of(series)
     if own is None:
         return 0.0
@@ -48,7 +48,8 @@ def score(
     find: Callable[[Any], Any] = handed_over,
     fit: Fit | None = None,
 ) -> float:
-    """Return a run's score for one goal; custom functions and reporters are clipped to ±1e6, NaN counts as 0."""
+    """Return a run's score for one goal; custom functions and reporters are clipped to ±1e6, and NaN counts
+    as 0."""
     if of == "data" and fit is not None:
         return likeness(series, fit)
     if of == "persistence":
@@ -197,8 +198,9 @@ class Life:
             self.died = self.world.tick, "too many"
 
     def _last_birth(self, ticks: int) -> tuple[int, str] | None:
-        """Return the tick of the last birth and the name of the first species to stop breeding; None if all
-        species that can breed do so in the second half. A species that merely outlives the run does not persist."""
+        """Return the tick of the last birth and the name of the first species to stop breeding, or None if
+        all species that can breed do so in the second half. A species that merely outlives the run does not
+        persist."""
         series = load_series(self.world.series())
         last = {}
         for name in self.persist:

@@ -1,4 +1,4 @@
-"""Figures of a search: its progress, the important numbers, and where good worlds are."""
+"""Figures of a search: its progress, the important parameters, and where good worlds are."""
 
 from collections.abc import Sequence
 from itertools import combinations
@@ -18,7 +18,7 @@ BEST, START = PALETTE[3], INK
 
 @styled
 def history(entries: Sequence[dict[str, Any]], last: int) -> Figure:
-    """Draw how far each candidate got, and the best so far; `last` is the index of the last stage."""
+    """Plot how far each candidate got, and the best candidate so far; `last` is the index of the last stage."""
     figure, ((ax,),) = panels(1, 1, 9, 3.4)
     minutes = np.array([e["at"] / 60 for e in entries])
     merits = np.array([merit(e) for e in entries])
@@ -52,7 +52,7 @@ def history(entries: Sequence[dict[str, Any]], last: int) -> Figure:
 
 @styled
 def importance(numbers: Sequence[Importance]) -> Figure:
-    """Draw each number's share of total importance, and the share that chance exceeds in 1 of 20 cases."""
+    """Plot each parameter's share of total importance, and the share exceeded by chance in 1 of 20 cases."""
     order = sorted(numbers, key=lambda i: i.share)
     figure, ((ax,),) = panels(1, 1, 8, 0.34 * len(order) + 1.3)
     places = np.arange(len(order))
@@ -102,7 +102,8 @@ def pairs(
     best: dict[str, float],
     start: dict[str, float],
 ) -> Figure:
-    """Draw candidates against pairs of the first three numbers, colored by the share of worse candidates."""
+    """Plot the candidates against pairs of the first three parameters, colored by the share of worse
+    candidates."""
     chosen = list(combinations(order[:3], 2))
     figure, axes = panels(1, len(chosen), 3.9 * len(chosen) + 0.9, 3.6)
     for ax, pair in zip(axes[0], chosen, strict=True):

@@ -74,10 +74,10 @@ class Fit:
 
 
 def fit_of(config: WorldConfig, ticks: int) -> Fit | None:
-    """Return the comparison for a world's goal "data", with runs of this many ticks; None if it is not a
+    """Return the comparison for a world's goal "data", with runs of this many ticks, or None if it is not a
     goal.
 
-    Raises ConfigError if the measurements cannot be used or are longer than runs.
+    Raises ConfigError if the measurements cannot be used or are longer than the runs.
     """
     if config.data is None or not any(of == "data" for of, _ in config.search.goals):
         return None
@@ -111,7 +111,7 @@ def length(outside: Outside) -> float | None:
 
 def sampled(series: Series, outside: Outside) -> np.ndarray | None:
     """Return the last part of a run with the length and sampling rate of the measurements, f64[samples,
-    columns]; None if there is none. If the length of their time unit is unknown, lengths are matched in
+    columns], or None if there is none. If the length of their time unit is unknown, lengths are matched in
     periods."""
     n = np.stack([numbers_of(series, name) for name in outside.columns], 1)
     n = n[int(SKIP * len(n)) :]

@@ -1,5 +1,5 @@
-"""The journal of a search: a line of JSON for each evaluation. Each line ends with a seal, a SHA-256 of the
-line and the previous seal, which reveals changed, removed or inserted lines."""
+"""The journal of a search: a line of JSON for each evaluation. Each line ends with a seal, a SHA-256 hash of
+the line and the previous seal, which reveals changed, removed or inserted lines."""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ def space_of(parameters: Sequence[Parameter]) -> dict[str, BaseDistribution]:
 
 
 class Optimiser:
-    """Proposes numbers within the ranges; proposals depend only on the seed and the history."""
+    """Proposes parameter values within the ranges; proposals depend only on the seed and the history."""
 
     def __init__(self, parameters: Sequence[Parameter], kind: str, seed: int) -> None:
         import optuna
@@ -57,7 +57,7 @@ class Optimiser:
         self.space = space_of(parameters)
 
     def ask(self, candidate: int) -> dict[str, float]:
-        """Return numbers for a candidate."""
+        """Return parameter values for a candidate."""
         if self.kind in OPTIMISERS:
             self.study.sampler = self._sampler(candidate)
         with warnings.catch_warnings():
@@ -72,7 +72,7 @@ class Optimiser:
 
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            if candidate in self.waiting:  # replaced by a trial with rounded numbers, as in the journal
+            if candidate in self.waiting:  # replaced by a trial with rounded values, as in the journal
                 self.study.tell(self.waiting.pop(candidate), state=optuna.trial.TrialState.FAIL)
             inside = {p.name: p.tidy(values[p.name]) for p in self.parameters}
             self.study.add_trial(
@@ -80,7 +80,7 @@ class Optimiser:
             )
 
     def ready(self, candidate: int) -> bool:
-        """Return whether numbers for a candidate can be proposed now."""
+        """Return whether parameter values for a candidate can be proposed now."""
         return True
 
     def finished(self, candidate: int) -> bool:
@@ -88,7 +88,7 @@ class Optimiser:
         return False
 
     def cells(self, candidate: int, cells: Sequence[tuple[int, int]]) -> Sequence[tuple[int, int]]:
-        """Return the training seeds and world seeds of a candidate, which are the same for all."""
+        """Return the training seeds and world seeds of a candidate, which are the same for all candidates."""
         return cells
 
     def _sampler(self, candidate: int) -> BaseSampler:
@@ -114,7 +114,7 @@ SHUFFLES = 40
 
 @dataclass(frozen=True)
 class Importance:
-    """A number's share of total importance, and the share that chance exceeds in 1 of 20 cases."""
+    """A parameter's share of total importance, and the share exceeded by chance in 1 of 20 cases."""
 
     name: str
     share: float
@@ -127,7 +127,7 @@ def importances(
     merits: Sequence[float],
     seed: int = 0,
 ) -> list[Importance]:
-    """Return the importance of each number in a space, from the candidates' values and merits."""
+    """Return the importance of each parameter in a space, from the candidates' values and merits."""
     y, rng = np.asarray(merits, float), np.random.default_rng(seed)
     own = _divergences(space, values, y)
     shuffled = np.array([_divergences(space, values, rng.permutation(y)) for _ in range(SHUFFLES)])
@@ -160,5 +160,6 @@ def _divergences(
 
 
 def ranks(merits: Sequence[float]) -> np.ndarray:
-    """Return, for each candidate, the share of worse ones, in (0, 1), regardless of the objective's scale."""
+    """Return, for each candidate, the share of candidates that are worse, in (0, 1), regardless of the
+    objective's scale."""
     return (rankdata(merits) - 0.5) / len(merits)

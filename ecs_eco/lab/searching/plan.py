@@ -23,7 +23,7 @@ TRAINED = ("train", "train-once")
 
 @dataclass(frozen=True)
 class Parameter:
-    """A number that the search varies."""
+    """A parameter that the search varies."""
 
     name: str
     low: float
@@ -80,9 +80,8 @@ class Plan:
 
 
 def plan_of(config: WorldConfig) -> Plan:
-    """Return the plan of a world's [search]. Raises ConfigError if nothing varies or an end of a range is
-    invalid.
-    """
+    """Return the plan defined in a world's [search] section. Raises ConfigError if nothing varies or an end
+    of a range is invalid."""
     search = config.search
     if not search.ranges:
         allowed = (
@@ -237,7 +236,8 @@ class Budget:
         return min(1.15 * runs * run / self.workers, MOST_RESERVE * seconds)
 
     def _seconds_a_run(self) -> float | None:
-        """Return the duration of a full run, including its share of training [s]; None before the first."""
+        """Return the duration of a full run, including its share of training [s], or None before the first
+        full run."""
         last = len(self._plan.stages) - 1
         whole = [e for e in self._journal.of("candidate") if len(e["stages"]) > last]
         seconds = [e["seconds"] / len(e["stages"][last]["runs"]) for e in whole]

@@ -23,7 +23,7 @@ ENDS = [0.05, 0.5, 0.95]
 
 def write_posterior(sampler: Sampler, out: Path) -> dict[str, Any]:
     """Write posterior.csv, with a row for each accepted candidate, nearest first: candidate, generation,
-    weight (summing to 1), distance, numbers by dotted key, statistics; return the posterior's entry in
+    weight (summing to 1), distance, parameter values by dotted key, statistics; return the posterior's entry in
     search.json."""
     kept = sampler.posterior()
     entries = {e["candidate"]: e for e in sampler.journal.of("candidate")}
@@ -54,7 +54,8 @@ def rows_of(kept: Population) -> list[tuple[int, float, float]]:
 
 
 def summary(sampler: Sampler, kept: Population, entries: dict[int, dict[str, Any]]) -> dict[str, Any]:
-    """Return the posterior's entry in search.json: means and central 90% intervals of numbers and statistics."""
+    """Return the posterior's entry in search.json: means and central 90% intervals of parameters and
+    statistics."""
     there = [e for number, e in entries.items() if number and statistics_of(e) is not None]
     out: dict[str, Any] = {
         "candidates": sum(number > 0 for number in entries),
@@ -143,7 +144,7 @@ def posterior_blocks(sampler: Sampler, result: dict[str, Any], folder: Path) -> 
 
 @styled
 def marginals(parameters: tuple[Parameter, ...], kept: Population, start: dict[str, float]) -> Figure:
-    """Draw the posterior density of each number over its range."""
+    """Plot the posterior density of each parameter over its range."""
     figure, axes = several(len(parameters), 4, (2.9, 2.3), (0.4, 0.3))
     at = np.linspace(0, 1, 201)
     for k, (ax, p) in enumerate(zip(axes.flat, parameters, strict=False)):
@@ -164,7 +165,7 @@ def marginals(parameters: tuple[Parameter, ...], kept: Population, start: dict[s
 
 @styled
 def pairs(parameters: tuple[Parameter, ...], kept: Population) -> Figure:
-    """Draw the posterior over pairs of the first numbers."""
+    """Plot the posterior over pairs of the first parameters."""
     chosen = list(combinations(range(min(MOST, len(parameters))), 2))
     figure, axes = several(len(chosen), 3, (3.3, 2.9), (0.3, 0.2))
     for ax, (i, j) in zip(axes.flat, chosen, strict=False):

@@ -234,7 +234,7 @@ def confirmation(search: Search, candidate: int) -> dict[str, Any]:
     entries = [e for e in search.journal.of("confirmation") if e["candidate"] == candidate]
     runs = [
         run
-        for e in sorted(entries, key=lambda e: tuple(e["cell"]))  # in the order of seeds, not of completion
+        for e in sorted(entries, key=lambda e: tuple(e["cell"]))  # in seed order, not in order of completion
         for stage in e["stages"]
         for run in stage["runs"]
     ]
@@ -269,7 +269,7 @@ def _words(entry: dict[str, Any], result: dict[str, Any]) -> str:
 
 
 def _importance(search: Search) -> dict[str, Any] | None:
-    """Return the importance of each number; None if there are too few candidates."""
+    """Return the importance of each parameter, or None if there are too few candidates."""
     entries = search.evaluated()
     if len(entries) < max(12, 2 * len(search.plan.parameters)):
         return None
@@ -318,7 +318,8 @@ def _text(
     values: Mapping[str, float],
     files: Mapping[str, str],
 ) -> str | None:
-    """Return the text of the world file with these values; None if there is no text or it cannot be edited."""
+    """Return the text of the world file with these values, or None if there is no text or it cannot be
+    edited."""
     document = document_of(world, overrides)
     if not document.text:
         return None

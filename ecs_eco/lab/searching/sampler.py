@@ -69,7 +69,7 @@ class Sampler:
     # --- as an optimizer
 
     def ask(self, number: int) -> dict[str, float]:
-        """Return numbers for a candidate."""
+        """Return parameter values for a candidate."""
         rng = np.random.default_rng([self.seed, number])
         generation = self.generation(number)
         before = self._population(generation - 1) if generation > 0 else None
@@ -131,7 +131,7 @@ class Sampler:
         return 1 + (number - 1 - self.particles) // (self.particles - self.kept)
 
     def _numbers(self, generation: int) -> range:
-        """Return the numbers of a generation's candidates."""
+        """Return the identifying numbers of a generation's candidates."""
         if generation == 0:
             return range(1, self.particles + 1)
         first, each = 1 + self.particles, self.particles - self.kept
@@ -185,20 +185,21 @@ class Sampler:
 
 
 def statistics_of(entry: dict[str, Any]) -> dict[str, float] | None:
-    """Return the statistics of a candidate's run; None if the candidate was refused or a species died out."""
+    """Return the statistics of a candidate's run, or None if the candidate was refused or a species died
+    out."""
     runs = entry["stages"][-1]["runs"] if entry["stages"] else []
     return runs[-1].get("statistics") if runs else None
 
 
 def value_at(p: Parameter, u: float) -> float:
-    """Return the number at a fraction of its range."""
+    """Return the value at a fraction of a parameter's range."""
     if p.log:
         return float(p.low * (p.high / p.low) ** u)
     return p.low + u * (p.high - p.low)
 
 
 def place_of(p: Parameter, value: float) -> float:
-    """Return a number's position as a fraction of its range."""
+    """Return a parameter value's position as a fraction of the range."""
     if p.log:
         return float(np.log(value / p.low) / np.log(p.high / p.low))
     return (value - p.low) / (p.high - p.low)

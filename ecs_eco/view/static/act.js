@@ -1,4 +1,4 @@
-// Interventions. Each is an entry of [[interventions]] without its tick, which the server adds.
+// Interventions. Each one is an entry in [[interventions]] without a tick, which the server adds.
 
 import { $, h, number } from "./dom.js";
 import { Changes, Knobs } from "./knobs.js";
@@ -181,7 +181,7 @@ export class Act {
   }
 }
 
-/** A line of the log. @param {import("./protocol.js").LogEntry} entry @param {boolean} own whether this page sent the request */
+/** A line in the log. @param {import("./protocol.js").LogEntry} entry @param {boolean} own whether this page sent the request */
 function line({ tick, page, level, text, what, as }, own) {
   const who = page === null ? "the world" : own ? "this page" : `page ${page}`;
   const begin = level === "error" && page !== null ? `refused: ${what ? `${what}. ` : ""}` : as ? `${as}: ` : "";

@@ -22,7 +22,7 @@ export function capture(stage, hello) {
     if (film) paint(stage, sheet);
   };
   const still = h("button", { type: "button", text: "Picture", title: "Save a picture of the scene", onclick: () => {
-    stage.renderer.render(stage.scene, stage.eye.camera); // the previous drawing is already discarded
+    stage.renderer.render(stage.scene, stage.eye.camera); // the previous drawing has already been discarded
     paint(stage, sheet);
     sheet.toBlob((blob) => blob && save(`${name()}.png`, blob));
   } });

@@ -114,7 +114,7 @@ export class Charts {
     soon(this.redraw);
   }
 
-  /** Deletes the points at this tick and later. @param {number} tick */
+  /** Deletes the points from this tick onward. @param {number} tick */
   cut(tick) {
     const keep = this.ticks.findIndex((t) => t >= tick);
     for (const line of this.all()) line.length = keep;

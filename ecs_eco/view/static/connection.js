@@ -79,7 +79,7 @@ export class Connection {
     setTimeout(() => this.open(), WAITS[this.attempts++] * 1000);
   }
 
-  /** Tries again after the end. */
+  /** Tries to connect again after giving up. */
   again() {
     this.attempts = 0;
     this.open();

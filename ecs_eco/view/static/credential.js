@@ -22,7 +22,7 @@ const MAP = "map";
 function keepMap(port) {
   try {
     sessionStorage.setItem(MAP, String(port));
-  } catch {} // as with the credential
+  } catch {} // storage may be unavailable, as for the credential
 }
 
 /** The address of the archipelago map that led to this page, or null. */

@@ -18,7 +18,7 @@ export function words({ kind, first, last, species, n, wrong }) {
 export const heightOf = (stretches) => ROW * rows(stretches).length;
 
 /**
- * Draws the bars, with recorded stretches above rerun ones.
+ * Draws the bars, with recorded stretches above rerun stretches.
  * @param {CanvasRenderingContext2D} pen
  * @param {(tick: number) => number} at
  * @param {Detailed[]} stretches

@@ -34,7 +34,7 @@ function explain(gene) {
 /**
  * @param {string} string
  * @param {import("./protocol.js").Gene[]} genes sorted by start; `to` is exclusive
- * @param {Map<string, HTMLElement[]>} marked filled by this function
+ * @param {Map<string, HTMLElement[]>} marked filled in by this function
  * @param {number} s index of the string
  */
 function letters(string, genes, marked, s) {

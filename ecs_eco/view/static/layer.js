@@ -1,4 +1,5 @@
-// The organisms of one kind in the scene: up to a few thousand moving organisms are drawn as darts, all others as points.
+// The organisms of one kind in the scene: up to a few thousand moving organisms are drawn as darts, and all
+// other organisms as points.
 
 import {
   BufferAttribute, BufferGeometry, DoubleSide, DynamicDrawUsage, InstancedBufferGeometry, InstancedInterleavedBuffer, InterleavedBuffer,

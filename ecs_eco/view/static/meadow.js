@@ -185,7 +185,7 @@ export class FieldMap {
     this.sheet.paint(pixels, wide, ny);
   }
 
-  /** Heights [m] at which light has fallen to a half, a tenth and a hundredth. @returns {[number, string][]} */
+  /** Heights [m] at which light has fallen to 1/2, 1/10 and 1/100. @returns {[number, string][]} */
   levels() {
     const { message } = this;
     if (this.name !== "light" || !message || message.nx !== 1) return [];

@@ -51,7 +51,7 @@ export function pair(connection, calls) {
     $("over").after(...parts);
     $("stage").classList.add("pair");
     const stage = new Stage(canvas, /** @type {import("./protocol.js").Hello} */ (hello), over);
-    stage.eye.touched = true; // this camera copies the view of the first
+    stage.eye.touched = true; // this camera copies the view of the first camera
     /** @type {Two} */
     const made = { stage, other: new Other(page.charts, names, at), names, parts, ring, tag, here, frames: page.stage.frames, recipe, at, change, said: "", seen: [] };
     stage.onrender = () => overlay.circle(stage, ring, tag);

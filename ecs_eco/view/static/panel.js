@@ -125,7 +125,7 @@ export class Panel {
     return (organism.second && this.calls.other()) || this.hello;
   }
 
-  /** Explains which data were recorded, if not all. @param {Organism} organism */
+  /** Explains which data were recorded, if not all were. @param {Organism} organism */
   note(organism) {
     const { mode } = this.of(organism);
     if (!organism.note && (organism.detail === "full" || mode === "live")) return [];

@@ -43,7 +43,7 @@ export function table(ticks, names, lines) {
 }
 
 /**
- * Appends n values, with gaps for missing ones.
+ * Appends n values, with gaps for missing values.
  * @param {Line} line
  * @param {Line | undefined} values
  * @param {number} length number of earlier ticks

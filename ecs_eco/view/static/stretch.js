@@ -1,4 +1,5 @@
-// The period shown in the timeline: all time, or a part selected with the wheel, by dragging with shift, with keys or with buttons.
+// The period shown in the timeline: the whole time span, or a part selected with the wheel, by dragging with
+// shift, with keys or with buttons.
 
 const LEAST = 10; // [ticks] minimum displayed period
 const STEP = 2; // zoom factor of keys and buttons

@@ -1,5 +1,5 @@
 // The timeline, with labeled ticks, a lane for each species (births above, deaths below) and diamonds for events. Dragging changes the tick.
-// The timeline shows all time or a part of it.
+// The timeline shows the whole time span or a part of it.
 
 import { bars, heightOf, words } from "./detailed.js";
 import { $, h, number } from "./dom.js";

@@ -18,7 +18,7 @@ export class Tree {
   constructor(calls) {
     this.calls = calls;
     /** @type {import("./protocol.js").Hello | null} */
-    this.hello = null; // the hello of the organism's world
+    this.hello = null; // the hello message of the organism's world
     this.second = false; // whether the organism is in the second world
     /** @type {number | null} */
     this.uid = null;

@@ -1,4 +1,4 @@
-// The introduction: a description of the world, its food web, and closable hints.
+// The introduction: a description of the world, its food web, and hints that can be closed.
 
 import { $, h, number, s } from "./dom.js";
 import { kindsOf, sign } from "./marks.js";
@@ -14,7 +14,8 @@ const HINTS = {
 };
 
 /**
- * The trophic level of each species: 0 for plants; species in a cycle take the level implied by the others.
+ * The trophic level of each species: 0 for plants; species in a cycle take the level implied by the other
+ * species.
  * @param {string[]} names
  * @param {Record<string, string[]>} foods
  */
