@@ -38,7 +38,7 @@ FORM = "a form for calls from kernels, without machine code"
 PREFETCHING = "prefetching"
 TWO = "(with: two processes at the first start)"
 TRICKS = {
-    "arrays borrowed, not owned, by a call from Python": """
+    "arrays borrowed, not owned, by calls from Python": """
 from numba.core.lowering import Lower
 from ecs_eco.compiled import numba_private
 numba_private.OuterLowering.lowering_class = property(lambda self: Lower)
@@ -68,7 +68,7 @@ from ecs_eco.compiled import kernel
 kept = kernel.kept_kernel
 kernel.kept_kernel = lambda function, folder, fastmath=False, noalias=False: kept(function, folder, fastmath)
 """,
-    "own columns read by their addresses": """
+    "own columns read by address": """
 from ecs_eco.nervous.sensors import own
 own.interpreted = lambda: True
 """,
@@ -80,7 +80,7 @@ def prefetch(array, at):
     pass
 vectors.prefetch = prefetch
 """,
-    "kernels divided without the GIL": """
+    "kernels divided between threads without the GIL": """
 from ecs_eco.compiled.team import Team
 Team.divides = lambda self, kernel: False
 """,
@@ -88,7 +88,7 @@ Team.divides = lambda self, kernel: False
 from ecs_eco.compiled import helpers, team
 helpers.AWAKE = team.AWAKE = 0.0
 """,
-    "work divided only where that takes less time": """
+    "work divided only if that takes less time": """
 from ecs_eco.compiled.pace import Pace
 Pace.divide = lambda self: True
 """,
@@ -132,10 +132,10 @@ main()
 """
 SAME_KERNELS = (
     "kernels loaded without numba's compiler",
-    "own columns read by their addresses",
-    "kernels divided without the GIL",
+    "own columns read by address",
+    "kernels divided between threads without the GIL",
     "threads that stay awake",
-    "work divided only where that takes less time",
+    "work divided only if that takes less time",
 )
 """Tricks that affect neither kernels nor a first start."""
 FIRST_START = TWO, FORM
@@ -183,7 +183,7 @@ def turn(
         with tempfile.TemporaryDirectory(dir=caches) as empty:
             one = "" if trick == TWO else ONE_PROCESS
             wall, own = start(trick, Path(empty) if cache.exists() else cache, caches, one + START)
-            out = {"first start": own, "first start, by the clock": wall}
+            out = {"first start": own, "first start, wall time": wall}
     if trick in FIRST_START:
         return out, []
     printed, _, _ = process(trick, cache, LIFE, *["learn"] * (trick in learners))
@@ -241,13 +241,13 @@ def main() -> None:
     other = [one for one in variants if ends[one] and not set(ends[one]) <= set(ends[ALL])]
     _bench.save(
         "ablations",
-        "What a job takes without a trick, in times as long",
+        "Jobs without one trick: how many times as long they take",
         table(took),
         {
             "turns": options.pairs,
-            "of these with a first start": options.firsts,
-            "other digests": ", ".join(other) or "of no variant",
-            "machine": f"{'busy' if os.getloadavg()[2] > (os.cpu_count() or 1) else 'idle'} while this was measured",
+            "turns with a first start": options.firsts,
+            "variants with a different digest": ", ".join(other) or "none",
+            "machine": f"{'busy' if os.getloadavg()[2] > (os.cpu_count() or 1) else 'idle'} during the measurement",
         },
     )
 

@@ -60,7 +60,7 @@ def measure(animals: int, threads: int, learn: bool) -> dict[str, object]:
         "threads": threads,
         "learning": learn,
         "neighbors in reach": round(in_reach(world, "grazer"), 1),
-        "ns per animal and tick": best / n * 1e9,
+        "ns per animal per tick": best / n * 1e9,
         "M organism-steps/s": n / best / 1e6,
     }
     if learn:
@@ -86,12 +86,12 @@ def main() -> None:
     if len(large) > 1:
         x, y = (
             np.log([r["animals"] for r in large]),
-            np.log([r["ns per animal and tick"] * r["animals"] for r in large]),
+            np.log([r["ns per animal per tick"] * r["animals"] for r in large]),
         )
-        notes["exponent of the time per tick from 10^4 on"] = float(np.polyfit(x, y, 1)[0])
+        notes["exponent of the time per tick from 10^4 animals up"] = float(np.polyfit(x, y, 1)[0])
     name = options.name or ("animals_learning" if options.learn else "animals")
     _bench.save(
-        name, "Animals that sense, think and act" + (", PPO on" if options.learn else ""), rows, notes
+        name, "Animals that sense, decide and act" + (", with PPO" if options.learn else ""), rows, notes
     )
     print(notes)
 

@@ -3,11 +3,11 @@
     python benchmarks/animals_pairs.py --before COMMIT [--rows 10000:2:1:0 …] [--turns 60]
 
 Two processes with the same world take turns running a few ticks, `--turns` times. With this commit as the
-other one and `--rows 10000:2:1:0`, the table shows the gain from a second thread and, with `--beside 1`, the
-loss if the second core has other work. The ratio is this commit's processor time (wall-clock time with
-several threads) divided by the other's, turn by turn (median and quartiles). `quiet` is the ratio between
+other one and `10000:2:1:0` for rows, the table shows the gain from a second thread and, with `--beside 1`,
+the loss if the second core has other work. The ratio is this commit's processor time (wall-clock time with
+several threads) divided by the other's, turn by turn (median and quartiles). `now / before, quietest turns` is the ratio between
 means over the shortest tenth of turns, which other work disturbed least. Times are per animal, because worlds
-with different digests diverge after some ticks; `same end` reports whether they agree. GiB is the process's
+with different digests diverge after some ticks; `same final state` reports whether they agree. GiB is the process's
 peak memory.
 """
 
@@ -112,14 +112,14 @@ def measure(before: Path, animals: int, threads: int, others: int, learn: bool, 
         "threads before": others,
         "turns": turns,
         "clock": ("wall", "processor")[clock],
-        "before, ns per animal and tick": least[0],
-        "now, ns per animal and tick": least[1],
-        "times before": middle,
+        "before, ns per animal per tick": least[0],
+        "now, ns per animal per tick": least[1],
+        "now / before": middle,
         "quartiles": f"{low:.3f}-{high:.3f}",
-        "quiet": least[1] / least[0],
+        "now / before, quietest turns": least[1] / least[0],
         "GiB before": took[0][-1][2],
         "GiB now": took[1][-1][2],
-        "same end": took[0][-1][3] == took[1][-1][3],
+        "same final state": took[0][-1][3] == took[1][-1][3],
     }
     return row
 
@@ -155,10 +155,10 @@ def main() -> None:
             turns = max(4, given.turns // 8) if learn else given.turns
             with beside(given.beside):
                 row = measure(before, animals, threads, others, bool(learn), turns)
-            rows.append(row | ({"beside": given.beside} if given.beside else {}))
+            rows.append(row | ({"busy processes": given.beside} if given.beside else {}))
             _bench.save(
                 given.name,
-                "Animals that sense, think and act, against an earlier commit",
+                "Animals that sense, decide and act, against an earlier commit",
                 rows,
                 {"before": given.before},
             )

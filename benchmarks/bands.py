@@ -198,13 +198,13 @@ def best_row(results: list[dict[str, Any]]) -> dict[str, Any]:
         "processes": best["processes"],
         "animals": best["animals"],
         "ms per tick": best["seconds"] / best["ticks"] * 1e3,
-        "shared, ns per animal": best["shared"] * ns,
-        "alike, ns per animal": alike * ns,
+        "divided work, ns per animal": best["shared"] * ns,
+        "replicated work, ns per animal": alike * ns,
         "halo, ns per animal": best["halo"] * ns,
         "exchange, ns per animal": best["exchange"] * ns,
         "exchanges per tick": best["calls"],
-        "bytes per animal and tick": best["bytes"] / best["animals"],
-        "organisms held": best["held"],
+        "bytes per animal per tick": best["bytes"] / best["animals"],
+        "organisms in a process": best["held"],
         "slowest share / mean": best["balance"],
         "digest": best["digest"] if best["same"] else "DIFFERENT",
     }
@@ -217,12 +217,14 @@ def halo_row(results: list[dict[str, Any]]) -> dict[str, Any]:
         "organisms in a band": best["held"],
         "width of the map [m]": best["width"],
         "animals": best["animals"],
-        "least height of a band [m]": best["least"],
+        "minimum height of a band [m]": best["least"],
         "ghosts per tick": best["ghosts"],
         "bytes received per tick": best["bytes"],
         "processor time of the halo per tick [ms]": best["halo"] / best["ticks"] * 1e3,
-        "of broadcasts [ms]": (best["cpu"] - best["shared"] - best["halo"]) / best["ticks"] * 1e3,
-        "of all [ms]": best["cpu"] / best["ticks"] * 1e3,
+        "processor time of replicated work per tick [ms]": (best["cpu"] - best["shared"] - best["halo"])
+        / best["ticks"]
+        * 1e3,
+        "total processor time per tick [ms]": best["cpu"] / best["ticks"] * 1e3,
     }
 
 
@@ -239,9 +241,9 @@ def predicted(
 ) -> dict[str, Any]:
     """Return the model's speed-up for a savanna of n animals in p processes, with the measured network."""
     one, two, divided = rows["one"], rows["whole"], rows["divided"]
-    shared, alike = one["shared, ns per animal"] * 1e-9, one["alike, ns per animal"] * 1e-9
+    shared, alike = one["divided work, ns per animal"] * 1e-9, one["replicated work, ns per animal"] * 1e-9
     # of all bytes, the share 1 − 1/P comes from other processes
-    each = two["bytes per animal and tick"] * 2
+    each = two["bytes per animal per tick"] * 2
     calls = math.ceil(math.log2(p)) * wire["latency"]
     now = (
         n * (shared / p + alike)
@@ -254,7 +256,7 @@ def predicted(
         for name in ("ghosts per tick", "bytes received per tick")
     )
     first, each_ghost = line(halos, "ghosts per tick", "processor time of the halo per tick [ms]")
-    begin, told = line(halos, "animals", "of broadcasts [ms]")
+    begin, told = line(halos, "animals", "processor time of replicated work per tick [ms]")
     own = shared + alike - told * 1e-3
     parts = (
         n * own / p
@@ -262,14 +264,14 @@ def predicted(
         + divided["exchanges per tick"] * calls
         + size / wire["bandwidth"]
     )
-    whole, least = n * (shared + alike), halos[-1]["least height of a band [m]"]
+    whole, least = n * (shared + alike), halos[-1]["minimum height of a band [m]"]
     return {
         "animals": n,
         "processes": p,
         "whole worlds: speed-up": whole / now,
         "divided state: speed-up": whole / parts if side / p >= least else "bands too low",
-        "bytes received per process and tick, whole worlds": n * each * (1 - 1 / p),
-        "bytes received per process and tick, divided": size,
+        "bytes received per process per tick, whole worlds": n * each * (1 - 1 / p),
+        "bytes received per process per tick, divided state": size,
         "height of a band [m]": side / p,
     }
 
@@ -337,9 +339,9 @@ def conclude(
             )
         )
         return
-    _bench.save("bands", "One world over several processes", list(cases.values()), notes)
-    _bench.save("bands_halo", "What the halo of a band costs", halos)
-    _bench.save("bands_model", "One world over many processes, by a model", model)
+    _bench.save("bands", "One world split across several processes", list(cases.values()), notes)
+    _bench.save("bands_halo", "The cost of a band's halo", halos)
+    _bench.save("bands_model", "A model's predictions for one world split across many processes", model)
 
 
 def part(what: str, *arguments: str) -> None:

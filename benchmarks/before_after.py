@@ -132,7 +132,7 @@ for turn, _ in enumerate(sys.stdin):
     world = World.from_config(load(name, changes), seed=turn, record=False).run(5)
     for system in world.systems:
         system.process = timed(system.process, took[type(system).__name__])
-    whole = timed(lambda: world.run(1), took["a tick"])
+    whole = timed(lambda: world.run(1), took["whole tick"])
     for _ in range(ticks):
         whole()
     print(json.dumps(took), flush=True)
@@ -204,7 +204,7 @@ def times(before: Path, sets: int, worlds: list[str]) -> dict[str, Any]:
                 with living([before, before, ROOT], [world, changes, turn_ticks, one]) as turn:
                     # the first two turns compile
                     took.append([turn(number) for number in range(2 + TURNS)][2:])
-            key = f"{name}, {'run(1) a tick' if one else 'one run'}"
+            key = f"{name}, {'run(1) per tick' if one else 'one run'}"
             after = [statistics.median(t[2] / t[0] for t in turns) for turns in took]
             control = [statistics.median(t[1] / t[0] for t in turns) for turns in took]
             seconds = statistics.median(t[2] for turns in took for t in turns)
@@ -213,7 +213,7 @@ def times(before: Path, sets: int, worlds: list[str]) -> dict[str, Any]:
                 "control": interval(control),
                 "sets": sets,
                 "turns": TURNS,
-                "ms a tick": round(1000 * seconds / turn_ticks, 3),
+                "ms per tick": round(1000 * seconds / turn_ticks, 3),
             }
             print(key, json.dumps(results[key]), flush=True)
     return results
@@ -243,11 +243,11 @@ def systems(before: Path, sets: int, worlds: list[str]) -> dict[str, Any]:
         changed = {
             system: pair
             for system, pair in both.items()
-            if abs(pair[1] - pair[0]) > 0.005 * was["a tick"] and system != "a tick"
+            if abs(pair[1] - pair[0]) > 0.005 * was["whole tick"] and system != "whole tick"
         }
         results[name] = {
-            "ratio": round(now["a tick"] / was["a tick"], 4),
-            "us a tick": both["a tick"],
+            "ratio": round(now["whole tick"] / was["whole tick"], 4),
+            "us per tick": both["whole tick"],
             "changed by more than 0.5%": changed,
             "systems": both,
         }

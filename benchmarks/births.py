@@ -48,7 +48,9 @@ def main() -> None:
             rate = births_per_second(loci, n if at_once else max(n // 50, 10), at_once, 5 if at_once else 3)
             rows.append({"loci": loci, "births": way, "births/s": rate, "goal": GOAL[way]})
     _bench.save(
-        "births", "Births: crossover at two points and mutation (4 letters, 0.005 a locus), one core", rows
+        "births",
+        "Births with two-point crossover and mutation (4 letters, 0.005 per locus), on one core",
+        rows,
     )
 
 

@@ -41,10 +41,10 @@ def timed(world: World) -> Counter[str]:
         watch(system, "process", type(system).__name__)
     for table in world.tables.values():
         if table.species.nerves is not None:
-            watch(table.species.nerves.brain, "forward", "of Decide: the networks")
+            watch(table.species.nerves.brain, "forward", "within Decide: networks")
     for method in ("flush_deaths", "flush_births"):
         watch(world, method, method)
-    watch(world, "index", "of several: neighbor indexes")
+    watch(world, "index", "within several: neighbor indexes")
     return spent
 
 
@@ -127,11 +127,11 @@ def main() -> None:
     )
     _bench.save(
         "breakdown",
-        "Where the time of a tick goes [ns per animal]",
+        "Parts of a tick [ns per animal]",
         [{"part": n, **{c: round(v.get(n, 0.0), 1) for c, v in columns.items()}} for n in names],
         {
-            "two threads of networks alone, times one": networks_alone(),
-            "a kernel of nothing on two threads, median (nine tenths) [µs]": handing_over(),
+            "speed of the networks on two threads, relative to one": networks_alone(),
+            "an empty kernel on two threads, median (90th percentile) [µs]": handing_over(),
         },
     )
 

@@ -90,15 +90,15 @@ def overheads(pairs: int, place: Path) -> list[dict[str, Any]]:
     saving = [k / d - 1 for d, k in zip(disk, kept, strict=True)]
     return [
         {
-            "what": "recording to disk, every birth and death, a snapshot each 100 ticks",
-            "costs a run, median": statistics.median(recording),
+            "what": "recording every birth and death to disk, with a snapshot every 100 ticks",
+            "cost to a run, median": statistics.median(recording),
             "from": min(recording),
             "to": max(recording),
             "goal": 0.10,
         },
         {
             "what": "a checkpoint every 1,000 ticks",
-            "costs a run, median": statistics.median(saving),
+            "cost to a run, median": statistics.median(saving),
             "from": min(saving),
             "to": max(saving),
             "goal": 0.03,
@@ -122,7 +122,7 @@ def main() -> None:
             "run": f"predator-prey, 3,000 ticks, {asked.pairs} rounds, one after the other in one process"
         }
         _bench.save(
-            "checkpoints_cost", "What recording and checkpoints cost a run of predator and prey", rows, notes
+            "checkpoints_cost", "The cost of recording and checkpoints in a run of predator-prey", rows, notes
         )
 
 

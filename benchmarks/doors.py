@@ -126,7 +126,7 @@ def doors(agents: int) -> dict[str, Steps]:
     """Return all interfaces after a warm-up."""
     config = world_of(agents)
     makers: dict[str, Callable[[], Steps]] = {
-        "within, by chance": lambda: within(config),
+        "built in, random actions": lambda: within(config),
         "external": lambda: external(config),
         "slots": lambda: vector(config),
         "parallel_env": lambda: dicts(config),
@@ -157,15 +157,15 @@ def main() -> None:
         ratio = [one[name] / one["parallel_env"] for one in rounds]
         rows.append(
             {
-                "door": name,
-                "agents' steps/s": round(statistics.median(one[name] for one in rounds)),
-                "times parallel_env": round(statistics.median(ratio), 2),
-                "range of that": f"{min(ratio):.2f} to {max(ratio):.2f}",
+                "interface": name,
+                "agent-steps/s": round(statistics.median(one[name] for one in rounds)),
+                "relative to parallel_env": round(statistics.median(ratio), 2),
+                "range": f"{min(ratio):.2f} to {max(ratio):.2f}",
             }
         )
     _bench.save(
         "doors",
-        "how fast is each door to a species?",
+        "The interfaces through which outside code controls a species",
         rows,
         {"agents": asked.agents, "steps": asked.steps, "rounds": asked.rounds},
     )

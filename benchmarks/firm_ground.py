@@ -80,17 +80,17 @@ def main() -> None:
         row: dict[str, Any] = {
             "world": name,
             "organisms": sum(t.n for t in world.tables.values()),
-            "ms a tick": 1000 * statistics.median(took["bare"]) / ticks,
+            "ms per tick": 1000 * statistics.median(took["bare"]) / ticks,
         }
         for kind, without in (("run", "bare"), ("run(1)", "bare(1)")):
             ratio = interval([a / b for a, b in zip(took[kind], took[without], strict=True)])
-            row[f"{kind}, times bare ticks"] = "{ratio:.4f} [{from:.4f}, {to:.4f}]".format(**ratio)
+            row[f"{kind}, relative to bare ticks"] = "{ratio:.4f} [{from:.4f}, {to:.4f}]".format(**ratio)
         rows.append(row)
     _bench.save(
         "firm_ground",
-        "What it costs that what comes from outside is checked and no tick is left half done",
+        "The cost of checking outside input and completing every tick",
         rows,
-        {"turns of each kind": turns, "ticks of a turn": "40; 12 with 10,000 animals"},
+        {"turns of each kind": turns, "ticks per turn": "40; 12 with 10,000 animals"},
     )
 
 

@@ -132,7 +132,7 @@ def main() -> None:
     rows = [row for n in options.sizes for row in measure(n, options.pairs, max(20, 200_000 // n))]
     _bench.save(
         "genomes",
-        "The tick of a world with genomes over the same world without, shared policy, one core",
+        "A tick with genomes against a tick without genomes, with a shared policy, on one core",
         rows,
     )
 

@@ -78,14 +78,14 @@ CASES: dict[str, list[tuple[str, str, bool, str, int]]] = {
     "wolves": [
         (
             f"wolf-sheep at {width}²",
-            "µs a tick",
+            "µs per tick",
             False,
             WOLVES.replace("WIDTH", str(width)).replace("RUNS", str(runs)),
             99,
         )
         for width, runs in ((20, 15), (100, 5), (300, 1))
     ],
-    "memory": [("100,000 animals that esper knows", "B/animal", False, MEMORY, 1)],
+    "memory": [("100,000 animals with esper ids", "B/animal", False, MEMORY, 1)],
 }
 
 
@@ -129,7 +129,7 @@ def measure(before: Path, work: str, unit: str, more: bool, code: str, turns: in
         "turns": turns,
         "before": statistics.median(took[0]),
         "now": statistics.median(took[1]),
-        "times before": middle,
+        "now / before": middle,
         "quartiles": f"{low:.3f}-{high:.3f}",
         "best before": best(took[0]),
         "best now": best(took[1]),

@@ -30,7 +30,7 @@ from ecs_eco.components.policy import Policy
 from ecs_eco.learning import PPO, Individuals, choose
 
 SETTINGS = PPO(horizon=32, epochs=4, learning_rate=1e-3)
-PARTS = ("think", "choose", "remember", "learn")
+PARTS = ("inference", "choice", "storage", "learning")
 
 
 class Herd:
@@ -171,8 +171,8 @@ def measure(n: int, network: tuple[int, tuple[int, ...], int], threads: int, rep
         "threads": threads,
         "ticks/s": float(1e3 / ms.sum()),
         **{f"{part}, ms": float(t) for part, t in zip(PARTS, ms, strict=True)},
-        "torch thinks, ms": min(acts),
-        "torch learns, ms": min(updates),
+        "inference in torch, ms": min(acts),
+        "learning in torch, ms": min(updates),
         "times as fast": float((min(acts) + min(updates)) / (ms[0] + ms[3])),
         "MiB of columns": columns / 2**20,
     }
@@ -191,7 +191,7 @@ def main() -> None:
     rows += [
         measure(n, large, threads, options.repeats) for n in options.sizes for threads in options.threads
     ]
-    _bench.save("individual_ppo", "A brain for every animal: thinking and learning of each, per tick", rows)
+    _bench.save("individual_ppo", "A brain for every animal: inference and learning per tick", rows)
 
 
 if __name__ == "__main__":

@@ -69,10 +69,10 @@ def forms(views: int, each: int) -> dict[str, tuple[Callable[[], Any], Callable[
 
     views_, tuples_, records_ = named(), tuples(), records()
     return {
-        "loose arrays": (lambda: one_by_one(*arrays), lambda: None),
-        "named tuples, by numba": (lambda: by_numba(*views_), named),
-        "plain tuples, by numba": (lambda: by_tuples(*tuples_), tuples),
-        "named tuples, their fields": (lambda: by_views(*views_), named),
+        "separate arrays": (lambda: one_by_one(*arrays), lambda: None),
+        "named tuples, passed by numba": (lambda: by_numba(*views_), named),
+        "plain tuples, passed by numba": (lambda: by_tuples(*tuples_), tuples),
+        "fields of named tuples": (lambda: by_views(*views_), named),
         "records of addresses": (lambda: by_records(*records_), records),
     }
 
@@ -101,12 +101,12 @@ def main() -> None:
             {
                 "arrays": f"{views} × {each}",
                 "form": form,
-                "a call [µs]": round(min(call), 2),
-                "made [µs]": "" if form == "loose arrays" else round(min(made), 2),
+                "per call [µs]": round(min(call), 2),
+                "to create the arguments [µs]": "" if form == "separate arrays" else round(min(made), 2),
             }
             for form, (call, made) in times.items()
         ]
-    _bench.save("kernel_arguments", "What a call of a kernel costs, by the form of its arguments", rows)
+    _bench.save("kernel_arguments", "The cost of a kernel call, by the form of its arguments", rows)
 
 
 if __name__ == "__main__":

@@ -7,10 +7,10 @@ tick.
 
 Processes with this commit and, if given, another commit take turns; each records its own world on disk. The
 table shows the wall-clock and processor seconds that `World.run` takes, excluding the process's start.
-`Python calls a tick` counts the Python functions and kernels called in ticks 1,001 to 1,070, excluding the
-calls of `run`. `end` describes the final state, which differs if digests differ. `--train` measures, in the
-same way, how long predator-prey policies take to learn from random weights. `--calls` measures how the cost
-of a kernel call depends on its number of arrays.
+`Python calls per tick` counts the Python functions and kernels called in ticks 1,001 to 1,070, excluding the
+calls of `run`. `end` describes the final state, which differs if digests differ. `--train` measures in the
+same way how long predator-prey policies take to learn from random weights. `--calls` measures how the cost of
+a kernel call depends on its number of arrays.
 """
 
 import argparse
@@ -98,14 +98,14 @@ def pairs(places: dict[str, Path], ticks: int, n: int, train: bool) -> list[dict
                 "pairs": n,
                 "wall [s]": statistics.median(t[0] for t in took[name]),
                 "processor [s]": statistics.median(t[1] for t in took[name]),
-                "times the first": statistics.median(ratios),
+                "times as long as the first": statistics.median(ratios),
                 "from": min(ratios),
                 "to": max(ratios),
                 "end": ends[name][0],
             }
         )
         if not train:
-            rows[-1]["Python calls a tick"], _ = before_after.call(place, JOB, [ticks, True])
+            rows[-1]["Python calls per tick"], _ = before_after.call(place, JOB, [ticks, True])
     return rows
 
 
@@ -125,7 +125,7 @@ def call_of(n: int) -> dict[str, Any]:
         for _ in range(500):
             kernel(*arrays)
         took.append(time.process_time() - start)
-    return {"arrays": n, "µs a call": min(took) / 500 * 1e6}
+    return {"arrays": n, "µs per call": min(took) / 500 * 1e6}
 
 
 def main() -> None:
@@ -139,7 +139,7 @@ def main() -> None:
     given = parser.parse_args()
     if given.calls:
         rows = [call_of(n) for n in (1, 5, 10, 20, 30)]
-        _bench.save("main_job_calls", "What it costs to call a kernel", rows)
+        _bench.save("main_job_calls", "The cost of a kernel call, by number of arrays", rows)
         return
     with tempfile.TemporaryDirectory() as folder:
         places = {}
@@ -152,15 +152,15 @@ def main() -> None:
         places["this"] = ROOT
         rows = pairs(places, given.ticks or (3000 if given.train else 10_000), given.pairs, given.train)
     question = (
-        "Policies of predator-prey from random weights, one core"
+        "Training predator-prey policies from random weights, on one core"
         if given.train
-        else "README's main job: predator-prey, recorded, one core"
+        else "README's main job: predator-prey, recorded, on one core"
     )
     _bench.save(
         "main_job_training" if given.train else "main_job",
         question,
         rows,
-        {"load before": round(os.getloadavg()[0], 2)},
+        {"load before the benchmark": round(os.getloadavg()[0], 2)},
     )
 
 

@@ -59,13 +59,13 @@ def main() -> None:
             "animals": n,
             "columns [B/animal]": columns / n,
             "process [B/animal]": without / n,
-            "with esper's numbers [B/animal]": known / n,
+            "with esper ids [B/animal]": known / n,
             "goal [B/animal]": 700,
-            "a component of each looked at [B/animal]": looked_at / n,
+            "with one component of each animal read through esper [B/animal]": looked_at / n,
             "rollout [B/transition]": rollout,
         }
     ]
-    _bench.save("memory", "Memory per animal, 24 observations, outside the rollout", rows)
+    _bench.save("memory", "Memory per animal with 24 observations, excluding the rollout", rows)
 
 
 if __name__ == "__main__":

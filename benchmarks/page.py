@@ -128,9 +128,9 @@ def frames(organisms: int, n: int) -> tuple[list[dict[str, Any]], dict[str, Any]
             rows += [
                 {
                     "organisms": organisms,
-                    "colour": colour,
+                    "color": colour,
                     "what": words,
-                    "ms a frame, median": middle.get(what, sum(middle.values())),
+                    "ms per frame, median": middle.get(what, sum(middle.values())),
                     "best": best.get(what, sum(best.values())),
                     "goal": GOAL,
                 }
@@ -139,7 +139,7 @@ def frames(organisms: int, n: int) -> tuple[list[dict[str, Any]], dict[str, Any]
         return rows, {
             "browser": f"Chromium {browser.version}",
             "frames of each color, at least": n,
-            "drawn by": "software (SwiftShader), in a process of its own",
+            "drawn by": "software (SwiftShader), in a separate process",
         }
 
 
@@ -170,7 +170,10 @@ def memory(minutes: float, looks: int = 10) -> tuple[list[dict[str, Any]], dict[
                     "server [MB]": int(words[1]) * os.sysconf("SC_PAGESIZE") / 1e6,
                 }
             )
-    return rows, {"world": "predator-prey, seed 1, at 20 ticks a second", "page": "after collecting garbage"}
+    return rows, {
+        "world": "predator-prey, seed 1, at 20 ticks per second",
+        "page": "after garbage collection",
+    }
 
 
 def main() -> None:
@@ -184,11 +187,11 @@ def main() -> None:
     if asked.only in (None, "frames"):
         _bench.save(
             "page",
-            "What a frame costs the page: decoding it, and the call that draws it",
+            "The cost of a frame in the page: decoding and drawing",
             *frames(asked.organisms, asked.frames),
         )
     if asked.only in (None, "memory"):
-        _bench.save("page_memory", "What page and server hold over time", *memory(asked.minutes))
+        _bench.save("page_memory", "Page and server memory over time", *memory(asked.minutes))
 
 
 if __name__ == "__main__":

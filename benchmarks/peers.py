@@ -82,7 +82,7 @@ def apart(peer: str, n: int, seed: int, interpreter: str, limit: float) -> dict[
             env=os.environ | {"PYTHONPATH": paths},
         )
     except subprocess.TimeoutExpired:
-        return {"why": f"given up after {limit:g} s"}
+        return {"why": f"stopped after {limit:g} s"}
     if done.returncode:
         return {"why": (done.stderr.strip().splitlines() or ["?"])[-1][:80]}
     result: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
@@ -105,8 +105,8 @@ def rows_of(found: dict[tuple[str, int], list[dict[str, Any]]]) -> list[dict[str
                 "task": "common" if common else "its own",
                 "animals": n,
                 "k organism-steps/s": None if best is None else best / 1e3,
-                "bare loop's, times this": max(floor) / best if best and floor and common else None,
-                f"living after {COMPARED} ticks / bare loop's": (
+                "bare loop's speed / this speed": max(floor) / best if best and floor and common else None,
+                f"live animals after {COMPARED} ticks / bare loop's": (
                     sum(after) / len(after) / (sum(alike) / len(alike))
                     if after and alike and common
                     else None
@@ -179,7 +179,9 @@ def main() -> None:
     if asked.short:
         print(json.dumps(rows, indent=1))
         return
-    _bench.save(asked.name, "Grazers that look, move, eat and breed, in other frameworks, one core", rows)
+    _bench.save(
+        asked.name, "Grazers that look around, move, eat and breed, in other frameworks, on one core", rows
+    )
     figure(rows, ROOT / "docs" / "img" / f"{asked.name}.svg")
 
 

@@ -55,7 +55,7 @@ def main() -> None:
         rows.append(
             {
                 "plants": world.tables["plant"].n,
-                "ns per plant and tick": min(times) / n * 1e9,
+                "ns per plant per tick": min(times) / n * 1e9,
                 "M plant-steps/s": n / min(times) / 1e6,
             }
         )

@@ -70,11 +70,11 @@ def main() -> None:
             print(json.dumps(rows[-1]), flush=True)
     _bench.save(
         "portable",
-        "The portable mode against the native one",
+        "Portable mode against native mode",
         rows,
         {
             "ticks": TICKS,
-            "first ticks, not timed": WARM,
+            "initial ticks, not timed": WARM,
             "horizon": HORIZON,
             "pairs": asked.pairs,
             "seed": SEED,

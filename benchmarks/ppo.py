@@ -132,10 +132,10 @@ def measure(n: int, threads: int) -> dict[str, Any]:
         "rows": n,
         "transitions": n * ticks,
         "threads": threads,
-        "acting, ns per row": acting,
-        "plain way, ns": acting_plain,
+        "inference, ns per row": acting,
+        "inference in plain torch, ns per row": acting_plain,
         "learning, µs per transition": min(times["ours"]),
-        "plain way, µs": min(times["plain"]),
+        "learning in plain torch, µs per transition": min(times["plain"]),
         "bytes per transition": learner.rollout.nbytes_per_transition,
     }
 
@@ -185,7 +185,7 @@ def main() -> None:
     torch.set_num_threads(1)
     rows = [measure(n, threads) for n in options.sizes for threads in options.threads]
     notes = breakdown()
-    _bench.save(options.name, "Acting and learning of a 24-64-64-6 network", rows, notes)
+    _bench.save(options.name, "Inference and learning of a 24-64-64-6 network", rows, notes)
     print(notes)
 
 

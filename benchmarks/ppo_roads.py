@@ -61,7 +61,7 @@ def main() -> None:
         )
     ]
     _bench.save(
-        "ppo_roads", "PPO of one shared network and of individual networks, against an earlier commit", rows
+        "ppo_roads", "PPO with a shared network and with individual networks, against an earlier commit", rows
     )
 
 

@@ -67,7 +67,7 @@ def lifetime() -> None:
             "goal [s]": 120,
         },
     ]
-    _bench.save("sea_life", "The sea as it is shipped, one thread", rows)
+    _bench.save("sea_life", "The shipped sea, on one thread", rows)
 
 
 def main() -> None:
@@ -94,15 +94,14 @@ def main() -> None:
         rows.append(
             {
                 "plankton": lived[best],
-                "of which think": sum(t.n for name, t in world.tables.items() if name != "phytoplankton"),
+                "that decide": sum(t.n for name, t in world.tables.items() if name != "phytoplankton"),
                 "ticks/s": 1 / min(times),
                 "M plankton-steps/s": lived[best] / min(times) / 1e6,
             }
         )
     _bench.save(
         "sea",
-        "Plankton in one sea: light with shade, senses in three dimensions, policies, "
-        "grazing and births, one core",
+        "Plankton in one sea with shade, three-dimensional senses, policies, grazing and births, on one core",
         rows,
     )
 

@@ -54,13 +54,13 @@ def main() -> None:
                     "command": "ecs-eco " + " ".join(arguments[:4]),
                     "first start [s]": times[0],
                     "later, median [s]": statistics.median(times[1:]),
-                    "later, least [s]": min(times[1:]),
+                    "later, minimum [s]": min(times[1:]),
                     "goal [s]": goal,
                 }
             )
         compiled = len(list(cache.rglob("*.nbc")))
     _bench.save(
-        "startup", "Commands as whole processes", rows, {"kernels compiled by the first run": compiled}
+        "startup", "Commands as complete processes", rows, {"kernels compiled by the first run": compiled}
     )
 
 

@@ -94,7 +94,7 @@ def main() -> None:
     median = statistics.median(row["overhead"] for row in rows)
     _bench.save(
         f"sweep_overhead{'' if asked.on == 'local' else f'_{asked.on}'}",
-        f"What does a sweep cost over {asked.runs} bare runs of {asked.ticks} ticks?",
+        f"The overhead of a sweep compared with {asked.runs} bare runs of {asked.ticks:,} ticks",
         rows,
         {
             "median overhead": median,

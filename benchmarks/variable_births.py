@@ -113,7 +113,7 @@ def main() -> None:
     rows.append(one_by_one(64, max(n // 50, 10)))
     _bench.save(
         "variable_births",
-        "Births with strings of variable length: crossed unequally, mutated in five ways, one core",
+        "Births with strings of variable length, with unequal crossover and five mutations, on one core",
         rows,
     )
 

@@ -129,9 +129,9 @@ def cost(organisms: int, pairs: int) -> tuple[dict[str, float], dict[str, Any]]:
     }
     notes = {
         "organisms": n,
-        "ticks in each": ticks,
-        "ms a tick": 1e3 * seconds,
-        "frames a second": (player.frames - frames) / watched,
+        "ticks per measurement": ticks,
+        "ms per tick": 1e3 * seconds,
+        "frames per second": (player.frames - frames) / watched,
         "same digest": alone.digest() == seen.digest(),
     }
     return shares, notes
@@ -159,10 +159,10 @@ def costs(organisms: int, pairs: int, processes: int) -> tuple[list[dict[str, An
         )
     notes = {
         name: statistics.median(each[1][name] for each in done)
-        for name in ("organisms", "ticks in each", "ms a tick", "frames a second")
+        for name in ("organisms", "ticks per measurement", "ms per tick", "frames per second")
     }
     same = all(each[1]["same digest"] for each in done)
-    return rows, {"processes": processes, "pairs in each": pairs, **notes, "same digest": same}
+    return rows, {"processes": processes, "pairs per process": pairs, **notes, "same digest": same}
 
 
 def encoding(sizes: list[int]) -> list[dict[str, Any]]:
@@ -181,10 +181,10 @@ def encoding(sizes: list[int]) -> list[dict[str, Any]]:
             rows.append(
                 {
                     "organisms": n,
-                    "colour": colour,
-                    "ms a frame, median": 1e3 * statistics.median(times),
+                    "color": colour,
+                    "ms per frame, median": 1e3 * statistics.median(times),
                     "best": 1e3 * min(times),
-                    "bytes an organism": len(frame) / n,
+                    "bytes per organism": len(frame) / n,
                     "goal": 3.0,
                 }
             )
@@ -256,7 +256,7 @@ def stalls(organisms: int, minutes: float) -> list[dict[str, Any]]:
                 world,
                 player,
                 server,
-                "a page that does not read, one that does not acknowledge",
+                "one page that does not read, and one that does not acknowledge",
                 minutes,
                 [deaf(server)],
             )
@@ -291,7 +291,7 @@ def standing(
         "most": most,
         "frames made": player.frames - frames,
         "messages waiting": waiting,
-        "let go and came again": again,
+        "disconnected and reconnected": again,
     }
 
 
@@ -318,12 +318,12 @@ def rewinds(times: int = 5) -> list[dict[str, Any]]:
         assert live.world.digest() == digests[live.tick]
     return [
         {
-            "back by 1,000 ticks": "s",
+            "rewind by 1,000 ticks": "s",
             "median": statistics.median(took),
             "most": max(took),
             "goal": 1.0,
             "checkpoints kept": len(live.ring.points),
-            "MB of one": live.ring.points[-1].size / 1e6,
+            "MB per checkpoint": live.ring.points[-1].size / 1e6,
         }
     ]
 
@@ -347,19 +347,15 @@ def main() -> None:
         return
     if asked.only in (None, "cost"):
         rows, notes = costs(asked.organisms, asked.pairs, asked.processes)
-        _bench.save(
-            "viewer_cost", "What a viewer with one page costs a run that goes as fast as it can", rows, notes
-        )
+        _bench.save("viewer_cost", "The cost of one viewer page in a run at full speed", rows, notes)
     if asked.only in (None, "frames"):
         _bench.save("viewer_frames", "Encoding one frame, on one core", encoding([asked.organisms, 55_000]))
     if asked.only in (None, "rewind"):
-        _bench.save(
-            "viewer_rewind", "Going back in a living predator-prey; the digest is that of then", rewinds()
-        )
+        _bench.save("viewer_rewind", "Rewinding a live predator-prey to its earlier digest", rewinds())
     if asked.only in (None, "stall"):
         _bench.save(
             "viewer_stall",
-            "A page that stops: the run's speed and the server's memory",
+            "A stalled page: the run's speed and the server's memory",
             stalls(asked.organisms, asked.minutes),
         )
 

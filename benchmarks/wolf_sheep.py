@@ -35,7 +35,7 @@ COEXISTING = {
 REGIMES = {"default": model.DEFAULT, "coexisting": COEXISTING}
 SIZES = {20: (60, 10), 100: (60, 1), 300: (10, 1)}  # width: ticks, and factor for the number of seeds
 WRONG = {
-    "regrowth one tick early": ("regrowth", lambda v: v - 1),
+    "regrowth is one tick early": ("regrowth", lambda v: v - 1),
     "sheep bear 10% more often": ("sheep_reproduce", lambda v: 1.1 * v),
     "wolves gain 10% more": ("wolf_gain", lambda v: 1.1 * v),
 }
@@ -126,8 +126,8 @@ def case(regime, width, ticks, seeds):
     where = {"regime": regime, "cells": f"{width}²", "ticks": ticks, "seeds": seeds}
     speed = where | {
         "animals": float(n.mean() / ticks),
-        "Mesa, µs a tick": float(np.median(t) / ticks * 1e6),
-        "ecs-eco, µs a tick": float(np.median(u) / ticks * 1e6),
+        "Mesa, µs per tick": float(np.median(t) / ticks * 1e6),
+        "ecs-eco, µs per tick": float(np.median(u) / ticks * 1e6),
         "ratio by tick": float(np.median(t / u)),
         "ratio by organism-step": float(middle),
         "quartiles": f"{low:.0f}-{high:.0f}",
@@ -166,7 +166,7 @@ def profile(regime, width=20, ticks=60, repeats=40):
         setattr(holder, name, part)
         best = np.min(runs, axis=0)
         runs.clear()
-        return {"calls a tick": len(best) / ticks, "µs a tick": float(best.sum() / ticks * 1e6)}
+        return {"calls per tick": len(best) / ticks, "µs per tick": float(best.sum() / ticks * 1e6)}
 
     runs: list[list[float]] = []
     parts = {
@@ -198,12 +198,12 @@ def main() -> None:
         "wolf_sheep",
         "Mesa 3.5's WolfSheep and the same rules in ecs-eco",
         list(speed),
-        {"below 100 times": missed},
+        {"less than 100 times as fast": missed},
     )
-    _bench.save("wolf_sheep_same", "Are the populations those of Mesa?", list(same))
+    _bench.save("wolf_sheep_same", "Populations of WolfSheep in Mesa and in ecs-eco", list(same))
     _bench.save(
         "wolf_sheep_profile",
-        "Where a tick of 20² goes",
+        "Parts of a tick of WolfSheep at 20² cells",
         [row for regime in REGIMES for row in profile(regime)],
     )
 

@@ -157,15 +157,15 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     return {
         "verdicts": [
             verdict(
-                "digests of the archipelago",
+                "distinct digests of the archipelago",
                 len(set(digests.values())),
-                "1 of all ways",
+                "1 for all methods",
                 len(set(digests.values())) == 1,
             ),
             verdict("workers and runs killed", kills, "20", kills >= 20),
             verdict("emigrants at the last barrier", moved, "1 or more", moved > 0),
         ],
-        "table": {"head": ["way", "kills", "seconds", "digest"], "rows": rows},
+        "table": {"head": ["method", "kills", "seconds", "digest"], "rows": rows},
     }
 
 

@@ -262,7 +262,7 @@ def summarise(entries: Entries) -> dict[str, Any]:
         "runs",
         "persist",
         *(f"{s}: {g}, first → last" for s in SIGHT for g in GENES),
-        "kills per wolf and 1,000 s: hunters (rows) and prey of each time",
+        "kills per wolf per 1,000 s, by sampling time of hunters (rows) and prey (columns)",
     ]
     rows = []
     for arm in REGISTERED.arms:
@@ -287,7 +287,7 @@ def moved(entries: Entries) -> list[dict[str, Any]]:
         nats = [r["moved"] for of in by_training(entries, arm).values() for r in of if r["moved"]]
         out += [
             verdict(
-                f"{arm}: nats that the policy of the {name} moved (KL of the first from the last)",
+                f"{arm}: change of the {name} policy [nats] (KL divergence of the first policy from the last)",
                 float(np.mean([n[name] for n in nats if n[name] is not None])),
                 "reported",
                 True,

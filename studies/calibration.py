@@ -28,7 +28,10 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     )
     lines.append(
         verdict(
-            "tries in which both lie within their intervals", f"{both} of {len(truths)}", "reported", True
+            "tries in which both true values lie within their intervals",
+            f"{both} of {len(truths)}",
+            "reported",
+            True,
         )
     )
     for number, (of, truth) in enumerate(zip(found, truths, strict=True), 1):
@@ -37,7 +40,9 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
             low, high = (of["numbers"][key][end] for end in ("low", "high"))
             row += [truth["values"][key], f"{low:.3g} … {high:.3g}", within(of, truth["values"], key)]
         rows.append(row)
-    head = ["try", "chance: true", "90 % interval", "within", "rate: true", "90 % interval", "within"]
+    head = ["try"]
+    for name in ("catch probability", "breeding rate"):
+        head += [f"true {name}", "90% interval", "within the interval"]
     return {"verdicts": lines, "table": {"head": head, "rows": rows}}
 
 

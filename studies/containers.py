@@ -336,11 +336,11 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
     least = 300 if len(cases) > len(KINDS) else 1
     none = {
-        "marks of a payload": "marks",
-        "folders whose commands changed something outside of them": "outside",
-        "folders that lost something finished": "lost",
+        "marks left by a payload": "marks",
+        "folders whose commands changed something outside the folder": "outside",
+        "folders that lost finished work": "lost",
         "attempts that ended in a traceback": TRACEBACK,
-        "attempts that were refused without the name of a file": UNNAMED,
+        "attempts that were refused without naming a file": UNNAMED,
     }
     rows = [[word, *(of(word, kind) for kind in KINDS), of(word)] for word in ("folders", "attempts", *ENDS)]
     return {
@@ -349,7 +349,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
             *(verdict(text, of(key), "0", of(key) == 0) for text, key in none.items()),
             verdict("attempts that were refused by name", of(REFUSED), "≥ 1", of(REFUSED) > 0),
         ],
-        "table": {"head": ["attempts by what became of them", *KINDS, "all"], "rows": rows},
+        "table": {"head": ["outcome of attempts", *KINDS, "all"], "rows": rows},
     }
 
 

@@ -117,7 +117,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         if arm == "ecs-eco":
             verdicts.append(
                 verdict(
-                    "a mean return of -250 or more within 100,000 steps",
+                    "runs that reach a mean return of -250 within 100,000 steps",
                     f"{within} of {len(runs)}",
                     ">= 9 of 10",
                     within >= 0.9 * len(runs),
@@ -126,16 +126,16 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     if len(medians) == len(ARMS):
         ratio = medians["ecs-eco"] / medians["stable-baselines3"]
         verdicts.append(
-            verdict("median of steps, times that of Stable-Baselines3", round(ratio, 3), "<= 1", ratio <= 1)
+            verdict("median steps, relative to Stable-Baselines3", round(ratio, 3), "<= 1", ratio <= 1)
         )
     return {
         "verdicts": verdicts,
         "table": {
             "head": [
                 "arm",
-                "learnt within 100,000",
+                "learned within 100,000 steps",
                 "median steps",
-                "median mean return at last",
+                "median of the final mean return",
                 "steps per second",
             ],
             "rows": rows,

@@ -53,9 +53,9 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
         "extinct": who,
         "mean": n.mean(0).round(),
         "end": n[-1],
-        "deer starved per deer and tick": starved["deer"] / alive["deer"],
-        "wolves starved per wolf and tick": starved["wolf"] / alive["wolf"],
-        "kills per wolf and tick": killed / alive["wolf"],
+        "deer starved per deer per tick": starved["deer"] / alive["deer"],
+        "wolves starved per wolf per tick": starved["wolf"] / alive["wolf"],
+        "kills per wolf per tick": killed / alive["wolf"],
         "cycling": list(cycles.cycling()),
         "period": cycles.period,
     }
@@ -103,7 +103,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
             p = log_rank(whole, (time, died))[1]
             out.append(
                 verdict(
-                    f"{law}: ticks that a world lives longer with trained/trained than with {arm} "
+                    f"{law}: mean lifetime of a world with trained/trained minus that with {arm} [ticks] "
                     f"(log-rank p {p:.2g})",
                     [gap.value, gap.low, gap.high],
                     "above 0" if law == "dear running" else "reported",
@@ -117,8 +117,8 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         "share that persists",
         "median lifetime",
         "mean lifetime",
-        "deer/wolves first",
-        "both cycle",
+        "first to die out: deer/wolves",
+        "runs in which both cycle",
     ]
     return {"verdicts": out, "table": {"head": head, "rows": rows}, "curves": curves}
 

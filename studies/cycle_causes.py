@@ -211,14 +211,14 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         )
     head = [
         "arm",
-        "score of the best in its search",
+        "score of the best world in its search",
         "runs that persist",
-        "that also cycle",
-        "of",
+        "runs that also cycle",
+        "runs",
         "median period [ticks]",
         "first to die out",
-        "worlds around the best that persist and cycle",
-        "of",
+        "nearby worlds that persist and cycle",
+        "nearby worlds",
     ]
     return {"verdicts": lines, "table": {"head": head, "rows": rows}, "notes": NOTES}
 

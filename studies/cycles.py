@@ -103,23 +103,23 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         ),
         verdict("fewest periods in a run", least, "at least 10", least >= 10),
     ]
-    for species in ("deer", "wolf"):
+    for species, named in (("deer", "deer"), ("wolf", "wolves")):
         peaks = count(main, species, "ar1")
         out.append(
             verdict(
-                f"runs with a spectral peak of the {species} beyond AR(1), p < .05",
+                f"runs with a spectral peak of {named} beyond AR(1), p < 0.05",
                 f"{peaks} of {n}",
                 "at least 9 of 10",
                 peaks >= 0.9 * n,
             )
         )
-    for species in ("deer", "wolf"):
+    for species, named in (("deer", "deer"), ("wolf", "wolves")):
         peaks = count(main, species, "relaxation")
         out.append(
             verdict(
-                f"the same for the {species} beyond red noise that relaxes at two rates",
+                f"stricter test: runs with a spectral peak of {named} beyond red noise with two relaxation rates",
                 f"{peaks} of {n}",
-                "at least 9 of 10 (stricter)",
+                "at least 9 of 10",
                 peaks >= 0.9 * n,
             )
         )
@@ -129,7 +129,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         )
         out.append(
             verdict(
-                f"median lag {pair}, share of the period",
+                f"median lag {pair}, as a share of the period",
                 [lag["median"], lag["low"], lag["high"]],
                 f"{low} to {high}",
                 low <= lag["median"] <= high,
@@ -139,22 +139,22 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         if surrogate is not None:
             out.append(
                 verdict(
-                    f"{pair} of the same run against pairs of different runs: "
-                    f"coherency {surrogate.coherency:.2f}, p",
+                    f"{pair} in the same run against pairs of different runs: "
+                    f"coherency {surrogate.coherency:.2f}, p-value",
                     surrogate.p,
-                    "< .05",
+                    "< 0.05",
                     surrogate.p < 0.05,
                 )
             )
     head = [
         "arm",
         "runs",
-        "all persist",
+        "runs in which all persist",
         "median period [ticks]",
         "deer > AR(1)",
         "wolf > AR(1)",
-        "deer, strict",
-        "wolf, strict",
+        "deer, stricter test",
+        "wolf, stricter test",
         *LAGS,
     ]
     return {"verdicts": out, "table": {"head": head, "rows": [row("bundled", main)]}}

@@ -178,11 +178,11 @@ def summarise(entries: Entries) -> dict[str, Any]:
     lines = [*of_approaches(made), *of_learning(entries), *of_cycles(entries), *looked_at(entries)]
     head = [
         "cost of running [1/s]",
-        "sight of deer [m]",
-        "speed of wolves [m/s]",
-        "lives: walks",
-        "runs",
-        "happiness: what running gains",
+        "deer's range of sight [m]",
+        "speed of running wolves [m/s]",
+        "share of walking deer that survive",
+        "share of running deer that survive",
+        "happiness gained by running",
     ]
     rows = []
     for places in zip(*(m["grid"] for m in made), strict=True):
@@ -216,7 +216,7 @@ def of_approaches(made: list[dict[str, Any]]) -> list[dict[str, Any]]:
         REGISTERED.verdict("more", more, more[1] > 0),
         REGISTERED.verdict("too late", most, most < 0),
         verdict(
-            "share that lives through an approach: shipped, walks and runs; fleeing, walks and runs",
+            "share of deer that survive an approach: shipped, walking and running; fleeing, walking and running",
             ", ".join(f"{x:.2f}" for x in lives),
             "reported",
             True,
@@ -273,13 +273,13 @@ def looked_at(entries: Entries) -> list[dict[str, Any]]:
     )
     lines = [
         (
-            "log10 of ticks until somebody dies out or the run ends: fleeing less walkers",
+            "log10 of ticks until the first extinction or the end of the run: fleeing minus walkers",
             difference(lasted["fleeing"], lasted["walkers"]),
         )
     ]
     lines += [
         (
-            f"swing of deer as long as all live, whatever becomes of them: fleeing less {arm}",
+            f"swing of deer while all species are alive, in all runs: fleeing minus {arm}",
             difference(swings["fleeing"], swings[arm]),
         )
         for arm in ("walkers", "shipped")
@@ -301,8 +301,8 @@ def notes(entries: Entries) -> str:
         )
         out.append(
             f"{arm}: {len(kept)} of {len(results)} runs persist, {sum(r['cycled'] for r in results)} "
-            f"with peaks of deer and wolves; median period "
-            f"{np.median(periods) if periods else float('nan'):.0f} ticks; first to die out: "
+            f"with spectral peaks of deer and wolves; "
+            f"{f'median period {np.median(periods):.0f} ticks' if periods else 'no period'}; first to die out: "
             f"{', '.join(f'{s} {gone.count(s)}' for s in dict.fromkeys(gone)) or 'none'}; deer that "
             f"run within 3 m of a wolf {deer:.0%}, 8 to 12 m away {far:.0%}; wolves that run within "
             f"3 m of a deer {wolves:.0%}."

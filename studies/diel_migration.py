@@ -161,13 +161,13 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         "arm",
         "policies",
         "runs",
-        "with a cycle",
-        "amplitude along the day, by training seed: mean (95 %)",
+        "runs with a cycle",
+        "amplitude in phase with daylight, mean over training seeds (95%)",
         "amplitude, median of runs",
-        "r ≥ 0.6",
-        "deeper by day",
-        "copepods at the end, mean",
-        "days lived, mean",
+        "runs with r ≥ 0.6",
+        "runs in which copepods are deeper by day",
+        "mean number of copepods at the end",
+        "mean days survived",
     ]
     return {"verdicts": out, "table": {"head": head, "rows": rows}, "notes": NOTES}
 
@@ -192,7 +192,7 @@ def _row(cases: list[dict[str, Any]], arm: str, lives: list[dict[str, Any]]) -> 
         f"{steady} of {len(cycles)}",
         f"{sum(c['vector'][0] > 0 for c in cycles)} of {len(cycles)}",
         round(float(np.mean([r["copepods"] for r in lives])), 1),
-        round(float(np.mean([r["days lived"] for r in lives])), 1),
+        round(float(np.mean([r["days survived"] for r in lives])), 1),
     ]
 
 
@@ -233,17 +233,20 @@ def _migration(cases: list[dict[str, Any]], results: dict[str, Any]) -> list[dic
     amplitude = float(np.median([0.0 if c is None else c["amplitude"] for c in cycles]))
     return [
         verdict(
-            "population-mean cosinor over training seeds: p by turning their phases",
+            "population-mean cosinor over training seeds: p-value, by rotating their phases at random",
             round(p, 4),
             "below 0.01",
             p < 0.01,
         ),
         verdict(
-            "cosinor of each run: largest p by turning whole days", round(days, 4), "below 0.01", days < 0.01
+            "cosinor of each run: largest p-value, by rotating whole days at random",
+            round(days, 4),
+            "below 0.01",
+            days < 0.01,
         ),
         verdict("runs in which copepods are deeper by day", f"{deeper} of {n}", "all", deeper == n),
         verdict(
-            "amplitude as a share of the water, median of runs",
+            "amplitude as a share of the water's depth, median of runs",
             round(amplitude, 3),
             "at least 0.25",
             amplitude >= 0.25,
@@ -273,7 +276,7 @@ def _ablations(cases: list[dict[str, Any]], results: dict[str, Any]) -> list[dic
             amplitude = interval(of[arm])
             out.append(
                 verdict(
-                    f"{words}: amplitude along the day (95 %)",
+                    f"{words}: amplitude in phase with daylight (95%)",
                     in_words(amplitude, len(of[arm])),
                     goal,
                     met(amplitude),
@@ -284,7 +287,7 @@ def _ablations(cases: list[dict[str, Any]], results: dict[str, Any]) -> list[dic
         if have(one, other):
             gap, p = contrast(of[one], of[other])
             goal, interval_text = (
-                ("above 0", "95 %") if below is None else (f"above 0, p < {below:g}", "95 %; p one-sided")
+                ("above 0", "95%") if below is None else (f"above 0, p < {below:g}", "95%; one-sided p-value")
             )
             out.append(
                 verdict(
@@ -299,12 +302,14 @@ def _ablations(cases: list[dict[str, Any]], results: dict[str, Any]) -> list[dic
         if have(arm, base):
             share = float(np.mean(sizes[arm]) / np.mean(sizes[base]))
             n = sum(r["cycle"] is not None for r in results[arm])
-            words = f"{share:.3f}; {n} of {len(results[arm])} runs lived two days"
-            out.append(
-                verdict(f"amplitude of `{arm}` over that of `{base}`", words, "below 0.2", share < 0.2)
-            )
+            words = f"{share:.3f}; {n} of {len(results[arm])} runs survived two days"
+            out.append(verdict(f"amplitude of `{arm}` relative to `{base}`", words, "below 0.2", share < 0.2))
     alone("inverted light", "inverted light", "below 0", lambda x: x[2] < 0)
-    less("numbers held: amplitude along the day, trained less untrained", "held: trained", "held: untrained")
+    less(
+        "constant numbers: amplitude in phase with daylight, trained minus untrained",
+        "held: trained",
+        "held: untrained",
+    )
     alone(
         "retrained: light without krill",
         "the paper's confound: happiness is energy - 0.3 light, no krill",
@@ -318,9 +323,9 @@ def _ablations(cases: list[dict[str, Any]], results: dict[str, Any]) -> list[dic
         lambda x: x[1] > 0,
     )
     alone("shipped", "energy-only with krill", "above 0", lambda x: x[1] > 0)
-    words = "amplitude along the day, trained and living with krill less without"
+    words = "amplitude in phase with daylight, trained and living with krill minus without krill"
     less(f"energy-only: {words}", "shipped", "retrained: energy without krill", 0.05)
-    less(f"energy-only, numbers held: {words}", "held: trained", "held: energy without krill", 0.05)
+    less(f"energy-only, constant numbers: {words}", "held: trained", "held: energy without krill", 0.05)
     return out
 
 
@@ -338,9 +343,9 @@ def _escape(cases: list[dict[str, Any]], results: dict[str, Any]) -> list[dict[s
         gain_interval, flees = interval(gain), arm in FLEEING
         out.append(
             verdict(
-                f"{arm}: fastest within 2 ticks over the speed before (95 %)",
+                f"{arm}: top speed within 2 ticks, relative to the speed before (95%)",
                 in_words(gain_interval, len(gain)),
-                "at least 2, with its interval" if flees else "below 2, with its interval",
+                "at least 2, and its interval" if flees else "below 2, and its interval",
                 gain_interval[1] >= 2 if flees else gain_interval[2] < 2,
             )
         )
@@ -349,8 +354,8 @@ def _escape(cases: list[dict[str, Any]], results: dict[str, Any]) -> list[dict[s
             out += _directed(cases, arm) if SENSELESS in results else []
     two = ("survival", "survival: bursts no faster than cruising")
     for key, words, sign in (
-        ("survived", "encounters survived", 1),
-        ("killed per copepod and day", "killed per copepod and day", -1),
+        ("survived", "share of encounters survived", 1),
+        ("kills per copepod per day", "kills per copepod per day", -1),
     ):
         with_, without = (by_training(cases, arm, lambda r, k=key: r[k]) for arm in two)
         if with_ and without:
@@ -361,7 +366,7 @@ def _escape(cases: list[dict[str, Any]], results: dict[str, Any]) -> list[dict[s
             )
             out.append(
                 verdict(
-                    f"{words}, with fast bursts less with slow ones (95 %)",
+                    f"{words}, fast bursts minus slow bursts (95%)",
                     means,
                     "above 0" if sign > 0 else "below 0",
                     gap[1] > 0 if sign > 0 else gap[2] < 0,
@@ -395,8 +400,8 @@ def _directed(cases: list[dict[str, Any]], arm: str) -> list[dict[str, Any]]:
         f"{here[:, 0].mean():.2f} against {control[:, 0].mean():.2f}: {in_words(difference, len(here), p)}"
     )
     words = (
-        f"{arm}: part of the way that points away, in that tick and the next two, "
-        "beyond those who sense neither (95 %; p by V-test of training seeds)"
+        f"{arm}: mean direction, component away from the krill in that tick and the next two, minus that of "
+        "copepods that sense neither smell nor flow (95%; p-value by V-test over training seeds)"
     )
     return [verdict(words, means, "above 0, p < 0.001", difference[1] > 0 and p < 0.001)]
 
@@ -410,7 +415,7 @@ def _latency(arm: str, results: list[dict[str, Any]]) -> dict[str, Any]:
     ticks, seconds = np.median(known, axis=0) if known else (float("nan"),) * 2
     words = f"{ticks:g} ticks, {seconds:g} s; {len(known)} of {len(results)} runs"
     return verdict(
-        f"{arm}: ticks until twice the speed before, median of runs",
+        f"{arm}: ticks until the speed has doubled, median of runs",
         words,
         "within 2, in all runs",
         len(known) == len(results),
@@ -418,14 +423,14 @@ def _latency(arm: str, results: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def _plume(cases: list[dict[str, Any]], results: dict[str, Any]) -> list[dict[str, Any]]:
-    out, of = [], {"whole ways": lambda r: r["index"], "level parts of ways": lambda r: r["level"]["index"]}
+    out, of = [], {"whole paths": lambda r: r["index"], "level parts of paths": lambda r: r["level"]["index"]}
     for words, value in of.items():
         smelt, unsmelt = (by_training(cases, arm, value) for arm in ("plume", "plume: no nose"))
         if smelt:
             here = interval(smelt)
             out.append(
                 verdict(
-                    f"chemotaxis index near smells without a krill, in the dark, {words} (95 %)",
+                    f"chemotaxis index near krill smell without krill, in the dark, {words} (95%)",
                     in_words(here, len(smelt)),
                     "above 0",
                     here[1] > 0,
@@ -435,17 +440,15 @@ def _plume(cases: list[dict[str, Any]], results: dict[str, Any]) -> list[dict[st
             here = interval(unsmelt)
             out.append(
                 verdict(
-                    f"the same with the nose off, {words}",
+                    f"the same without a sense of smell, {words}",
                     in_words(here, len(unsmelt)),
-                    "holds 0",
+                    "contains 0",
                     here[1] <= 0 <= here[2],
                 )
             )
     for arm in (a for a in results if ARMS[a]["what"] == "plume"):
         fewest = min(r["n"] for r in results[arm])
-        out.append(
-            verdict(f"{arm}: moves counted in the run with the fewest", fewest, "at least 200", fewest >= 200)
-        )
+        out.append(verdict(f"{arm}: fewest moves counted in a run", fewest, "at least 200", fewest >= 200))
     return out
 
 

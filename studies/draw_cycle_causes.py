@@ -46,7 +46,7 @@ def draw(result: dict[str, Any], path: Path) -> Path:
     for axis, name in zip(axes, names, strict=True):
         around(axis, arms[name]["map"], result["config"]["factors"])
     rows[1].suptitle(
-        "worlds around the best of each arm: birth rates of deer (up) and wolves (across) relative to the best",
+        "worlds near each arm's best: birth rates of deer (up) and wolves (across) relative to the best",
         fontsize=10,
     )
     marks = [mpl.patches.Patch(color=colour, label=label) for label, colour in OUTCOMES.values()]

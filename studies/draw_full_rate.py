@@ -26,7 +26,7 @@ ARMS = {
     "deer": "deer learn",
     "wolves": "wolves learn",
     "both": "both learn",
-    "individual": "both, own brains",
+    "individual": "both, individual brains",
     "regime": "both, other parameters",
 }
 
@@ -67,7 +67,7 @@ def arena(ax: Any, results: list[dict[str, Any]]) -> None:
     ax.plot(values.mean(0), "_", color="black", ms=26, mew=2)
     ax.set_xticks(
         range(len(names)),
-        [*(p.replace(", ", ",\n") for p in PAIRS), "last deer,\nwolves learn on"],
+        [*(p.replace(", ", ",\n") for p in PAIRS), "last deer,\nlearning wolves"],
         fontsize=8,
     )
     ax.set(ylim=(0, None), ylabel="deer caught per wolf in 100 ticks")
@@ -78,10 +78,10 @@ def moves(ax: Any, of: dict[str, list[dict[str, Any]]], drawn: list[dict[str, An
     """Plot how far both policies moved in each run in which both species learn."""
     ax.set(xscale="log", yscale="log")
     for marker, label, results in (
-        ("s", "shipped numbers", of["both"]),
-        ("^", "a brain for each", of["individual"]),
-        ("o", "other wolves", of["regime"]),
-        ("x", "drawn from the ranges", drawn),
+        ("s", "shipped parameters", of["both"]),
+        ("^", "individual brains", of["individual"]),
+        ("o", "other wolf parameters", of["regime"]),
+        ("x", "drawn at random", drawn),
     ):
         for persisted, colour in ((True, LIVED), (False, DIED)):
             at = [[pace(r, s) for s in LEARNERS] for r in results if r["persisted"] == persisted]
@@ -93,7 +93,7 @@ def moves(ax: Any, of: dict[str, list[dict[str, Any]]], drawn: list[dict[str, An
                     ms=5,
                     alpha=0.8,
                     mfc="none",
-                    label=f"{label}, wolves {'live' if persisted else 'die out'}",
+                    label=f"{label}, wolves {'persist' if persisted else 'die out'}",
                 )
     for line in (ax.axhline, ax.axvline):
         line(CONFIG["nats"], color=GREY, lw=1)
@@ -101,9 +101,11 @@ def moves(ax: Any, of: dict[str, list[dict[str, Any]]], drawn: list[dict[str, An
         axis.set_major_locator(FixedLocator([0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1]))
         axis.set_major_formatter("{x:g}")
         axis.set_minor_locator(NullLocator())
-    ax.set(xlabel="deer: nats in 1,000 ticks", ylabel="wolves: nats in 1,000 ticks")
+    ax.set(
+        xlabel="change of the deer policy in 1,000 ticks [nats]", ylabel="change of the wolf policy [nats]"
+    )
     ax.legend(fontsize=7, loc="center left", bbox_to_anchor=(1, 0.5))
-    ax.set_title("how far policies move (gray: 0.05)", loc="left", fontsize=9)
+    ax.set_title("change of both policies (gray: 0.05 nats)", loc="left", fontsize=9)
 
 
 if __name__ == "__main__":

@@ -41,7 +41,7 @@ def draw(result: dict[str, Any], path: Path) -> Path:
         panel(axis, result, genes, lambda r: r["eat yellow"])
         axis.set(ylim=(0, 1), ylabel="probability")
         axis.set_title(
-            f"newborn eat yellow, {'with' if genes else 'no'} reflex genes", loc="left", fontsize=10
+            f"newborns that eat yellow, {'with' if genes else 'no'} reflex genes", loc="left", fontsize=10
         )
     for axis in axes[:, 0]:
         axis.set_ylabel("selection coefficient\nper generation")

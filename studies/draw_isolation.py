@@ -17,9 +17,9 @@ from studies.isolation import ARMS, numbers
 COLOURS = dict(zip(ARMS, ("#0072b2", "#009e73", "#d55e00", "#555555"), strict=True))  # Okabe and Ito 2008
 PANELS = {
     "H_S": "heterozygosity within an island, $H_S$",
-    "H_T": "of all goats together, $H_T$",
-    "F_ST": "share of it between islands, $F_{ST}$",
-    "policies between": "share of the divergence of policies\nthat is between islands",
+    "H_T": "heterozygosity of all goats, $H_T$",
+    "F_ST": "share between islands, $F_{ST}$",
+    "policies between": "share of policy divergence\nbetween islands",
 }
 
 

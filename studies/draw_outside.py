@@ -50,8 +50,8 @@ def draw(result: dict[str, Any], path: Path) -> Path:
     ax.set(
         xlim=(0, most),
         ylim=(0, None),
-        xlabel="transitions of deer [thousands]",
-        ylabel="energy taken in,\nper deer and 100 ticks",
+        xlabel="deer transitions [thousands]",
+        ylabel="energy intake\nper deer per 100 ticks",
     )
     ax.legend(frameon=False, loc="center right")
     ax.spines[["top", "right"]].set_visible(False)

@@ -44,7 +44,7 @@ def draw(record: dict[str, Any], path: Path) -> None:
         ax.axhline(1, color=GREY, lw=1)
         ax.set(xscale="log", xlim=(p.low, p.high), ylim=(0, None), yticks=[], xlabel=NAMES[p.name])
         ticked(ax.xaxis, p.name)
-        ax.set_title("posterior of the pelts (gray: range)", loc="left", fontsize=9)
+        ax.set_title("posterior for the pelts (gray: range)", loc="left", fontsize=9)
     beside(axes[1, 2], pelts)
     figure.savefig(path, metadata={"Date": None})
 
@@ -72,8 +72,8 @@ def ticked(axis: Any, name: str) -> None:
 
 
 def drawn(ax: Any, candidates: list[dict[str, Any]]) -> None:
-    """Plot all candidates, marked by whether both species survived."""
-    for lived, colour, label in ((True, POSTERIOR, "both persist"), (False, MISSED, "not both")):
+    """Draw all candidates, marked by whether both species survived."""
+    for lived, colour, label in ((True, POSTERIOR, "both persist"), (False, MISSED, "at least one dies out")):
         of = [c["values"] for c in candidates if (c["statistics"] is not None) == lived]
         ax.plot(
             [v[CHANCE] for v in of],
@@ -99,7 +99,7 @@ def beside(ax: Any, pelts: dict[str, Any]) -> None:
     ax.set_yticks(range(len(pelts["statistics"])), list(pelts["statistics"]), fontsize=8)
     ax.invert_yaxis()
     ax.set_xlabel("log10, or share of the period")
-    ax.set_title("pelts, and runs of their posterior (90%)", loc="left", fontsize=9)
+    ax.set_title("pelts, and runs from their posterior (90%)", loc="left", fontsize=9)
 
 
 if __name__ == "__main__":

@@ -58,7 +58,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
         "learning off, rows shuffled": shuffled.digest(),
         "updates of the deer's policy": deer.updates,
         "animals at the end": int(learning[0].tables["deer"].n + learning[0].tables["wolf"].n),
-        "ledger gap, share of the stock": max(gap(w) for w in (*learning, *frozen, shuffled)),
+        "ledger gap, as a share of the stock": max(gap(w) for w in (*learning, *frozen, shuffled)),
     }
 
 
@@ -72,23 +72,29 @@ def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
     )
     frozen = sum(len(set(r["learning off, threads 1, 2"])) == 1 for r in results)
     rows = sum(r["learning off, rows shuffled"] == r["learning off, threads 1, 2"][0] for r in results)
-    worst = max(r["ledger gap, share of the stock"] for r in results)
+    worst = max(r["ledger gap, as a share of the stock"] for r in results)
     return [
         verdict(
-            "learning on, same hash of columns, weights and optimiser state with 1, 2 and again 1 thread",
+            "learning on: runs with the same hash of columns, weights and optimizer state on 1, 2 and again "
+            "1 thread",
             f"{threads} of {n}",
             "all",
             threads == n,
         ),
-        verdict("learning off, same hash with 1 and 2 threads", f"{frozen} of {n}", "all", frozen == n),
         verdict(
-            "learning off, rows shuffled at tick 0, same fate of every organism",
+            "learning off: runs with the same hash on 1 and 2 threads", f"{frozen} of {n}", "all", frozen == n
+        ),
+        verdict(
+            "learning off: runs in which every organism has the same fate if rows are shuffled at tick 0",
             f"{rows} of {n}",
             "all",
             rows == n,
         ),
         verdict(
-            "largest gap of the energy ledger in a tick, share of the stock", worst, "< 1e-6", worst < 1e-6
+            "largest gap in the energy ledger in a tick, as a share of the stock",
+            worst,
+            "< 1e-6",
+            worst < 1e-6,
         ),
     ]
 

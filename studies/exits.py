@@ -51,7 +51,7 @@ def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
     processes, clean = sum(sum(c.values()) for c in codes), sum(c.get("0", 0) for c in codes)
     return [
         verdict(
-            "processes that record and read and end with exit code 0",
+            "processes that record a run, read it back and end with exit code 0",
             f"{clean} of {processes}",
             "all of 300",
             clean == processes,

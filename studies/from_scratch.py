@@ -97,7 +97,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     results = [entry["result"] for entry in cases]
     densities = [int(n) for n in results[0]["trained/trained"]]
     slowest = max(r["cpu seconds"] for r in results)
-    out = [verdict("longest training from random weights [s of one core]", slowest, "< 60", slowest < 60)]
+    out = [verdict("longest training from random weights [s on one core]", slowest, "< 60", slowest < 60)]
     arms = (
         ("deer", "trained/trained", "random/trained", ("deer lifetime",), densities[:1]),
         ("wolf", "trained/trained", "trained/random", ("kills per wolf",), densities),

@@ -294,7 +294,7 @@ def told(arms: Mapping[str, list[Result]]) -> list[dict[str, Any]]:
     ]
     lines += [
         verdict(
-            "the same: wolves that went on learning against last deer",
+            "the same: wolves that continued learning, against the last deer",
             float(np.mean([caught("answer")(r) for r in of])),
             "reported",
             True,
@@ -302,7 +302,7 @@ def told(arms: Mapping[str, list[Result]]) -> list[dict[str, Any]]:
     ]
     lines += [
         verdict(
-            f"ticks that a frozen pair lives, of {CONFIG['swap ticks']:,}: {pair}",
+            f"ticks that a frozen pair survives, of {CONFIG['swap ticks']:,}: {pair}",
             float(np.mean([lived(pair)(r) for r in of])),
             "reported",
             True,
@@ -314,8 +314,8 @@ def told(arms: Mapping[str, list[Result]]) -> list[dict[str, Any]]:
     return [
         *lines,
         verdict(
-            "candidates drawn from the ranges in which all persist and both policies move as "
-            "asked, in one run each",
+            "candidates drawn from the ranges in which all species persist and both policies move as "
+            "required, in one run each",
             f"{fit:.0f} of {len(drawn)}",
             "reported",
             True,
@@ -343,11 +343,11 @@ HEAD = [
     "arm",
     "runs",
     "share that persists",
-    "that also cycles",
+    "share that also cycles",
     "first to die out",
-    "median life [ticks]",
-    "deer: nats in 1,000 ticks, median",
-    "wolves",
+    "median lifetime [ticks]",
+    "change of the deer policy in 1,000 ticks [nats], median",
+    "change of the wolf policy in 1,000 ticks [nats], median",
     "mean grass",
     "mean deer",
     "mean wolves",

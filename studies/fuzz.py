@@ -15,11 +15,11 @@ WORLDS = ("predator-prey", "reflexes", "lamb", "happiness", "menagerie", "herd")
 RECORDED = ("herd", "menagerie", "lamb")
 CLEAR = (
     "refused",
-    "refused when it was built",
+    "refused while building",
     "ran 5 ticks",
-    "the same content",
-    "too large for the memory",
-    "no finite number, and said so",
+    "same content",
+    "too little memory",
+    "non-finite number, reported",
 )
 
 
@@ -42,7 +42,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     rows = [[kind, *(total[way].get(kind, 0) for way in ways)] for kind in kinds]
     rows.append(["all", *(sum(total[way].values()) for way in ways)])
     rows += [
-        ["of the problems told: " + word, *(_summed(cases, way, "problems").get(word, 0) for way in ways)]
+        ["problems reported: " + word, *(_summed(cases, way, "problems").get(word, 0) for way in ways)]
         for word in sorted({w for case in cases for w in case["result"]["problems"]})
     ]
     n = dict(zip(ways, rows[len(kinds)][1:], strict=True))
@@ -53,29 +53,31 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     return {
         "verdicts": [
             verdict("mutated world files", worlds, f"≥ {least:,}", worlds >= least),
-            verdict("of these with changed values", n["values"], "at least half", 2 * n["values"] >= worlds),
             verdict(
-                "accepted ones that ran 5 ticks",
+                "of these, files with changed values", n["values"], "at least half", 2 * n["values"] >= worlds
+            ),
+            verdict(
+                "accepted files that ran 5 ticks",
                 total["text"].get("ran 5 ticks", 0) + total["values"].get("ran 5 ticks", 0),
-                "all that are accepted",
+                "all accepted files",
                 bad["text"] + bad["values"] == 0,
             ),
             verdict(
-                "world files that end in a traceback, a hang, a warning, or a number that is not finite",
+                "world files that cause a traceback, a hang, a warning or a non-finite number",
                 bad["text"] + bad["values"],
                 "0",
                 bad["text"] + bad["values"] == 0,
             ),
             verdict("damaged checkpoints and recordings", files, f"≥ {least:,}", files >= least),
             verdict(
-                "damaged files that end in a traceback, a hang, or an error without the file's name",
+                "damaged files that cause a traceback, a hang, or an error without the file's name",
                 bad["checkpoint"] + bad["recording"] - wrong,
                 "0",
                 bad["checkpoint"] + bad["recording"] == wrong,
             ),
-            verdict("damaged files that load as something else", wrong, "0", wrong == 0),
+            verdict("damaged files that load with different content", wrong, "0", wrong == 0),
         ],
-        "table": {"head": ["what became of it", *ways], "rows": rows},
+        "table": {"head": ["outcome", *ways], "rows": rows},
     }
 
 

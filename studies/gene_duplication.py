@@ -232,14 +232,15 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     of = {(arm, name): by_seed(cases, arm, name) for arm in arms for name in SHARES}
     out = [
         above(
-            f"share of goats with {name} genes, use less {control}", apart(of["use", name], of[control, name])
+            f"share of goats with {name} genes, use minus {control}",
+            apart(of["use", name], of[control, name]),
         )
         for name, control in (("diverged", "no use"), ("diverged", "neutral drift"), ("doubled", "no use"))
         if control in arms
     ]
     out += [
         above(
-            f"use: {name} red and yellow less {name} blue and white",
+            f"use: {name} red and yellow minus {name} blue and white",
             apart(of["use", name], of["use", f"{name} markers"]),
         )
         for name in ("doubled", "diverged")
@@ -248,7 +249,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         drift = apart(of["neutral drift", "doubled"], of["neutral drift", "doubled markers"])
         out.append(
             verdict(
-                "neutral drift: doubled red and yellow less doubled blue and white",
+                "neutral drift: doubled red and yellow minus doubled blue and white",
                 drift,
                 "0 within the interval",
                 drift[1] <= 0 <= drift[2],
@@ -266,19 +267,19 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     if "no use" in arms:
         spare = apart(of["no use", "doubled"], of["no use", "doubled markers"])
         out.append(
-            verdict("no use: doubled red and yellow less doubled blue and white", spare, "reported", True)
+            verdict("no use: doubled red and yellow minus doubled blue and white", spare, "reported", True)
         )
     mine = [e["result"] for e in cases if e["case"]["arm"] == "use"]
     out += [
         verdict(
-            "use: goats born with a yellow gene that their parents lack, and those of them with a "
-            "parent that has two or more copies of red",
+            "use: goats born with a yellow gene that their parents lack, and how many of these have a "
+            "parent with two or more copies of red",
             [sum(r[k] for r in mine) for k in ("first yellow", "of doubled red")],
             "reported",
             True,
         ),
         verdict(
-            "goats, mean of the smallest run",
+            "mean number of goats in the smallest run",
             min(e["result"]["goats"] for e in cases),
             "300 or more",
             min(e["result"]["goats"] for e in cases) >= 300,
@@ -290,7 +291,10 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         for name in SHARES
         if of[arm, name]
     ]
-    return {"verdicts": out, "table": {"head": ["arm", "share of goats, late", "runs", "mean"], "rows": rows}}
+    return {
+        "verdicts": out,
+        "table": {"head": ["arm", "share of goats in the last quarter", "runs", "mean"], "rows": rows},
+    }
 
 
 STUDY = Study(

@@ -77,15 +77,15 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         "generations",
         *(f"s of {g}" for g in GENES[:3]),
         *(f"{g} at the end" for g in GENES),
-        "green lost",
-        "green back",
+        "times green is lost",
+        "times green returns",
     ]
     ages = {arm: by_age(results) for arm, results in arms.items()}
     lines = [line for arm, results in arms.items() for line in SAY[arm](results)]
     return {
         "verdicts": lines,
         "table": {"head": head, "rows": rows},
-        "red deaths per 1000 ticks by age": ages,
+        "deaths from red grass per 1000 ticks by age": ages,
         "notes": notes(ages, arms),
     }
 
@@ -148,11 +148,9 @@ def say_goats(results: list[dict[str, Any]]) -> list[dict[str, Any]]:
     same, green = equivalence(s_of(results, "yellow"), MARGIN), interval(s_of(results, "green"))
     back, lost = ([r["genes"]["green"][what] for r in results] for what in ("back", "lost"))
     return [
+        verdict("mean number of live goats in the smallest run", min(size), "at least 300", min(size) >= 300),
         verdict(
-            "goats alive at a time, mean of the smallest run", min(size), "at least 300", min(size) >= 300
-        ),
-        verdict(
-            "generations, mean depth of those alive at the end of the shortest run",
+            "generations: mean depth of live goats at the end of the shortest run",
             min(depth),
             "at least 40",
             min(depth) >= 40,
@@ -167,26 +165,26 @@ def say_goats(results: list[dict[str, Any]]) -> list[dict[str, Any]]:
         verdict("red: selection coefficient per generation", red, "above 0", red[1] > 0),
         verdict(
             "yellow: selection coefficient per generation, "
-            f"90 % interval (two one-sided tests p {same.p:.2g})",
+            f"90% interval (two one-sided tests, p {same.p:.2g})",
             [same.mean, *same.interval],
             f"within ±{MARGIN}",
             same.equivalent,
         ),
         verdict(
-            "yellow: the most that it may gain, upper end of that interval",
+            "yellow: upper end of that interval",
             same.interval[1],
             f"below {MARGIN}",
             same.interval[1] < MARGIN,
         ),
         verdict("green: selection coefficient per generation", green, "below 0", green[2] < 0),
         verdict(
-            "runs in which green dies out and comes back",
+            "runs in which green is lost and returns",
             f"{sum(b > 0 for b in back)} of {n}",
             "most",
             2 * sum(b > 0 for b in back) > n,
         ),
         verdict(
-            "times that green dies out and comes back in a run, medians",
+            "how often green is lost and returns in a run, medians",
             f"{np.median(lost):.0f} and {np.median(back):.0f}",
             "reported",
             True,
@@ -211,7 +209,7 @@ def say_no_mutation(results: list[dict[str, Any]]) -> list[dict[str, Any]]:
     lost, back = (sum(r["genes"]["green"][what] > 0 for r in results) for what in ("lost", "back"))
     return [
         verdict(
-            f"no mutation: runs in which green comes back, of the {lost} in which it is lost",
+            f"no mutation: runs in which green returns, of the {lost} in which it is lost",
             back,
             "none",
             back == 0 and lost > 0,
@@ -249,13 +247,13 @@ def say_no_red(results: list[dict[str, Any]]) -> list[dict[str, Any]]:
     change = pooled(np.subtract(halves[1], halves[0]))
     return [
         verdict(
-            "no red gene: deaths by red per goat and 1,000 ticks at the oldest ages",
+            "no red gene: deaths from red grass per goat per 1,000 ticks at the oldest ages",
             old,
             "above 0",
             old[1] > 0,
         ),
         verdict(
-            f"no red gene: the same, above the age of {EDGES[HALF]} less below it, "
+            f"no red gene: the same, above the age of {EDGES[HALF]} minus below it, "
             f"where it is {np.mean(halves[0]):.2f} (the paper: no change)",
             [change.mean, *change.interval95],
             "reported",
@@ -282,8 +280,8 @@ def notes(ages: dict[str, Any], arms: dict[str, Any]) -> str:
         if arm in ("goats", "no red gene")
     ]
     by_age_ = (
-        "Deaths by red grass per goat and 1,000 ticks, by age, "
-        f"of goats born from tick {CONFIG['settled']} on. " + "; ".join(words) + "."
+        "Deaths from red grass per goat per 1,000 ticks, by age, "
+        f"of goats born at tick {CONFIG['settled']} or later. " + "; ".join(words) + "."
     )
     return f"{by_age_} {HISTORY}"
 

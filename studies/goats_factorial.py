@@ -127,11 +127,11 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         "goats",
         "generations",
         *(f"s of {g}" for g in GENES),
-        "newborn eat yellow",
+        "probability that a newborn eats yellow",
     ]
     whole = len(arms) == len(REGISTERED.arms) and all(len(runs) > 1 for runs in arms.values())
     lines = decided(arms) if whole else []
-    lines.append(verdict("arms of which two or more runs are done", len(rows), "reported", True))
+    lines.append(verdict("arms with two or more finished runs", len(rows), "reported", True))
     return {"verdicts": lines, "table": {"head": head, "rows": rows}}
 
 

@@ -56,13 +56,13 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     ticks = f"{SEARCH['confirm']['ticks']:,}"
     out = [
         verdict(
-            "as written: share of runs on fresh seeds in which all persist",
+            "as written: share of runs on fresh seeds in which all species persist",
             f"{start['persisted']} of {start['runs']}",
             "none",
             start["persisted"] == 0,
         ),
         verdict(
-            f"the winner: runs of {ticks} ticks on fresh seeds in which all persist",
+            f"best candidate: runs of {ticks} ticks on fresh seeds in which all species persist",
             f"{best['persisted']} of {best['runs']}",
             "all",
             best["persisted"] == best["runs"],
@@ -72,7 +72,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     return {
         "verdicts": out,
         "table": {
-            "head": ["number", "as written", "found"],
+            "head": ["parameter", "as written", "found"],
             "rows": [[k, result["start"].get(k), v] for k, v in numbers.items()],
         },
     }

@@ -193,7 +193,7 @@ def weights_against_controls(moved: Changes, arms: list[str]) -> list[dict[str, 
                 difference = apart(moved["evolving", f"vole.{name}"], moved[control, f"vole.{name}"])
                 out.append(
                     verdict(
-                        f"change of the weight of {name} in happiness, evolving less {control}",
+                        f"change of the weight of {name} in happiness, evolving minus {control}",
                         difference,
                         "above 0" if sign > 0 else "below 0",
                         beyond(difference, sign),
@@ -210,7 +210,7 @@ def genes_at_rest(moved: Changes, arms: list[str]) -> list[dict[str, Any]]:
         n = sum(beyond(v, 1) or beyond(v, -1) for v in each.values())
         out.append(
             verdict(
-                f"{control}: of 5 genes of voles those that changed (95 % interval without 0)",
+                f"{control}: vole genes that changed, of 5 (95% interval without 0)",
                 n,
                 "at most 1, by chance",
                 n <= 1,
@@ -235,7 +235,7 @@ def risk_of_nightshade(cases: list[dict[str, Any]]) -> dict[str, Any]:
     )
     ratio = None if difference is None else [float(np.exp(v)) for v in difference]
     return verdict(
-        "risk of a vole to die of nightshade, evolving over no learning",
+        "a vole's risk of death from nightshade, evolving relative to no learning",
         ratio,
         "below 1",
         beyond(difference, -1),
@@ -250,18 +250,21 @@ def defence_of_berries(moved: Changes) -> list[dict[str, Any]]:
     alone = interval(list(moved["no grazers", "berry.tough"].values()))
     return [
         verdict(
-            "change of toughness in berries, with grazers less without", tough, "above 0", beyond(tough, 1)
+            "change of berry toughness, with grazers minus without grazers",
+            tough,
+            "above 0",
+            beyond(tough, 1),
         ),
         verdict(
-            "change of poison in berries, with grazers less without",
+            "change of berry poison, with grazers minus without grazers",
             poison,
-            "not above 0: it protects only the others",
+            "not above 0: poison protects only other berries",
             not beyond(poison, 1),
         ),
         verdict(
-            "change of toughness in berries without grazers",
+            "change of berry toughness without grazers",
             alone,
-            "below 0: it costs seeds",
+            "below 0: toughness costs seeds",
             beyond(alone, -1),
         ),
     ]
@@ -278,9 +281,9 @@ def breeding_against_survival(moved: Changes) -> dict[str, Any]:
     ]
     difference = apart(sums[0], sums[1])
     return verdict(
-        "changes of energy and berry less that of nightshade, evolving less shuffled genome",
+        "changes of the energy and berry weights minus that of nightshade, evolving minus shuffled genome",
         difference,
-        "above 0: breeding counts, not only staying alive",
+        "above 0: breeding matters, not only survival",
         beyond(difference, 1),
     )
 
@@ -292,13 +295,10 @@ def sizes_of_runs(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
     voles = min(r["numbers"]["vole"] for r in mine)
     return [
         verdict(
-            "generations of voles, the fewest of all evolving runs",
-            generations,
-            "30 or more",
-            generations >= 30,
+            "fewest generations of voles in an evolving run", generations, "30 or more", generations >= 30
         ),
         verdict(
-            "voles, mean of the last quarter, the fewest of all evolving runs",
+            "smallest mean number of voles in the last quarter of an evolving run",
             voles,
             "300 or more",
             voles >= 300,
@@ -316,9 +316,9 @@ def draw(record: dict[str, Any], path: Path) -> None:
 
     panels = {
         "vole.energy": "own energy",
-        "vole.berry": "nearness of a berry",
-        "vole.nightshade": "nearness of nightshade",
-        "vole.vole": "nearness of a vole",
+        "vole.berry": "proximity of a berry",
+        "vole.nightshade": "proximity of nightshade",
+        "vole.vole": "proximity of a vole",
         "vole.marker": "neutral marker",
         "berry.tough": "berries: toughness",
     }

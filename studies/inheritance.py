@@ -28,7 +28,7 @@ BRAIN = {
 WAYS = ("none", "birth", "learned")
 SPAN = 500  # [ticks] a goat's maximum age
 ADULT = 100  # [ticks] age at which it can breed
-SHARES = ("live to breeding age", "breed", "breed of those of age")
+SHARES = ("survive to breeding age", "breed", "breed, of those of breeding age")
 
 
 def change(way: str) -> dict[str, Any]:
@@ -65,7 +65,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     waited = float((first - lineage.born)[bred].mean()) if bred.any() else None
     return {
         "born": int(counted.sum()),
-        "first child": waited,
+        "age at first offspring": waited,
         "adult": int(adult.sum()),
         "bred": int(bred.sum()),
         "age": float(age[counted].mean()) if counted.any() else 0.0,
@@ -97,7 +97,10 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         over = pooled(values)
         return [over.mean, *over.interval95]
 
-    young = {way: [r["first child"] for r in results if r["first child"]] for way, results in by_way.items()}
+    young = {
+        way: [r["age at first offspring"] for r in results if r["age at first offspring"]]
+        for way, results in by_way.items()
+    }
     share = {
         way: {s: [shares(r)[s] for r in results if r["born"]] for s in SHARES}
         for way, results in by_way.items()
@@ -118,14 +121,14 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     lines = []
     for way in ("none", "birth") if "learned" in share else ():
         for what, of, sign in (
-            (f"share of newborn that {SHARES[1]}", {w: share[w][SHARES[1]] for w in share}, 1),
-            ("age at the first child", young, -1),
+            (f"share of newborns that {SHARES[1]}", {w: share[w][SHARES[1]] for w in share}, 1),
+            ("age at first offspring", young, -1),
         ):
             gap = interval([b - a for a, b in zip(of[way], of["learned"], strict=False)] or [0.0])
             met = gap[1] > 0 if sign > 0 else gap[2] < 0
             lines.append(
                 verdict(
-                    f"{what}: learned less {way}, by pairs of seeds",
+                    f"{what}: learned minus {way}, paired by seed",
                     gap,
                     "above 0" if sign > 0 else "below 0",
                     met,
@@ -136,7 +139,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         )
         lines.append(
             verdict(
-                f"share of newborn that {SHARES[0]}: learned less {way}, by pairs of seeds",
+                f"share of newborns that {SHARES[0]}: learned minus {way}, paired by seed",
                 gap,
                 "reported",
                 True,
@@ -155,10 +158,10 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         "runs",
         "died out",
         "goats",
-        "newborn counted",
+        "newborns counted",
         *SHARES,
-        "age at the first child",
-        "died of",
+        "age at first offspring",
+        "causes of death",
     ]
     return {"verdicts": lines, "table": {"head": head, "rows": rows}}
 

@@ -218,17 +218,20 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
             rows.append([kind, n, whole, refusing, n - whole - refusing])
     return {
         "verdicts": [
-            verdict("interruptions of a world while it ran", every, "100 or more", every >= 100),
+            verdict("interruptions of a running world", every, "100 or more", every >= 100),
             verdict(
-                "worlds that were neither whole (the bytes of a run in peace, "
-                "also when saved and gone on with) nor refused to run, to be saved, "
-                "recorded, copied and hashed; or whose copy made before ended otherwise",
+                "worlds that were neither intact (the same bytes as an uninterrupted run, "
+                "also after saving and resuming) nor refused to be run, saved, "
+                "recorded, copied and hashed; or whose earlier copy ended differently",
                 wrong,
                 "0",
                 wrong == 0,
             ),
         ],
-        "table": {"head": ["interrupted by", "times", "whole", "refusing", "neither"], "rows": rows},
+        "table": {
+            "head": ["interrupted by", "interruptions", "intact", "refused to continue", "neither"],
+            "rows": rows,
+        },
     }
 
 

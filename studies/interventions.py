@@ -60,33 +60,40 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
         recorded = content(here / "planned") != content(here / "alone")
     return {
         "alone": alone["digest"],
-        "by the file": planned["digest"],
-        "in a fork": forked["digest"],
-        "the same numbers from then on": same_rows,
-        "recorded otherwise": recorded,
-        "in the report": "ntervention" in page,
-        "at the end, alone and with it": [numbers["alone"][-1].tolist(), numbers["planned"][-1].tolist()],
+        "planned in the file": planned["digest"],
+        "set in a fork": forked["digest"],
+        "same numbers afterward": same_rows,
+        "recording differs": recorded,
+        "marked in the report": "ntervention" in page,
+        "numbers at the end, without and with it": [
+            numbers["alone"][-1].tolist(),
+            numbers["planned"][-1].tolist(),
+        ],
     }
 
 
 def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Count equal results."""
     results, n = [c["result"] for c in cases], len(cases)
-    same = sum(r["by the file"] == r["in a fork"] and r["the same numbers from then on"] for r in results)
+    same = sum(
+        r["planned in the file"] == r["set in a fork"] and r["same numbers afterward"] for r in results
+    )
     other, marked = (
-        sum(r["by the file"] != r["alone"] for r in results),
-        sum(r["in the report"] for r in results),
+        sum(r["planned in the file"] != r["alone"] for r in results),
+        sum(r["marked in the report"] for r in results),
     )
     what = ", ".join(sorted({c["case"]["what"] for c in cases}))
     return [
         verdict(
-            f"runs in which file and fork end with the same bytes ({what})",
+            f"runs in which the file and the fork end with the same bytes ({what})",
             f"{same} of {n}",
             f"{n}",
             same == n,
         ),
-        verdict("runs that differ from the world left alone", f"{other} of {n}", f"{n}", other == n),
-        verdict("reports that mark it", f"{marked} of {n}", f"{n}", marked == n),
+        verdict(
+            "runs that differ from a run without the intervention", f"{other} of {n}", f"{n}", other == n
+        ),
+        verdict("reports that mark the intervention", f"{marked} of {n}", f"{n}", marked == n),
     ]
 
 

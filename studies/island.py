@@ -138,8 +138,8 @@ def summarise(entries: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         ),
     ]
     for arm, measure, what in (
-        ("no hills", "catch", "deer eaten per wolf and second"),
-        ("no scavengers", "locked", "share of living nitrogen in carcasses"),
+        ("no hills", "catch", "deer eaten per wolf per second"),
+        ("no scavengers", "locked", "share of the nitrogen outside the soil that is in carcasses"),
         ("no thirst", "distance", "distance of deer from the shore [m]"),
     ):
         pairs = {
@@ -153,13 +153,13 @@ def summarise(entries: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         "arm",
         "training seed",
         "world seed",
-        "lived [ticks]",
+        "lifetime [ticks]",
         "deer",
         "wolves",
         "ravens",
-        "catch",
-        "distance [m]",
-        "locked",
+        "deer eaten per wolf per second",
+        "distance of deer from the shore [m]",
+        "share of nitrogen in carcasses",
     ]
     rows = [
         [
@@ -185,7 +185,7 @@ def _difference(
     if not kept:
         return verdict(
             f"{arm}: {what}",
-            "no training seed all of whose worlds lived long enough",
+            "no training seed whose worlds all survived long enough",
             "more than on the island",
             False,
         )

@@ -267,19 +267,19 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     number, generation = effective_number(cases, config["sample"])
     out = []
     for statement, name, one, other, sign in (
-        ("H_T, isolated less panmictic", "H_T", "isolated", "panmictic", 1),
-        ("H_S, isolated less panmictic", "H_S", "isolated", "panmictic", -1),
-        ("F_ST, isolated less few", "F_ST", "isolated", "few", 1),
-        ("F_ST, few less many", "F_ST", "few", "many", 1),
+        ("H_T, isolated minus panmictic", "H_T", "isolated", "panmictic", 1),
+        ("H_S, isolated minus panmictic", "H_S", "isolated", "panmictic", -1),
+        ("F_ST, isolated minus few", "F_ST", "isolated", "few", 1),
+        ("F_ST, few minus many", "F_ST", "few", "many", 1),
         (
-            "share of policy divergence between islands, isolated less panmictic",
+            "share of policy divergence between islands, isolated minus panmictic",
             "policies between",
             "isolated",
             "panmictic",
             1,
         ),
         (
-            "policy divergence of all pairs [nats], isolated less panmictic",
+            "policy divergence over all pairs [nats], isolated minus panmictic",
             "policies",
             "isolated",
             "panmictic",
@@ -295,7 +295,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         seen, wright = np.mean(list(by_seed(cases, arm, "F_ST").values())), expected(number, moved)
         out.append(
             verdict(
-                f"F_ST of {arm} over Wright's {wright:.3f} (N = {number:.1f}, m = {moved:.3f})",
+                f"F_ST of {arm} relative to Wright's {wright:.3f} (N = {number:.1f}, m = {moved:.3f})",
                 float(seen / wright),
                 "0.5 to 2",
                 bool(0.5 <= seen / wright <= 2),
@@ -304,7 +304,18 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     rows = [
         [arm, *(float(np.mean(list(by_seed(cases, arm, name).values()))) for name in WHAT)] for arm in ARMS
     ]
-    return {"verdicts": out, "table": {"head": ["arm, at the end", *WHAT], "rows": rows}}
+    return {
+        "verdicts": out,
+        "table": {
+            "head": [
+                "arm, at the end",
+                *WHAT[:-2],
+                "policy divergence [nats]",
+                "share of it between islands",
+            ],
+            "rows": rows,
+        },
+    }
 
 
 CONFIG = {"world": world(1), "ticks": 5000, "sample": 500, "every": 100, "leave": LEAVE}

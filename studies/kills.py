@@ -77,7 +77,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
                 if early > 50:
                     break
                 if summary(out) != whole:
-                    return {"kills": kills, "inside a write": writing, "same": False, "left behind": 0}
+                    return {"kills": kills, "during a write": writing, "same": False, "left behind": 0}
                 out = Path(place) / f"killed-{early}"
                 continue
             kills += 1
@@ -85,7 +85,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
         live(world, case["seed"], ticks, every, out)
         return {
             "kills": kills,
-            "inside a write": writing,
+            "during a write": writing,
             "runs": early + 1,
             "same": summary(out) == whole,
             "left behind": len(list(out.rglob("*.tmp"))),
@@ -95,15 +95,18 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Count kills, kills during a write, and runs that ended differently."""
     results = [c["result"] for c in cases]
-    kills, writing = sum(r["kills"] for r in results), sum(r["inside a write"] for r in results)
+    kills, writing = sum(r["kills"] for r in results), sum(r["during a write"] for r in results)
     wrong, left = sum(not r["same"] for r in results), sum(r["left behind"] for r in results)
     return [
-        verdict("kills (SIGKILL) after which the run went on", kills, "200 or more", kills >= 200),
+        verdict("kills (SIGKILL) after which the run continued", kills, "200 or more", kills >= 200),
         verdict(
-            "of them inside a write: a half-written file lay there", writing, "60 or more", writing >= 60
+            "of these, kills during a write, which left a half-written file",
+            writing,
+            "60 or more",
+            writing >= 60,
         ),
         verdict(
-            "runs whose world or recording differs from that of the run left in peace",
+            "runs whose world or recording differs from an uninterrupted run",
             f"{wrong} of {len(results)}",
             "0",
             wrong == 0,

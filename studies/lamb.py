@@ -179,7 +179,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     whole, fixed, lonely = ("both", "learning"), ("both", "fixed"), ("both", "learning, no sheep")
     zero = [0.0] * len(SEEDS)
     line(
-        "share that lives to the end, both reflexes − no sucking reflex",
+        "share that survives to the end, both reflexes − no sucking reflex",
         "above 0",
         values(whole, share("alive")),
         values(("diving", "learning"), share("alive")),
@@ -197,43 +197,43 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         values(whole, share("drowned")),
     )
     line(
-        "share that lives to the end, both reflexes − no diving reflex",
+        "share that survives to the end, both reflexes − no diving reflex",
         "above 0",
         values(whole, share("alive")),
         values(("sucking", "learning"), share("alive")),
     )
     line(
-        "share that lives to the end, learning − not",
+        "share that survives to the end, learning − not learning",
         "above 0",
         values(whole, share("alive")),
         values(fixed, share("alive")),
     )
     line(
-        "chance to inhale when short of oxygen − when not, last third, learning − not",
+        "probability of inhaling when short of oxygen − otherwise, last third, learning − not learning",
         "above 0",
         values(whole, late),
         values(fixed, late),
     )
     line(
-        "the same of learners, last third − first",
+        "the same for lambs that learn, last third − first third",
         "above 0",
         values(whole, late),
         values(whole, lambda r: r["contrast"][0]),
     )
     line(
-        "share of turns to the stronger smell of milk, last third, learning − not",
+        "share of turns toward the stronger smell of milk, last third, learning − not learning",
         "above 0",
         values(whole, lambda r: r["turns_right_way"][-1]),
         values(fixed, lambda r: r["turns_right_way"][-1]),
     )
     line(
-        "speed of approach to the nearest ewe [m/s], mean over lambs, last third, learning − not",
+        "speed of approach to the nearest ewe [m/s], mean over lambs, last third, learning − not learning",
         "above 0",
         values(whole, lambda r: r["nearing"][-1]),
         values(fixed, lambda r: r["nearing"][-1]),
     )
     line(
-        "the same of learners, last third − first",
+        "the same for lambs that learn, last third − first third",
         "above 0",
         values(whole, lambda r: r["nearing"][-1]),
         values(whole, lambda r: r["nearing"][0]),
@@ -254,15 +254,15 @@ HEAD = [
     "reflexes",
     "",
     "lambs",
-    "live to the end",
+    "survive to the end",
     "drowned",
     "suffocated",
     "starved",
-    "at the udder, thirds",
-    "inhale short of oxygen − not, thirds",
-    "turns to the stronger milk, thirds",
-    "approach [mm/s], thirds",
-    "distance to a ewe [m], thirds",
+    "at the udder, by thirds",
+    "inhaling when short of oxygen − otherwise, by thirds",
+    "turns toward the stronger smell of milk, by thirds",
+    "approach [mm/s], by thirds",
+    "distance to the nearest ewe [m], by thirds",
 ]
 
 

@@ -105,9 +105,9 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     there = {c["case"]["arm"] for c in cases}
     out = []
     words = {
-        "caught": "catches a krill and day",
-        "per energy": "catches a unit of energy burnt",
-        "choice": "share of ticks in chase, seeing a copepod less seeing none",
+        "caught": "catches per krill per day",
+        "per energy": "catches per unit of energy burned",
+        "choice": "share of ticks spent chasing, with a copepod in sight minus without",
     }
     of = {
         "caught": lambda r: r["caught"],
@@ -121,7 +121,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
             )
             gap, _ = contrast(learned, untrained)
             means = f"{np.mean(learned):.3f} and {np.mean(untrained):.3f}: {in_words(gap, len(learned))}"
-            out.append(verdict(f"{words[key]}, learned less untrained (95 %)", means, "above 0", gap[1] > 0))
+            out.append(verdict(f"{words[key]}, learned minus untrained (95%)", means, "above 0", gap[1] > 0))
     for arm in ("life", "life: both go on learning"):
         cycles = [c["result"]["cycle"] for c in cases if c["case"]["arm"] == arm]
         if cycles:
@@ -133,7 +133,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
             along = interval(each) if each else [float("nan")] * 3
             out += [
                 verdict(
-                    f"{arm}: amplitude of copepods along the day (95 %)",
+                    f"{arm}: amplitude of copepods in phase with daylight (95%)",
                     in_words(along, len(each)),
                     "above 0",
                     along[1] > 0,
@@ -152,7 +152,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
                 verdict(
                     f"{arm}: runs in which mean depth correlates with light by at least 0.6",
                     f"{steady} of {n}",
-                    "at least 90 %",
+                    "at least 90%",
                     steady >= 0.9 * n,
                 ),
             ]
@@ -172,10 +172,10 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     ]
     head = [
         "arm",
-        "catches a krill and day (95 %)",
-        "energy burnt",
-        "share of ticks in chase, seeing a copepod",
-        "seeing none",
+        "catches per krill per day (95%)",
+        "energy burned per krill per day",
+        "share of ticks spent chasing, with a copepod in sight",
+        "share without a copepod in sight",
     ]
     return {"verdicts": out, "table": {"head": head, "rows": rows}}
 

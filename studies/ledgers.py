@@ -31,7 +31,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     results = [case["result"] for case in cases]
     rows = [
         [
-            case["case"].get("world", "drawn"),
+            case["case"].get("world", "random"),
             case["result"]["worlds"],
             *(f"{case['result'].get(name, 0):.1e}" for name in ("energy", "matter", "between")),
         ]
@@ -39,9 +39,9 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     ]
     worlds = sum(r["worlds"] for r in results)
     words = {
-        "energy": "energy: the largest imbalance of a tick, as a share of the stock",
-        "matter": "matter: the same, of every substance and holder",
-        "between": "matter that passes between holders and does not add up, as a share of the stock",
+        "energy": "energy: largest imbalance in a tick, as a share of the stock",
+        "matter": "matter: the same, for every substance and holder",
+        "between": "matter unaccounted for in transfers between holders, as a share of the stock",
     }
     verdicts = [
         verdict(
@@ -53,7 +53,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         verdicts.append(verdict(statement, worst, "< 1e-6", worst < 1e-6))
     return {
         "verdicts": verdicts,
-        "table": {"head": ["world", "worlds", "energy", "matter", "between"], "rows": rows},
+        "table": {"head": ["world", "worlds", "energy", "matter", "transfers"], "rows": rows},
     }
 
 

@@ -82,8 +82,8 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     n, least = of("all"), 300 if len(cases) > 5 else 1
     loud = [c["label"] for c in control["controls"] if c["marked"]]
     more = [
-        *control["imported"].get("more than a harmless world", ["not measured"]),
-        *control["imported"].get("of nobody", []),
+        *control["imported"].get("beyond a harmless world", ["not measured"]),
+        *control["imported"].get("in no installed package", []),
     ]
     ways = list(dict.fromkeys(c["case"]["what"] for c in tried))
     rows = [["files and messages", *map(of, ways), n]]
@@ -92,27 +92,27 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         "verdicts": [
             verdict("malicious files and messages", n, f"≥ {least}", n >= least),
             verdict(
-                "of these land files, by hand and by mutation",
+                "of these, land files, handmade and mutated",
                 of("land"),
                 f"≥ {least // 3}",
                 of("land") >= least // 3,
             ),
             verdict(
-                f"of these commands in a folder with {len(surroundings.NAMES)} modules",
+                f"of these, commands in a folder with {len(surroundings.NAMES)} modules",
                 of("module"),
                 "≥ 1",
                 of("module") > 0,
             ),
-            verdict("marks that a payload or a request left", marks, "0", marks == 0),
-            verdict("modules of a payload that were imported", len(names), "0", not names),
+            verdict("marks left by a payload or a request", marks, "0", marks == 0),
+            verdict("payload modules that were imported", len(names), "0", not names),
             verdict(
-                "controls, run on purpose, that left their mark",
+                "controls, run deliberately, that left their mark",
                 len(loud),
                 f"all {len(control['controls'])}",
                 len(loud) == len(control["controls"]) > 0,
             ),
             verdict(
-                "modules that `check` of a world with code imports, and `check` of one without does not, "
+                "modules that `check` imports for a world with code but not for a world without, "
                 "or that belong to no installed package",
                 more or "none",
                 "none",
@@ -126,7 +126,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
                 "attempts that ended in a traceback", of("all", TRACEBACK), "0", of("all", TRACEBACK) == 0
             ),
         ],
-        "table": {"head": ["attempts by what became of them", *ways, "all"], "rows": rows},
+        "table": {"head": ["outcome of attempts", *ways, "all"], "rows": rows},
     }
 
 

@@ -289,10 +289,12 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         )
     return {
         "verdicts": [
-            verdict("pairs of processes on one folder", tried, "200 or more", tried >= 200),
-            verdict("of them, one found the other at its work", met, "100 or more", met >= 100),
+            verdict("pairs of processes that use one folder", tried, "200 or more", tried >= 200),
             verdict(
-                "pairs after which a folder held another run, a mixture or half of one",
+                "of these, pairs in which one process found the other at work", met, "100 or more", met >= 100
+            ),
+            verdict(
+                "pairs after which a folder contained a different run, a mixture or half a run",
                 wrong,
                 "0",
                 wrong == 0,
@@ -303,9 +305,11 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
                 "30 or more",
                 kinds >= 30,
             ),
-            verdict("of them taken, or refused without their name", taken, "0", taken == 0),
+            verdict(
+                "of these, kinds that were accepted, or refused without their name", taken, "0", taken == 0
+            ),
         ],
-        "table": {"head": ["pairs", "tried", "met", "wrong"], "rows": rows},
+        "table": {"head": ["pairs", "tried", "one found the other at work", "wrong"], "rows": rows},
     }
 
 

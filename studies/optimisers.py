@@ -126,12 +126,12 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         for k in kinds
     ]
     head = [
-        "optimiser",
+        "optimizer",
         "repeats",
         *(f"share that persists, best of {n}" for n in judged),
         "ticks [1,000]",
-        "met all runs",
-        "ms to ask",
+        "candidates run on all seeds",
+        "ms per suggestion",
     ]
     lines = []
     for k in [k for k in kinds if k != "random"]:

@@ -138,32 +138,29 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         ratio = round(value / reference, 3)
         verdicts.append(
             verdict(
-                f"{arm}: mean intake at the end, times that of the built-in PPO",
-                ratio,
-                ">= 0.9",
-                ratio >= 0.9,
+                f"{arm}: mean intake at the end, relative to the built-in PPO", ratio, ">= 0.9", ratio >= 0.9
             )
         )
         least = min(r["same_choices"] for r in runs)
         verdicts.append(
             verdict(
-                f"{arm}: of 1,000 observations, the same choices in the world (least)",
+                f"{arm}: fewest identical choices in the world, of 1,000 observations",
                 least,
                 "1000",
                 least == 1000,
             )
         )
     gain = round(mean["function"] / mean["chance"], 2)
-    verdicts.append(verdict("the function: mean intake, times that of chance", gain, "reported", True))
+    verdicts.append(verdict("the function: mean intake, relative to random actions", gain, "reported", True))
     return {
         "verdicts": verdicts,
         "table": {
             "head": [
                 "policy",
                 "seeds",
-                "intake per deer and 100 ticks",
+                "intake per deer per 100 ticks",
                 "range over seeds",
-                "s of training (median)",
+                "training time [s], median",
             ],
             "rows": rows,
         },

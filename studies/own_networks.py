@@ -153,7 +153,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         ratio = statistics.median(took[TWIN]) / statistics.median(took[BUILT_IN])
         verdicts.append(
             verdict(
-                "steps of the twin by autograd, times those of the built-in network",
+                "steps of the autograd twin, relative to the built-in network",
                 round(ratio, 3),
                 "<= 1.2",
                 ratio <= 1.2,
@@ -178,7 +178,13 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     return {
         "verdicts": verdicts,
         "table": {
-            "head": ["arm", "solved", "median steps", "median best mean of 100", "steps per second"],
+            "head": [
+                "arm",
+                "solved",
+                "median steps",
+                "median of the best mean return of 100 episodes",
+                "steps per second",
+            ],
             "rows": rows,
         },
     }

@@ -14,9 +14,9 @@ def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
     n, wrong = sum(r["kills"] for r in results), sum(not r["same"] for r in results)
     left = sum(r["left behind"] for r in results)
     return [
-        verdict("kills (SIGKILL) after which the run went on", n, "20 or more", n >= 20),
+        verdict("kills (SIGKILL) after which the run continued", n, "20 or more", n >= 20),
         verdict(
-            "runs whose world or recording differs from that of the run left in peace",
+            "runs whose world or recording differs from an uninterrupted run",
             f"{wrong} of {len(results)}",
             "0",
             wrong == 0,

@@ -107,7 +107,7 @@ def summarise(entries: list[dict]) -> dict:
                     mode,
                     world,
                     *(on[m][-1][:12] if m in on else "" for m in machines),
-                    "same" if equal else "other",
+                    "same" if equal else "different",
                 ]
             )
     # omitted in the short form, because kernels would have to be compiled two more times
@@ -115,18 +115,18 @@ def summarise(entries: list[dict]) -> dict:
     changing = [w for w, on in digests["portable"].items() if len(set(next(iter(on.values())))) < 3]
     verdicts = [
         verdict(
-            f"worlds with one digest on {len(machines)} machines in the portable mode",
+            f"worlds with one digest on {len(machines)} machines in portable mode",
             same,
             f"all {compared}",
             same == compared,
         ),
         verdict(
-            "worlds with other digests in the native mode (control)",
+            "worlds with different digests in native mode (control)",
             other,
             f"all {controls}",
             other == controls,
         ),
-        verdict("worlds that stood still, so that nothing was compared", len(changing), "0", not changing),
+        verdict("worlds that did not change, so that nothing was compared", len(changing), "0", not changing),
     ]
     return {"verdicts": verdicts, "table": {"head": ["mode", "world", *machines, "digests"], "rows": rows}}
 

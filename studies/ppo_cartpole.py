@@ -112,7 +112,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     mine = took["ecs-eco"]
     verdicts = [
         verdict(
-            "median of steps to solve",
+            "median steps to solve the task",
             statistics.median(mine),
             "<= 75,000",
             statistics.median(mine) <= 75_000,
@@ -136,14 +136,18 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         if ratios:
             ratio = round(statistics.median(ratios), 2)
             verdicts.append(
-                verdict(
-                    f"steps/s of {arm}, times those of {peer} (median of pairs)", ratio, ">= 1", ratio >= 1
-                )
+                verdict(f"steps/s of {arm}, relative to {peer} (median of pairs)", ratio, ">= 1", ratio >= 1)
             )
     return {
         "verdicts": verdicts,
         "table": {
-            "head": ["arm", "median steps to solve", "worst", "solved within 100,000", "steps per second"],
+            "head": [
+                "arm",
+                "median steps to solve",
+                "most steps to solve",
+                "solved within 100,000 steps",
+                "steps per second",
+            ],
             "rows": rows,
         },
     }

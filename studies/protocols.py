@@ -98,20 +98,20 @@ def summarise(entries: list[dict[str, Any]]) -> dict[str, Any]:
             out.append(
                 verdict(
                     f"{name}: share of training seeds whose worlds persist, "
-                    f"against {reference:.2f} with the recipe before",
+                    f"against {reference:.2f} with the earlier recipe",
                     share,
-                    "not less",
+                    "not lower",
                     share >= reference,
                 )
             )
     head = [
         "protocol",
         "training seeds",
-        "all persist",
-        "least wolves, median",
-        "between seeds, deviation of log",
+        "seeds whose worlds persist",
+        "fewest wolves, median",
+        "standard deviation of its log between seeds",
         "most deer, median",
-        "between seeds, deviation of log",
+        "standard deviation of its log between seeds",
     ]
     return {
         "verdicts": out or [verdict("protocols", len(rows), "reported", True)],

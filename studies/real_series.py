@@ -140,7 +140,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         ]
     lines.append(
         verdict(
-            "runs in which all lived to the end",
+            "runs in which all species survived to the end",
             sum(e["result"]["lived"] >= CONFIG["ticks"] for e in cases),
             "reported",
             True,
@@ -149,11 +149,11 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     head = [
         "world",
         "pair",
-        "measured",
-        "period of it [samples]",
+        "measured series",
+        "measured period [samples]",
         "windows",
         *(f"{m}: measured, windows" for m in MEASURES),
-        "like in",
+        "similar measures",
     ]
     rows = [
         [

@@ -154,10 +154,13 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         REGISTERED.verdict("narrower", min(width.values()), min(width.values()) < 0.7),
         REGISTERED.verdict("pelts", inside(pelts), inside(pelts) == 4),
         verdict(
-            "candidates in which both lived to the end", f"{lived} of {len(candidates)}", "reported", True
+            "candidates in which both species survived to the end",
+            f"{lived} of {len(candidates)}",
+            "reported",
+            True,
         ),
         verdict(
-            "width of the interval of the chance, of the rate, over that of the range",
+            "width of the interval relative to the range: catch probability, breeding rate",
             f"{width[CHANCE]:.2f}, {width[RATE]:.2f}",
             "reported",
             True,
@@ -165,10 +168,10 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     ]
     head = [
         "series",
-        "chance: true",
-        "90 % interval",
-        "rate: true",
-        "90 % interval",
+        "true catch probability",
+        "90% interval",
+        "true breeding rate",
+        "90% interval",
         *(f"{name}: measured, runs" for name in pelts["observed"]),
     ]
 

@@ -67,7 +67,7 @@ def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
     names = ", ".join(f"{c['case']['world']} ({c['case']['brains']})" for c in cases)
     return [
         verdict(
-            f"split points that change a bit of columns, weights, optimisers or recording: {names}",
+            f"split points that change a bit in columns, weights, optimizers or the recording: {names}",
             f"{wrong} of {tried}",
             "0",
             wrong == 0,

@@ -42,7 +42,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
         "fewest": min(counts),
         "mean": round(float(np.mean(counts)), 1),
         "most": max(counts),
-        "gone at": world.tick if not counts[-1] else None,
+        "died out at": world.tick if not counts[-1] else None,
         "speed": round(float(speed.mean()), 3),
         "turn": round(float(np.abs(turn).mean()), 3),
     }
@@ -52,25 +52,25 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     """Count the worlds in which deer persisted and the worlds in which they went extinct."""
     arms = {arm: [c["result"] for c in cases if c["case"]["arm"] == arm] for arm in ("trained", "random")}
     trained, drawn = arms["trained"], arms["random"]
-    persist, gone = sum(r["fewest"] >= 10 for r in trained), sum(r["gone at"] is not None for r in drawn)
+    persist, gone = sum(r["fewest"] >= 10 for r in trained), sum(r["died out at"] is not None for r in drawn)
     rows = [
         [
             c["case"]["arm"],
             c["case"]["seed"],
-            *(c["result"][k] for k in ("fewest", "mean", "most", "gone at", "speed", "turn")),
+            *(c["result"][k] for k in ("fewest", "mean", "most", "died out at", "speed", "turn")),
         ]
         for c in cases
     ]
     return {
         "verdicts": [
             verdict(
-                "trained deer, ten or more at all times",
+                "runs with ten or more trained deer at all times",
                 f"{persist} of {len(trained)}",
                 ">= 9 of 10",
                 persist >= 0.9 * len(trained),
             ),
             verdict(
-                "deer that draw their numbers with equal chance die out",
+                "runs in which deer that draw speed and turn uniformly die out",
                 f"{gone} of {len(drawn)}",
                 ">= 9 of 10",
                 gone >= 0.9 * len(drawn),
@@ -81,8 +81,8 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
                 "policy",
                 "seed",
                 "fewest deer",
-                "mean",
-                "most",
+                "mean number of deer",
+                "most deer",
                 "died out at tick",
                 "mean speed [m/s]",
                 "mean |turn| [rad/s]",

@@ -102,17 +102,17 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
                 ]
             )
     head = [
-        "optimiser",
+        "optimizer",
         "seed",
         "candidates",
-        "at stage 2",
-        "met all runs",
+        "candidates at stage 2",
+        "candidates run on all seeds",
         "processor seconds of candidates",
-        "minutes in all",
-        "score of the best",
-        "as written: all persist",
-        "best: all persist",
-        "95 %",
+        "total minutes",
+        "best score",
+        "as written: runs in which all species persist",
+        "best: runs in which all species persist",
+        "95% interval",
         "load",
     ]
     k, n = share(of["gp"], "best")
@@ -121,10 +121,13 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     longest = max(r["seconds"] for r in of["gp"]) / 60
     lines = [
         verdict(
-            "as written: share of runs in which all persist", f"{k0} of {n0}", "below 0.1", k0 < 0.1 * n0
+            "as written: share of runs in which all species persist",
+            f"{k0} of {n0}",
+            "below 0.1",
+            k0 < 0.1 * n0,
         ),
         verdict(
-            "the search: share of runs on fresh seeds in which all persist",
+            "the search: share of runs on fresh seeds in which all species persist",
             f"{k} of {n} ({low:.2f} … {high:.2f})",
             "at least 0.8",
             k >= 0.8 * n,
@@ -140,7 +143,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         r, m = share(of["random"], "best")
         lines.append(
             verdict(
-                "the same with candidates at random, in as much time",
+                "the same with random candidates, in the same time",
                 f"{r} of {m}",
                 "less than the search",
                 r / m < k / n,

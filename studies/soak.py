@@ -84,7 +84,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
         "ids": int(np.unique(uids).size),
         "next uid": int(world.next_uid),
         "rabbits, fewest at the end of a block": int(min(numbers, default=0)),
-        "ledger gap, share of the stock": float((np.abs(left) / np.maximum(1, s["stock_before"])).max()),
+        "ledger gap, as a share of the stock": float((np.abs(left) / np.maximum(1, s["stock_before"])).max()),
         "memory slope [B/tick]": slope,
         "memory first, last [MB]": [round(memory[0] / 1e6, 1), round(memory[-1] / 1e6, 1)],
         "ticks/s first tenth, last tenth": [
@@ -104,31 +104,31 @@ def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return [
         verdict("ticks", r["ticks"], "1,000,000 or more", r["ticks"] >= 1_000_000),
         verdict(
-            "births, and different ids among them",
+            "births, and distinct ids among them",
             f"{r['births']:,}, {r['ids']:,}",
             "as many ids as births",
             r["births"] == r["ids"],
         ),
         verdict(
-            "memory slope [B/tick]; growth over the run as a share",
+            "memory slope [B/tick]; growth over the run, as a share",
             f"{r['memory slope [B/tick]']:.3g}; {growth:.3f}",
-            "below .02",
+            "below 0.02",
             abs(growth) < 0.02,
         ),
         verdict(
-            "largest gap of the energy ledger, share of the stock",
-            r["ledger gap, share of the stock"],
+            "largest gap in the energy ledger, as a share of the stock",
+            r["ledger gap, as a share of the stock"],
             "below 1e-5",
-            r["ledger gap, share of the stock"] < 1e-5,
+            r["ledger gap, as a share of the stock"] < 1e-5,
         ),
         verdict(
-            "rate at the end as a share of that at the start",
+            "speed at the end, relative to the start",
             round(last / first, 3),
             "0.9 to 1.1",
             0.9 <= last / first <= 1.1,
         ),
         verdict(
-            "the world lived",
+            "fewest rabbits at the end of a block",
             r["rabbits, fewest at the end of a block"],
             "above 0",
             r["rabbits, fewest at the end of a block"] > 0,

@@ -307,14 +307,14 @@ def sugar_left() -> float:
 # name: its function, the expected value, and how it depends on dt
 Measure = Callable[[float, int], float]
 PROCESSES: dict[str, tuple[Measure, float | None, str]] = {
-    "smell in balance": (smell, 2.0, "amount exact; distribution first order"),
+    "smell at equilibrium": (smell, 2.0, "amount exact; distribution first order"),
     "substance renewed and decaying": (air, 1.0, "exact without diffusion, else first order"),
     "share of sites taken (`spread`)": (
         spread,
         0.1 * math.e**1.8 / (1 + 0.1 * (math.e**1.8 - 1)),
         "exact where seeds fall anywhere on even ground, else first order",
     ),
-    "births per parent and second": (
+    "births per parent per second": (
         lambda dt, seed: births(dt, seed)[1],
         0.25,
         "exact (Poisson), while parents stay fed",
@@ -332,17 +332,17 @@ PROCESSES: dict[str, tuple[Measure, float | None, str]] = {
         "exact in contact",
     ),
     "meals per second while searching": (meals, 0.512, "contacts at the end of ticks: see below"),
-    "meals per second, digestion of 3 s": (
+    "meals per second, digestion takes 3 s": (
         lambda dt, seed: at_the_table(dt, seed, 60.0, 3.0) / 60,
         1 / 3,
         "whole ticks, rounded up",
     ),
-    "meals per second, digestion of 0.5 s": (
+    "meals per second, digestion takes 0.5 s": (
         lambda dt, seed: at_the_table(dt, seed, 20.0, 0.5) / 20,
         2.0,
         "at most one meal per tick",
     ),
-    "age at death, greatest age 10.3 s": (died_at, 10.3, "whole ticks, rounded up"),
+    "age at death, maximum age 10.3 s": (died_at, 10.3, "whole ticks, rounded up"),
     "plants planted in ten seasons of 4 s": (planted, 40.0, "whole ticks, the same in each year"),
     "fish left after a harvest": (lambda dt, seed: left_of(dt, seed, "fish"), math.exp(-0.4), "exact"),
     "carrion left after rotting": (lambda dt, seed: left_of(dt, seed, "carrion"), math.exp(-1.2), "exact"),
@@ -354,7 +354,7 @@ PROCESSES: dict[str, tuple[Measure, float | None, str]] = {
     "diameter of a circle": (circle, 4.0, "second order: turns, then goes straight"),
     "distance of a random walk": (walk, None, "decisions are per tick"),
 }
-SHORT = ("smell in balance", "share of sites taken (`spread`)", "energy after fasting")
+SHORT = ("smell at equilibrium", "share of sites taken (`spread`)", "energy after fasting")
 
 
 @lru_cache(1)
@@ -413,7 +413,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     return {
         "verdicts": [
             verdict(
-                "processes called exact that are as expected at every length of a tick",
+                "processes described as exact that match the expected value at every tick length",
                 f"{met} of {exact}",
                 "all",
                 met == exact,

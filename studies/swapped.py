@@ -41,13 +41,13 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
     out = [
         verdict(
-            f"worlds that persist with the {species} of seeds whose worlds {word}",
+            f"worlds that persist with {whose} from seeds whose worlds {word}",
             "{} of {}".format(*share(species, seeds)),
             "reported",
             True,
         )
-        for species in ("deer", "wolf")
-        for word, seeds in (("die", DIE), ("live", LIVE))
+        for species, whose in (("deer", "deer"), ("wolf", "wolves"))
+        for word, seeds in (("die", DIE), ("persist", LIVE))
     ]
     lived = np.array(
         [
@@ -69,9 +69,9 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         }
         out.append(
             verdict(
-                "share of the variance of time lived that goes with the deer's seed, and with the wolves'",
+                "share of the variance in lifetime explained by the deer's seed, and by the wolves' seed",
                 [float(by["deer"]), float(by["wolf"])],
-                "the deer's is larger",
+                "larger for the deer's seed",
                 by["deer"] > by["wolf"],
             )
         )
@@ -89,13 +89,13 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         "verdicts": out,
         "table": {
             "head": [
-                "deer of seed",
-                "wolves of seed",
-                "lived [ticks]",
+                "deer from seed",
+                "wolves from seed",
+                "lifetime [ticks]",
                 "died out",
-                "least grass",
-                "least deer",
-                "least wolves",
+                "fewest grass plants",
+                "fewest deer",
+                "fewest wolves",
             ],
             "rows": rows,
         },

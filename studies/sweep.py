@@ -110,7 +110,7 @@ def local(plan: dict[str, Any], folder: Path, config: dict[str, Any]) -> dict[st
     thread.start()
     with Pool(2) as pool:
         outcome = run_sweep(plan, folder, executor=pool)
-    return {"killed workers": len(killed), "called again": outcome.retried, "failed": outcome.failed}
+    return {"killed workers": len(killed), "repeated calls": outcome.retried, "failed": outcome.failed}
 
 
 def on_ray(plan: dict[str, Any], folder: Path, config: dict[str, Any]) -> dict[str, Any]:
@@ -177,7 +177,7 @@ def on_slurm(plan: dict[str, Any], folder: Path, config: dict[str, Any]) -> dict
     words = [word for task in content.values() for word in task["log"]]
     return {
         "preempted": words.count("preempt"),
-        "told to stop": words.count("signalled"),
+        "asked to stop": words.count("signalled"),
         "restarts": sum(task["restarts"] for task in content.values()),
     }
 
@@ -241,7 +241,7 @@ def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
         same = sum(a == b for a, b in zip(result["digests"], wanted, strict=False))
         lines.append(
             verdict(
-                f"{engine}: runs with the digest of the bare run, of {len(wanted)}",
+                f"{engine}: runs with the same digest as the bare run, of {len(wanted)}",
                 same,
                 f"{len(wanted)}",
                 same == len(wanted) == len(result["digests"]),
@@ -260,10 +260,10 @@ def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
             )
         )
     if "slurm" in results:
-        counts = [results["slurm"][word] for word in ("preempted", "told to stop", "restarts")]
+        counts = [results["slurm"][word] for word in ("preempted", "asked to stop", "restarts")]
         lines.append(
             verdict(
-                "slurm: jobs preempted, told to stop, queued again",
+                "slurm: jobs preempted, asked to stop, requeued",
                 counts,
                 "1 or more of each",
                 min(counts) >= 1,

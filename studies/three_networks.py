@@ -63,25 +63,25 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         low, middle, high = _ratio(sequential / built_in)
         lines.append(
             verdict(
-                "what deer eat with the Sequential, times that with the built-in network",
+                "deer intake with the Sequential, relative to the built-in network",
                 f"{middle:.3f} [{low:.3f}, {high:.3f}]",
-                "holds 1, within .9 and 1.1",
+                "contains 1, within 0.9 to 1.1",
                 0.9 <= low <= 1 <= high <= 1.1,
             )
         )
         low, middle, high = _ratio(gru / built_in)
         lines.append(
             verdict(
-                "what deer eat with the GRU, times that with the built-in network",
+                "deer intake with the GRU, relative to the built-in network",
                 f"{middle:.3f} [{low:.3f}, {high:.3f}]",
-                ">= .8",
+                ">= 0.8",
                 middle >= 0.8,
             )
         )
     gains = [_end(r["intake"]) / r["intake"][0] for runs in arms.values() for r in runs]
     lines.append(
         verdict(
-            "intake at the end, times that at first: the least of all seeds",
+            "intake at the end, relative to the start: lowest of all seeds",
             round(min(gains), 2),
             ">= 1.75",
             min(gains) >= 1.75,
@@ -93,10 +93,10 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         "verdicts": lines,
         "table": {
             "head": [
-                "network of the deer",
+                "deer network",
                 "intake at the end [energy/s]",
                 "deaths at the end [1/s]",
-                "deer-steps a second of training",
+                "deer-steps per second of training",
             ],
             "rows": rows,
         },

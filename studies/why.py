@@ -93,7 +93,10 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         share_in_words = f"{right} of {total} ({share:.0%}, {low:.0%} … {high:.0%})"
         out.append(
             verdict(
-                f"verdicts that name what was done, {which} variants", share_in_words, "≥ 80 %", share >= 0.8
+                f"verdicts that name the staged cause, {which} variants",
+                share_in_words,
+                "≥ 80%",
+                share >= 0.8,
             )
         )
         used = [c for c in cases if c["case"]["set"] == which]
@@ -103,16 +106,16 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         )
         out.append(
             verdict(
-                f"verdict or runner-up, {which} variants",
+                f"verdicts or runners-up that name it, {which} variants",
                 f"{named} of {total}",
-                "≥ 80 %",
+                "≥ 80%",
                 named >= 0.8 * total,
             )
         )
     drawn = [c["result"]["draws"] for c in cases]
     out.append(
         verdict(
-            "worlds drawn for a variant until it came to pass, mean",
+            "mean number of worlds drawn until the staged cause occurred",
             f"{sum(drawn) / len(drawn):.2f}",
             "reported",
             True,
@@ -121,7 +124,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     return {
         "verdicts": out,
         "table": {
-            "head": ["variants", "staged", *(f"said {c}" for c in CLASSES), "said another"],
+            "head": ["variants", "staged", *(f"verdict: {c}" for c in CLASSES), "another verdict"],
             "rows": rows,
         },
     }

@@ -60,10 +60,16 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         "verdicts": [
             verdict("wild states under bounds checks", states, f"≥ {least:,}", states >= least),
             verdict(
-                "processes that died or did not answer", of("crash", "hang"), "0", of("crash", "hang") == 0
+                "processes that crashed or did not respond",
+                of("crash", "hang"),
+                "0",
+                of("crash", "hang") == 0,
             ),
             verdict(
-                "kernels that would have left an array", of("out of bounds"), "0", of("out of bounds") == 0
+                "kernels that would have accessed memory outside an array",
+                of("out of bounds"),
+                "0",
+                of("out of bounds") == 0,
             ),
             verdict(
                 f"kernels of {len(kernels.kernels())} that did not run",
@@ -72,20 +78,21 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
                 not missed or len(cases) <= 10,
             ),
             verdict(
-                "refused at the gate without organism or file, field and limits, or stopped by another error",
-                of("refused without a place", "traceback", ways=gates),
+                "states refused at the gate without naming organism or file, field and limits, or stopped "
+                "by another error",
+                of("refused without a location", "traceback", ways=gates),
                 "0",
-                of("refused without a place", "traceback", ways=gates) == 0,
+                of("refused without a location", "traceback", ways=gates) == 0,
             ),
             verdict(
-                "errors of no kind known to the study, behind the gate",
+                "errors of an unknown kind, behind the gate",
                 of("traceback", ways=("within a tick",)),
                 "0",
                 of("traceback", ways=("within a tick",)) == 0,
             ),
         ],
         "table": {
-            "head": ["what became of it", *wild.WAYS],
+            "head": ["outcome", *wild.WAYS],
             "rows": [[kind, *(total[way].get(kind, 0) for way in wild.WAYS)] for kind in kinds],
         },
     }

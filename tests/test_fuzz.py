@@ -76,7 +76,7 @@ def test_the_judge_sees_a_wrong_load(recorded, tmp_path, monkeypatch):
             "table/goat/uid": arrays["table/goat/uid"] + (1 if "damaged" in str(path) else 0)
         }
 
-    assert judge.asked(judge.files()[0], 1)["kind"] == "the same content"
+    assert judge.asked(judge.files()[0], 1)["kind"] == "same content"
     monkeypatch.setattr(checkpoint, "read", careless)
     assert judge.asked(judge.files()[0], 1)["kind"] == "wrong load"
 

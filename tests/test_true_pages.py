@@ -56,7 +56,7 @@ def test_what_isolation_does_is_told_with_the_numbers_of_its_study():
 
 def test_what_random_search_does_is_told_with_the_numbers_of_its_study():
     said = {v["statement"]: v["value"] for v in result("search")["verdicts"]}
-    search = said["the search: share of runs on fresh seeds in which all persist"].partition(" (")[0]
-    random = said["the same with candidates at random, in as much time"]
+    search = said["the search: share of runs on fresh seeds in which all species persist"].partition(" (")[0]
+    random = said["the same with random candidates, in the same time"]
     page = read("how-to/searching.md")
     assert f"persisted in {search} runs, and those of two random searches in {random} (" in page

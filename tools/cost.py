@@ -41,7 +41,7 @@ def of_ticks(name: str) -> Cost:
     result, organisms, wanted, _ = FITS[name]
     rows = [row for row in rows_of(result) if wanted.items() <= row.items()]
     n = [row[organisms] for row in rows]
-    per = f"ns per {organisms.removesuffix('s')} and tick"
+    per = f"ns per {organisms.removesuffix('s')} per tick"
     return fit(n, [row[organisms] * row[per] * 1e-6 for row in rows])
 
 

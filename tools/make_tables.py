@@ -120,10 +120,7 @@ def machine(result: dict[str, Any]) -> str:
 def table(rows: list[dict[str, Any]]) -> str:
     """Return rows as a Markdown table."""
     head = list(rows[0])
-    lines = [
-        "| " + " | ".join(ADDED["columns"].get(h) or typeset(h) for h in head) + " |",
-        "|" + "---|" * len(head),
-    ]
+    lines = ["| " + " | ".join(typeset(h) for h in head) + " |", "|" + "---|" * len(head)]
     cells = [[typeset(show("–" if r.get(h, "") is None else r.get(h, ""))) for h in head] for r in rows]
     return "\n".join([*lines, *("| " + " | ".join(line) + " |" for line in cells)])
 

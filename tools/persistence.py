@@ -23,14 +23,14 @@ def _all_at_the_end(result: Mapping[str, Any]) -> bool:
 
 
 def _with_interventions(result: Mapping[str, Any]) -> bool:
-    return all(n > 0 for numbers in result["at the end, alone and with it"] for n in numbers)
+    return all(n > 0 for numbers in result["numbers at the end, without and with it"] for n in numbers)
 
 
 KINDS: tuple[tuple[tuple[str, ...], str, Callable[[Mapping[str, Any]], bool]], ...] = (
     (("persisted",), "All species persisted", _persisted),
     (("extinct",), "All animals persisted", _none_extinct),
     (("end", "numbers"), "All species persisted", _all_at_the_end),
-    (("at the end, alone and with it",), "All species persisted", _with_interventions),
+    (("numbers at the end, without and with it",), "All species persisted", _with_interventions),
     (
         ("rabbits, fewest at the end of a block",),
         "All species persisted",

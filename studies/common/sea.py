@@ -48,8 +48,8 @@ def life(world: Any, days: int) -> dict[str, Any]:
     out = {
         "copepods": int(series.of("copepod")[-1]),
         "mean number": float(series.of("copepod").mean()),
-        "days lived": float(alive.sum() / day),
-        "deaths per copepod and day": {c: v for c, v in died.items() if v},
+        "days survived": float(alive.sum() / day),
+        "deaths per copepod per day": {c: v for c, v in died.items() if v},
     }
     cycle = depths.depth_cycle(series, "copepod")
     if cycle is None:
@@ -204,10 +204,10 @@ def encounters(world: Any, days: int) -> dict[str, Any]:
     n, lived = len(events) + missed, max(float(np.isfinite(tracks.depth).sum()) / day, 1e-9)
     return {
         "n": n,
-        "without an encounter before": missed,
+        "without a previous encounter": missed,
         "survived": float(alive.sum()) / n if n else None,
-        "encounters per copepod and day": n / lived,
-        "killed per copepod and day": len(killed) / lived,
+        "encounters per copepod per day": n / lived,
+        "kills per copepod per day": len(killed) / lived,
     }
 
 

@@ -211,19 +211,19 @@ def summarise(
             out.append(
                 verdict(
                     f"{case['arm']}, training seed {case['training']}, world seed {case['seed']}: "
-                    f"periods of one run of {case['ticks']:,} ticks",
+                    f"periods in one run of {case['ticks']:,} ticks",
                     r["periods"],
-                    "at least 50, all persist",
+                    "at least 50, and all species persist",
                     r["persisted"] and r["periods"] >= 50,
                 )
             )
     head = [
         "arm",
         "runs",
-        "share that persists (95 %, both seeds replicates)",
-        "by training seed",
+        "share that persists (95%, both seeds as replicates)",
+        "runs that persist, by training seed",
         "first to die out",
-        "peaks of all consumers > AR(1), of those that persist",
+        "runs with peaks of all consumers beyond AR(1), of those that persist",
         "median period [ticks]",
         *lags,
     ]
@@ -263,7 +263,7 @@ def verdicts(
             share >= goal,
         ),
         verdict(
-            f"{arm}: of these with peaks of all consumers beyond AR(1), p < .05",
+            f"{arm}: of these, runs with peaks of all consumers beyond AR(1), p < 0.05",
             f"{cycling} of {len(kept)}",
             f"at least {goal:.0%}",
             bool(kept) and cycling >= goal * len(kept),
@@ -275,7 +275,7 @@ def verdicts(
         )
         out.append(
             verdict(
-                f"{arm}: median lag {pair}, share of the period",
+                f"{arm}: median lag {pair}, as a share of the period",
                 [m["median"], m["low"], m["high"]],
                 f"{low} to {high}",
                 bool(m["n"]) and low <= m["median"] <= high,
@@ -286,8 +286,8 @@ def verdicts(
         nats = [one[name] for one in moved if one.get(name) is not None]
         out.append(
             verdict(
-                f"{arm}: nats that the policy of the {name} moves in 1,000 ticks, median of runs "
-                "(KL of the first from the last)",
+                f"{arm}: change of the {name} policy in 1,000 ticks [nats], median of runs "
+                "(KL divergence of the first policy from the last)",
                 float(np.median(nats)) if nats else None,
                 "reported",
                 True,

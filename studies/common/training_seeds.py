@@ -70,7 +70,7 @@ def in_words(interval_: list[float], n: int, p: float | None = None) -> str:
 
 def none(arm: str) -> dict[str, Any]:
     """Return the verdict on an arm without measurable runs."""
-    return verdict(f"`{arm}`: runs in which there was anything to measure", 0, "some", False)
+    return verdict(f"`{arm}`: runs with a measurable outcome", 0, "some", False)
 
 
 def by_training(cases: list[dict[str, Any]], arm: str, value: Any) -> list[float]:

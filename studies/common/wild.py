@@ -40,7 +40,7 @@ PHASES = (
     "reproduce",
     "record",
 )
-FAILURES = ("out of bounds", "crash", "hang", "traceback", "refused without a place")
+FAILURES = ("out of bounds", "crash", "hang", "traceback", "refused without a location")
 PLACES = ("uid ", "spawn", "field '", "terrain: ", "ambient[")  # a refusal must contain one of these
 OWN = ("cause", "born", "killer", "uid")
 FLOATS = [
@@ -219,12 +219,12 @@ def _kind(error: Exception, way: str) -> dict[str, Any]:
 
     message = f"{type(error).__name__}: {error}"[:300]
     if isinstance(error, MemoryError):
-        return {"kind": "too large for the memory"}
+        return {"kind": "too little memory"}
     if isinstance(error, IndexError):
         return {"kind": "out of bounds", "said": traceback.format_exc()[-1500:]}
     if isinstance(error, CheckpointError):
         return {
-            "kind": "refused" if ".safetensors" in message else "refused without a place",
+            "kind": "refused" if ".safetensors" in message else "refused without a location",
             "said": message,
         }
     if (
@@ -235,11 +235,11 @@ def _kind(error: Exception, way: str) -> dict[str, Any]:
         return {
             "kind": "refused"
             if re.search(r"\w\.\w+ is|cause of death|(value|height|ground|source|\]) is", message)
-            else "refused without a place",
+            else "refused without a location",
             "said": message,
         }
     if isinstance(error, FloatingPointError):
-        return {"kind": "no finite number, and said so", "said": message}
+        return {"kind": "non-finite number, reported", "said": message}
     if way == "within a tick" and isinstance(
         error, ValueError | OverflowError | ZeroDivisionError | ArithmeticError
     ):

@@ -37,7 +37,7 @@ def test_a_row_holds_the_best_round_beside_the_floor_and_why_there_is_none():
     }
     _, mesa, agentpy = peers.rows_of(found)
     assert mesa["k organism-steps/s"] == 20
-    assert mesa["bare loop's, times this"] == 400
-    assert mesa["living after 20 ticks / bare loop's"] == 1
+    assert mesa["bare loop's speed / this speed"] == 400
+    assert mesa["live animals after 20 ticks / bare loop's"] == 1
     assert agentpy["note"] == "No module named 'agentpy'"
     assert agentpy["k organism-steps/s"] is None

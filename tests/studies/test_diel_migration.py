@@ -6,7 +6,7 @@ import pytest
 
 from studies import diel_migration as study
 
-LIFE = {"copepods": 100, "mean number": 100.0, "days lived": 21.0}
+LIFE = {"copepods": 100, "mean number": 100.0, "days survived": 21.0}
 
 
 def life(arm, training, seed, along=0.4):
@@ -59,14 +59,14 @@ def test_one_training_seed_of_survivors_meets_nothing():
         [*shipped, *(life("inverted light", t, 1, -0.4 - t / 100) for t in (1, 2, 3, 4))], "inverted light"
     )
     assert not met([*shipped, life("inverted light", 1, 1, -0.4), *dead], "inverted light")
-    assert not met([*shipped, *dead], "`inverted light`: runs in which there was anything to measure")
+    assert not met([*shipped, *dead], "`inverted light`: runs with a measurable outcome")
 
 
 def test_a_run_without_a_cycle_is_no_cycle():
     cases = [life("shipped", t, s) for t in (1, 2, 3, 4) for s in (1, 2)]
-    assert met(cases, "largest p by turning whole days")
+    assert met(cases, "largest p-value, by rotating whole days")
     cases[3]["result"]["cycle"] = None
-    assert not met(cases, "largest p by turning whole days")
+    assert not met(cases, "largest p-value, by rotating whole days")
     assert not met(cases, "deeper by day")
 
 
@@ -78,5 +78,5 @@ def test_a_way_that_those_have_too_who_sense_nothing_is_no_escape():
         for t, (d, e) in enumerate(rng.normal(0, 0.01, (8, 2)))
     ]
     flees = [approach(study.FLEEING[0], t, [0.6, 0.02 + e]) for t, e in enumerate(rng.normal(0, 0.05, 8))]
-    assert not met([*blind, *drifts], "points away")
-    assert met([*blind, *flees], "points away")
+    assert not met([*blind, *drifts], "component away from the krill")
+    assert met([*blind, *flees], "component away from the krill")

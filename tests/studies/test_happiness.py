@@ -29,19 +29,16 @@ def test_the_study_compares_arms_in_pairs_of_one_seed():
     cases += [_case("no learning", s, e, 1.0) for s, e in ((1, 0.1), (2, -0.1), (3, 0.0))]
     assert study.changed(cases, "evolving", "vole.energy") == pytest.approx({1: 0.8, 2: 0.6, 3: 0.7})
     verdicts = {v["statement"]: v for v in study.summarise(cases)["verdicts"]}
-    energy = verdicts["change of the weight of energy in happiness, evolving less no learning"]
+    energy = verdicts["change of the weight of energy in happiness, evolving minus no learning"]
     assert energy["value"] == pytest.approx([0.7, 0.7, 0.7])
     assert energy["met"]
-    assert verdicts["change of the weight of nightshade in happiness, evolving less no learning"][
+    assert verdicts["change of the weight of nightshade in happiness, evolving minus no learning"][
         "value"
     ] == pytest.approx([-0.7] * 3)
-    assert verdicts["risk of a vole to die of nightshade, evolving over no learning"][
+    assert verdicts["a vole's risk of death from nightshade, evolving relative to no learning"][
         "value"
     ] == pytest.approx([0.5] * 3)
-    assert (
-        verdicts["no learning: of 5 genes of voles those that changed (95 % interval without 0)"]["value"]
-        == 0
-    )
+    assert verdicts["no learning: vole genes that changed, of 5 (95% interval without 0)"]["value"] == 0
 
 
 def test_the_study_says_so_where_nothing_evolved():
@@ -49,8 +46,8 @@ def test_the_study_says_so_where_nothing_evolved():
         _case(arm, s, e) for arm in ("evolving", "neutral drift") for s, e in ((1, 0.2), (2, -0.2), (3, 0.1))
     ]
     verdicts = {v["statement"]: v["met"] for v in study.summarise(cases)["verdicts"]}
-    assert not verdicts["change of the weight of energy in happiness, evolving less neutral drift"]
-    assert verdicts["generations of voles, the fewest of all evolving runs"]
+    assert not verdicts["change of the weight of energy in happiness, evolving minus neutral drift"]
+    assert verdicts["fewest generations of voles in an evolving run"]
 
 
 def test_generations_are_counted_from_both_parents():

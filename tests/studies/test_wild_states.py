@@ -43,7 +43,7 @@ def test_no_kernel_leaves_its_arrays_in_wild_states(world):
         (ValueError("negative dimensions"), "spawn", "traceback"),
         (ValueError("moss, uid 2: Position.x is nan; expected: 0 to 9 m"), "columns", "refused"),
         (ValueError("negative dimensions"), "within a tick", "stopped with an error"),
-        (CheckpointError("something is wrong"), "checkpoint", "refused without a place"),
+        (CheckpointError("something is wrong"), "checkpoint", "refused without a location"),
         (CheckpointError("/tmp/odd.safetensors: uid 2 occurs twice"), "checkpoint", "refused"),
     ],
 )

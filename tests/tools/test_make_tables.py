@@ -43,7 +43,7 @@ def test_the_rule_of_thumb_is_within_its_error_of_what_was_measured():
         fitted = cost.of_ticks(name)
         for row in cost.rows_of(result):
             if wanted.items() <= row.items():
-                ns = row[f"ns per {organisms[:-1]} and tick"]
+                ns = row[f"ns per {organisms[:-1]} per tick"]
                 measured = row[organisms] * ns * 1e-6
                 assert abs(fitted.at(row[organisms]) / measured - 1) <= fitted.error + 1e-9
 

@@ -142,7 +142,7 @@ class _Checkpoints(_Judge):
             loaded = checkpoint.read(damaged)
         except CheckpointError as error:
             if str(damaged) not in str(error):
-                return {"kind": "no place", "said": str(error)}
+                return {"kind": "no location", "said": str(error)}
             return self._without(damaged, str(error), seed)
         same = (
             loaded[0] == meta
@@ -150,7 +150,7 @@ class _Checkpoints(_Judge):
             and all(_equal(loaded[1][k], arrays[k]) for k in arrays)
         )
         return (
-            {"kind": "the same content"}
+            {"kind": "same content"}
             if same
             else {"kind": "wrong load", "said": "read() returns something else"}
         )
@@ -178,10 +178,10 @@ class _Checkpoints(_Judge):
             if wrong or end != json.loads((self.whole / "manifest.json").read_text())["digest"]:
                 return {"kind": "wrong load", "said": wrong or "the resumed run ends differently"}
         words = {
-            "its header is damaged": "head",
+            "its header is damaged": "header",
             "the part": "part",
-            "is not a complete checkpoint": "not whole",
-            "is not a checkpoint": "not whole",
+            "is not a complete checkpoint": "incomplete",
+            "is not a checkpoint": "incomplete",
         }
         word = next((words[w] for w in words if w in message), "other")
         return {"kind": "refused", "problems": {f"checkpoint: {word}": 1}}
@@ -204,7 +204,7 @@ class _Recordings(_Judge):
                     return {"kind": "wrong load", "said": f"{name} gives something else"}
             except RecordingError as error:
                 if str(self.folder / path) not in str(error):
-                    return {"kind": "no place", "said": f"{name}: {error}"}
+                    return {"kind": "no location", "said": f"{name}: {error}"}
                 refused.append(name)
         for words in [
             ("lineage", str(self.folder)),
@@ -213,7 +213,7 @@ class _Recordings(_Judge):
             if wrong := _command(*words):
                 return {"kind": "traceback", "said": wrong}
         if not refused:
-            return {"kind": "the same content"}
+            return {"kind": "same content"}
         what = "manifest" if path.suffix == ".json" else "part"
         return {"kind": "refused", "problems": {f"{what}: {reader}": 1 for reader in refused}}
 

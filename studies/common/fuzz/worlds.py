@@ -65,7 +65,7 @@ def counted(outcomes: list[dict[str, Any]], items: list[Any]) -> dict[str, Any]:
     return {"files": len(items), "kinds": kinds, "problems": problems, "failures": failures}
 
 
-FAILURES = ("traceback", "hang", "crash", "no place", "not finite", "wrong load", "warning")
+FAILURES = ("traceback", "hang", "crash", "no location", "not finite", "wrong load", "warning")
 
 
 @cache
@@ -130,9 +130,9 @@ def judge(item: tuple[str, str, int, str]) -> dict[str, Any]:
             "name": str(warning)[:100],
         }
     except MemoryError as error:
-        return {"kind": "too large for the memory", "said": str(error)[:200]}
+        return {"kind": "too little memory", "said": str(error)[:200]}
     except FloatingPointError as error:
-        return {"kind": "no finite number, and said so", "said": str(error)[:200]}
+        return {"kind": "non-finite number, reported", "said": str(error)[:200]}
     except Exception:
         return {"kind": "traceback", "stage": stage, "said": traceback.format_exc()[-1500:]}
 
@@ -143,7 +143,7 @@ def _refused(error: Any) -> dict[str, Any]:
         word = next((word for word, pattern in WORDS if re.search(pattern, p.what)), "does not fit")
         problems[word] = problems.get(word, 0) + 1
         if not (p.key or p.line or p.what.startswith("cannot be read")) or not p.what or not str(p):
-            return {"kind": "no place", "said": str(p)[:500]}
+            return {"kind": "no location", "said": str(p)[:500]}
     return {"kind": "refused", "problems": problems}
 
 
@@ -157,7 +157,7 @@ def _run(config: Any) -> dict[str, Any]:
         config = load(config, _less(config))
         world = World.from_config(config).run(TICKS)
     except ConfigError as error:
-        return _refused(error) | {"kind": "refused when it was built"}
+        return _refused(error) | {"kind": "refused while building"}
     wrong = odd(world)
     return {"kind": "not finite", "said": ", ".join(wrong)} if wrong else {"kind": f"ran {TICKS} ticks"}
 

@@ -231,11 +231,13 @@ def imported(ground: Ground) -> dict[str, Any]:
     tops = {m.partition(".")[0] for m in modules["with code"]}
     return {
         "modules": len(modules["with code"]),
-        "more than a harmless world": sorted(
+        "beyond a harmless world": sorted(
             (modules["with code"] | modules["with a module"]) - modules["harmless"]
         ),
         "packages": sorted(tops - set(sys.stdlib_module_names)),
-        "of nobody": sorted(t for t in tops - known if not t.startswith(("__editable__", "_sysconfigdata"))),
+        "in no installed package": sorted(
+            t for t in tops - known if not t.startswith(("__editable__", "_sysconfigdata"))
+        ),
     }
 
 

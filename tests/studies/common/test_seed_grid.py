@@ -61,9 +61,9 @@ def test_what_is_said_of_a_grid_is_counted_over_its_cells() -> None:
     values = {line["statement"]: (line["value"], line["met"]) for line in verdicts["verdicts"]}
     # by hand: two effective runs, times (1.96 / 4.30)² for two degrees of freedom; Wilson's ends of 2/3 over 0.415
     assert values["a: runs in which all species persist"] == ("4 of 6 (67%, 4% to 99%)", True)
-    assert values["a: of these with peaks of all consumers beyond AR(1), p < .05"] == ("3 of 4", True)
-    assert values["a: median lag deer→wolf, share of the period"][1]
-    assert values["a, training seed 1, world seed 1: periods of one run of 60,000 ticks"] == (60.0, True)
+    assert values["a: of these, runs with peaks of all consumers beyond AR(1), p < 0.05"] == ("3 of 4", True)
+    assert values["a: median lag deer→wolf, as a share of the period"][1]
+    assert values["a, training seed 1, world seed 1: periods in one run of 60,000 ticks"] == (60.0, True)
     line = verdicts["table"]["rows"][0]
     assert (line[1], line[3], line[4], line[5], line[6]) == (6, "2/2, 2/2, 0/2", "wolf 2", "3 of 4", 1160.5)
     assert line[2][0] == pytest.approx(2 / 3)
