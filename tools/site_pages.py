@@ -28,8 +28,8 @@ def generated() -> dict[str, str]:
 def _components() -> str:
     components = import_module("ecs_eco.components")
     parts = [
-        "# Components\n\nThe data of organisms and objects: `table[Metabolism].energy` is a column, "
-        "`world.get(uid, Metabolism).energy` a value. All are in `ecs_eco.components`."
+        "# Components\n\nThe data of organisms and objects: `table[Metabolism].energy` is a column; "
+        "`world.get(uid, Metabolism).energy` is a single value. All are in `ecs_eco.components`."
     ]
     for name in components.__all__:
         kind = getattr(components, name)

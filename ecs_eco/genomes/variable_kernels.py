@@ -13,7 +13,7 @@ from ecs_eco.compiled.jit import njit
 from ecs_eco.engine.random import draw, mix
 from ecs_eco.genomes.kernels import LETTER, MUTATE, POINT_1, SALT, change
 
-# purposes of a birth's draws, following those in `kernels`
+# purpose codes for the random draws at birth, continuing the codes in `kernels`
 DUPLICATE, REARRANGE, GAP, INDEL, INSERT, SLIP = range(9, 15)
 CROSSING, DUPLICATION, LOSS, INSERTION, DELETION = range(5)  # entries of at_limit
 NEVER = 1 << 40  # larger than the number of letters in any string

@@ -120,8 +120,8 @@ def in_the_way(
 
 @njit
 def name(uid, number, which, identity):
-    """Write the litter and the identity of each newborn of a tick: its parent's uid for the first newborn of
-    a litter, a hash of that uid for its other newborns."""
+    """Write the litter and the identity of each newborn in a tick: its parent's uid for the first newborn of
+    a litter, a hash of that uid for the rest."""
     n = 0
     for i in range(uid.size):
         for nth in range(min(number[i], which.size - n)):

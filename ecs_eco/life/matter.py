@@ -26,7 +26,7 @@ FLOWS = {
     "reacted": "production minus consumption by reactions",
     "taken_up": "from fields into bodies: breathed, drunk, taken up by roots",
     "released": "from bodies into fields: excreted, leaked, released by decay, not assimilated",
-    "emitted": "from bodies into the fields of their smells",
+    "emitted": "from bodies into their smell fields",
     "decayed": "decayed in fields",
     "brought_in": "from outside the world, minus outflow: air, rain, unlimited milk",
     "remains": "from dead organisms into their remains",

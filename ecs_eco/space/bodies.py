@@ -43,8 +43,7 @@ def tops(table: "Table", rows: np.ndarray) -> np.ndarray:
 
 
 def opaque_kinds(world: "SpatialWorld") -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the names of the tables whose bodies block sight, first those of spheres, then those of other
-    shapes."""
+    """Return the names of the tables whose bodies block sight: spheres first, then other shapes."""
     spheres: tuple[str, ...] = ()
     others: tuple[str, ...] = ()
     for name, table in world.tables.items():

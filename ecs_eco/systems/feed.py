@@ -85,7 +85,7 @@ class Feed(System):
             "diet.satiation": "An animal eats only while its energy is below `satiation`.",
             "diet.efficiency": "A meal adds `efficiency` times the item's energy, up to `energy_max`.",
             "diet.deadly": "Deadly food kills its eater.",
-            "diet.assimilation": "The share `assimilation` of the item's substances enters the eater; the "
+            "diet.assimilation": "A fraction `assimilation` of the item's substances enters the eater; the "
             "rest enters the first field of each substance.",
         },
         changes=("Metabolism.energy", "Metabolism.taken", "Metabolism.digesting", "Chemistry", "Matter"),

@@ -44,7 +44,7 @@ class Nurse(System):
         "Parental care",
         reads=("care",),
         rules={
-            "": "`dE_young/dt = efficiency × rate` while the parent holds more than its reserve; the parent "
+            "": "`dE_young/dt = efficiency × rate` while the parent has more energy than its reserve; the parent "
             "pays `rate`."
         },
         changes=("Metabolism.energy", "Metabolism.taken", "Metabolism.given", "Metabolism.burnt"),
