@@ -184,7 +184,7 @@ def test_what_cannot_be_is_refused(menagerie, tmp_path, whole):
         World.from_config(config(menagerie))
     with pytest.raises(RecordingError, match=r"no archipelago\.json"):
         Archipelago(whole.islands["a"])
-    with pytest.raises(RecordingError, match="is at tick 20 already"):
+    with pytest.raises(RecordingError, match="is already at tick 20"):
         Archipelago(whole.folder).run(until=10)
     with pytest.raises(FileExistsError):
         Archipelago.from_config(config(menagerie), out=whole.folder)

@@ -112,8 +112,7 @@ export class Flows {
     svg.setAttribute("aria-label", `Who eats whom, ticks ${from} to ${Math.min(to, now)}: ${words.join("; ") || "no organism was eaten"}`);
     this.place.replaceChildren(svg);
     const shared = this.charts.shared ? " Energy per food was not recorded, so it is divided among foods by the number eaten." : "";
-    if (this.about) this.about.textContent = `Means of ticks ${number(Math.max(0, from))} to
-    ${number(Math.min(to, now))}. Energy is what eaters gain.${shared}`;
+    if (this.about) this.about.textContent = `Means of ticks ${number(Math.max(0, from))} to ${number(Math.min(to, now))}. Energy is what eaters gain.${shared}`;
     this.keys?.replaceChildren(...keysOf(nodes, meals, this.unit === "energy"));
     this.table?.replaceChildren(...rows(nodes, meals).map((row) => h("tr", {}, ...row.map((cell, i) => (i < 2 ? h("th", { scope: "row", text: cell }) : h("td", { text: typeof cell === "number" ? number(cell) : cell ?? "–" }))))));
   }

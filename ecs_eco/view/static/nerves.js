@@ -15,8 +15,7 @@ const NODE = 142; // x of sensor nodes
 const BOX = [166, 62]; // x and width of the networks
 const Y = 272, P = 290, Z = 331, H = 348, NAME = 360;
 const BOXES = /** @type {const} */ (["reflex", "policy", "happiness"]);
-const WORDS = { y: "y: the reflex forces (+1), leaves unchanged (0) or blocks (−1) the action", p: "p:
-probability given by the policy", z: "z: chosen by the policy", H: "decision H(y + z): carried out or not" };
+const WORDS = { y: "y: the reflex forces (+1), leaves unchanged (0) or blocks (−1) the action", p: "p: probability given by the policy", z: "z: chosen by the policy", H: "decision H(y + z): carried out or not" };
 
 /**
  * Draws a nervous system; `update` shows new values in the same drawing.
