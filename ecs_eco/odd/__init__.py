@@ -1,7 +1,7 @@
 """The description of a world in the ODD protocol (Grimm et al. 2020), generated from its declarations.
 
-Texts are kept with the code that they describe: descriptions and units in the fields of sections, sentences
-in the docstrings of systems and components, equations in `ecs_eco.engine.submodel.Submodel`. This package
+Text is kept with the code that it describes: descriptions and units in the fields of sections, sentences in
+the docstrings of systems and components, equations in `ecs_eco.engine.submodel.Submodel`. This package
 only arranges them.
 """
 

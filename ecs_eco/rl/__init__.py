@@ -1,7 +1,7 @@
 """External reinforcement learning: species as PettingZoo and Gymnasium environments.
 
 All use the external control in `ecs_eco.nervous`; for learning within a world, see `ecs_eco.learning`.
-Requires the extra `rl`: `pip install -e ".[rl]"`. Importing this package registers the environments, as in
+Requires the `rl` extra: `pip install -e ".[rl]"`. Importing this package registers the environments, as in
 `gymnasium.make("ecs_eco/Deer-v0")`.
 """
 

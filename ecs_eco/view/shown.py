@@ -184,7 +184,7 @@ class Log:
 
 
 def _of(request: Message) -> dict[str, Any]:
-    """Return a request as words, and whether it undoes an earlier request."""
+    """Return a description of a request in words, and whether it undoes an earlier request."""
     what, way = request.get("what"), request.get("as")
     try:
         words = describe(what) if isinstance(what, dict) else ""
