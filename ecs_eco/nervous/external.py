@@ -231,10 +231,10 @@ class External:
         Raises
         ------
         RuntimeError
-            If a tick is under way.
+            If a tick is in progress.
         """
         if self._awaited.halves.begun:
-            raise RuntimeError(f'world.external("{self.species}"): a tick is under way; call `act` first')
+            raise RuntimeError(f'world.external("{self.species}"): a tick is in progress; call `act` first')
         if self._nerves.outside is self._pending:
             self._nerves.outside = self._before
         if self._mourn in self.world.on_death:

@@ -110,7 +110,7 @@ def inherit(how: str):
 
 WRONG = [
     (gene(0, trait="reflex.rad.weight"), "genome.genes.0.trait", "reflex.red.weight"),
-    (gene(0, values=[0, -1]), "genome.genes.0.values", "has 4 values"),
+    (gene(0, values=[0, -1]), "genome.genes.0.values", "has 4; expected: 4 numbers"),
     (gene(1, low=0.7), "genome.genes.1.low", "less than 0.6"),
     (gene(1, at=0), "genome.genes.1.at", "overlaps the gene red"),
     (gene(1, high=30.0), "genome.genes.1.high", "at most 20 m"),
