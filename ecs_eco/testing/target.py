@@ -71,7 +71,7 @@ def target() -> Target:
             platform.machine(),
             portable.CPU,
             "portable",
-            "not determined",
+            "not asked",  # part of the identity by which digests.json lists targets
             {"python": python, **versions(COMPUTING)},
         )
     _, name, features = instructions()

@@ -3,6 +3,7 @@
 import json
 import re
 
+from ecs_eco.compiled import portable
 from ecs_eco.testing.self_test import DIGESTS, Case, Outcome, cases, differing, released
 from ecs_eco.testing.target import COMPUTING, instructions, target
 
@@ -51,3 +52,11 @@ def test_what_differs_from_the_release_is_named_and_unknown_targets_are_unknown(
 def test_compilation_switched_off_is_another_target(monkeypatch):
     monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")
     assert target().key != HERE.key
+
+
+def test_the_portable_target_of_any_machine_is_one_of_the_release(monkeypatch):
+    """Its line is the key under which digests are stored; versions may be newer than the stored ones."""
+    monkeypatch.setattr(portable, "_on", True)
+    here = target()._replace(system="x86_64")
+    stored = [key.partition(";")[0] for key in released()]
+    assert here.key.partition(";")[0] in stored
