@@ -9,7 +9,7 @@ Policies are trained separately for each cost, with the training seed of the bun
 from typing import Any
 
 from studies.common.policies import trained
-from studies.common.predator_prey import first_extinction, identity, live, numbers
+from studies.common.predator_prey import first_extinction, frozen, identity, live, numbers
 from studies.common.study import Study, verdict
 
 LAWS = {
@@ -27,9 +27,8 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     """Run one arm at one cost; return how long both species survived, which species went extinct, and the
     causes of death."""
     from ecs_eco.analysis.cycles import cycle_statistics
-    from ecs_eco.config import load
 
-    world = load(config["world"], LAWS[case["law"]])
+    world = frozen(LAWS[case["law"]])
     folder = str(trained(world, config["training_seed"], config["training_ticks"]))
     policies = {
         s: folder if how == "trained" else "random"

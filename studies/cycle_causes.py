@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from studies.common.policies import trained, without_policies
+from studies.common.predator_prey import frozen
 from studies.common.registration import registration
 from studies.common.seed_grid import both_peaks, live, record
 from studies.common.study import Study, canonical, verdict
@@ -38,9 +39,8 @@ FACTORS = (0.5, 0.71, 1.0, 1.41, 2.0)
 
 def world(of: Mapping[str, Any], small: Mapping[str, Any]) -> dict[str, Any]:
     """Return an arm's world, as its file would define it."""
-    from ecs_eco.config import load
 
-    content = without_policies(load("predator-prey", dict(small)))
+    content = without_policies(frozen(small))
     deer = content["species"]["deer"]
     if of.get("blind"):
         deer["sensors"] = [

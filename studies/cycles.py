@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from studies.common.predator_prey import first_extinction, identity, live, numbers, packed, unpacked
+from studies.common.predator_prey import first_extinction, frozen, identity, live, numbers, packed, unpacked
 from studies.common.study import Study, verdict
 
 FRESH = tuple(range(1001, 1011))  # world seeds that were not used for any choice
@@ -22,9 +22,8 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     """Run one world; return the species that went extinct and when, and peaks, periods, lags and population
     sizes."""
     from ecs_eco.analysis.cycles import cycle_statistics
-    from ecs_eco.config import load
 
-    lived = live(load(config["world"]), case["seed"], "trained", config["ticks"], learn=False)
+    lived = live(frozen(), case["seed"], "trained", config["ticks"], learn=False)
     n = numbers(lived)
     when, who = first_extinction(n)
     return {

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from studies.common.policies import trained, without_policies
+from studies.common.predator_prey import frozen
 from studies.common.pursuit import Pursuit, share
 from studies.common.registration import registration
 from studies.common.seed_grid import both_peaks, by_training, record
@@ -69,7 +70,7 @@ def world(config: Mapping[str, Any], name: str) -> Any:
     """Return the named world at half the area, including in training."""
     from ecs_eco.config import load
 
-    content = without_policies(load("predator-prey", {**config["small"], **config["worlds"][name]}))
+    content = without_policies(frozen({**config["small"], **config["worlds"][name]}))
     content["training"]["set"] |= config["small training"]
     return load(content)
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from studies.common.policies import trained
-from studies.common.predator_prey import identity
+from studies.common.predator_prey import frozen, identity
 from studies.common.study import Study, verdict
 
 SEEDS = (1, 2, 3, 4, 5, 6, 7)  # the first seven
@@ -58,10 +58,9 @@ def evaluate(config: Any, policies: dict[str, str], deer: int, ticks: int, seed:
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     """Train one seed from random weights and evaluate it."""
-    from ecs_eco.config import load
     from ecs_eco.lab.pretraining import pretrain
 
-    world = load(config["world"])
+    world = frozen()
     start, cpu = time.perf_counter(), time.process_time()
     curves = pretrain(world, seed=case["training"], ticks=config["training_ticks"])["curves"]
     wall, cpu = time.perf_counter() - start, time.process_time() - cpu

@@ -17,8 +17,9 @@ from typing import Any
 
 import numpy as np
 
-from studies.common.moved import Crowd, Policies
+from studies.common.moved import life
 from studies.common.policies import trained
+from studies.common.predator_prey import frozen
 from studies.common.registration import registration
 from studies.common.seed_grid import both_peaks, record
 from studies.common.selection import pooled
@@ -33,7 +34,6 @@ QUARTER = {
     "species.wolf.count": 62,
 }
 LEARNERS = ("deer", "wolf")
-WINDOW = 1000  # [ticks] over which a policy's change is measured
 ENDS = ("first", "last")  # a run's initial and final policies
 Result = dict[str, Any]
 
@@ -44,16 +44,15 @@ Result = dict[str, Any]
 def run(config: dict[str, Any], case: Mapping[str, Any]) -> Result:
     """Run a world in which a training seed's policies live and learn as the arm defines; return the outcome
     and, if the arm requests it, the outcomes of their frozen pairs."""
-    from ecs_eco.config import load
 
     says = config["arms"][case["arm"]]
-    shipped = load("predator-prey", dict(config["small"]))
+    shipped = frozen(config["small"])
     folder = trained(shipped, case["training"], config["training ticks"])
     wanted = {**config["small"], **(candidate(case["seed"]) if case["arm"] == "search" else says["set"])}
     wanted |= {f"species.{s}.policy.learn": s in says["learn"] for s in LEARNERS}
     wanted |= {f"species.{s}.ppo.anneal": 0 for s in LEARNERS}
-    living = load("predator-prey", wanted)
-    world, moved = life(living, folder, case["seed"], config["ticks"])
+    living = frozen(wanted)
+    world, moved = life(living, folder, case["seed"], config["ticks"], LEARNERS)
     out = brief(record(world, living)) | {"moved": moved}
     if case["arm"] == "both" and case["seed"] == config["swap seed"]:
         out |= swapped(
@@ -73,27 +72,6 @@ def candidate(seed: int) -> dict[str, float]:
             value = round(value)
         drawn |= {key.replace("both", s): value for s in (LEARNERS if "both" in key else ("",))}
     return drawn
-
-
-def life(living: Any, folder: Path, seed: int, ticks: int) -> tuple[Any, dict[str, list[float]]]:
-    """Run a world for `ticks` ticks, or until at most 50 ticks after deer or wolves go extinct; return it
-    and, for each learner, how far its policy moved in each complete window [nats of KL, then ‖ now]."""
-    from ecs_eco import World
-
-    world = World.from_config(living, seed=seed, policies=str(folder))
-    learners = [s for s in LEARNERS if living.species[s].policy.learn]
-    alone = any(living.species[s].policy.kind == "individual" for s in LEARNERS)
-    moved: dict[str, list[float]] = {s: [] for s in learners}
-    before = Crowd(world, learners) if alone else Policies(world)
-    while world.tick < ticks and all(world.tables[s].n for s in LEARNERS):
-        world.run(min(50, ticks - world.tick))
-        if world.tick % WINDOW == 0:
-            now = before.moved()
-            for s in learners:
-                if now[s] is not None:
-                    moved[s].append(float(now[s] or 0.0))
-            before = Crowd(world, learners) if alone else Policies(world)
-    return world, moved
 
 
 def state(world: Any, species: str) -> dict[str, np.ndarray]:
@@ -143,14 +121,14 @@ def swapped(
 def arena(seed: int, learn: bool) -> Any:
     """Return the pre-training world, in which wolves or no species learn."""
     from ecs_eco import World
-    from ecs_eco.config import for_training, load
+    from ecs_eco.config import for_training
 
     changes = {
         "species.deer.policy.learn": False,
         "species.wolf.policy.learn": learn,
         "species.wolf.ppo.anneal": 0,
     }
-    config = for_training(load("predator-prey", changes))
+    config = for_training(frozen(changes))
     return World.from_config(config, seed=seed, policies="untrained", training=True)
 
 

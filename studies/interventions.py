@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from studies.common.predator_prey import frozen
 from studies.common.runs import content
 from studies.common.study import Study, verdict
 
@@ -24,7 +25,6 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     other and with an unchanged world."""
     from ecs_eco.analysis.report import write_report
     from ecs_eco.analysis.runs import load_series
-    from ecs_eco.config import load
     from ecs_eco.record import fork, run_to_folder
 
     at, until, seed, done = (
@@ -36,20 +36,10 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as place:
         here = Path(place)
         alone = run_to_folder(
-            load("predator-prey"),
-            seed=seed,
-            ticks=until,
-            out=here / "alone",
-            report=False,
-            checkpoint_every=at,
-            keep=99,
+            frozen(), seed=seed, ticks=until, out=here / "alone", report=False, checkpoint_every=at, keep=99
         )
         planned = run_to_folder(
-            load("predator-prey", {"interventions": [done]}),
-            seed=seed,
-            ticks=until,
-            out=here / "planned",
-            report=False,
+            frozen({"interventions": [done]}), seed=seed, ticks=until, out=here / "planned", report=False
         )
         changes = done["set"] if done["kind"] == "set" else {"interventions": [done]}
         forked = fork(here / "alone", here / "fork", from_tick=at, changes=changes, report=False)

@@ -31,7 +31,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     from ecs_eco.analysis.runs import load_series
     from studies.common.goats import text
 
-    world = World.from_config(case["arm"], seed=case["seed"])
+    world = World.from_config(case["arm"], seed=case["seed"], learn=False)
     names = sorted({name for pair in PAIRS[case["arm"]] for name in pair})
     while world.tick < config["ticks"] and all(world.tables[name].n for name in names):
         world.run(min(250, config["ticks"] - world.tick))

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from studies.common.predator_prey import frozen
 from studies.common.seed_grid import live, policies_of, record
 from studies.common.study import Study, verdict
 from studies.protocols import HALF, OLD
@@ -20,13 +21,12 @@ DIE, LIVE, WORLD = (3, 32), (21, 22), 6101
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     """Run one training seed's deer with another's wolves."""
-    from ecs_eco.config import load
 
     of = {
         s: str(policies_of({**config, "world": "predator-prey"}, {"train": config["train"]}, case[s]))
         for s in ("deer", "wolf")
     }
-    world = load("predator-prey", config["life"])
+    world = frozen(config["life"])
     ending = record(live(world, case["seed"], of, config["ticks"], False), world)
     return {k: ending[k] for k in ("persisted", "lived", "extinct", "numbers", "deaths")}
 

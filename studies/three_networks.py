@@ -26,9 +26,10 @@ for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ[name] = "1"
 import numpy as np
 
-from ecs_eco.config import for_training, load
+from ecs_eco.config import for_training
 from ecs_eco.lab.pretraining import pretrain
 from studies.common.networks import Plain, Remembering
+from studies.common.predator_prey import frozen
 from studies.common.study import Study, verdict
 
 ARMS: dict[str, Any] = {"built-in": None, "Sequential, by autograd": Plain, "GRU, by autograd": Remembering}
@@ -38,7 +39,7 @@ T_95 = 2.776  # Student's t with four degrees of freedom
 
 def run(config: dict[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
     """Pre-train one world; return its curves, and the number of deer decisions per second."""
-    loaded = load("predator-prey", {"species.deer.policy.network": ARMS[case["network"]]})
+    loaded = frozen({"species.deer.policy.network": ARMS[case["network"]]})
     start = time.process_time()
     curves = pretrain(loaded, case["seed"], config["ticks"])["curves"]["deer"]
     decisions = config["ticks"] * for_training(loaded, {}).species["deer"].count

@@ -38,7 +38,7 @@ def compare(
             "--control",
             metavar="NAME|KEY=VALUE",
             help="A treatment: random-policy (random-policy:deer for one species), untrained-policy, "
-            "learning, frozen-learning, no-reflexes, neutral-drift, shuffled-genome, no-mutation, "
+            "learning, frozen, no-reflexes, neutral-drift, shuffled-genome, no-mutation, "
             "constant-light, inverted-light, no-smell, "
             "no-SPECIES, energy-only, energy-and-light, or a changed value. Repeatable.",
         ),

@@ -166,7 +166,7 @@ _TREATMENTS = (
     Treatment("random-policy", "actions are drawn at random", policies="random", check=needs_policy),
     Treatment("untrained-policy", "networks start from random weights", policies="untrained"),
     Treatment("learning", "policies keep learning during the run", learn=True),
-    Treatment("frozen-learning", "policies do not learn during the run", learn=False),
+    Treatment("frozen", "policies do not learn during the run", learn=False),
     Treatment("no-reflexes", "reflexes are removed", at_build=True, check=needs_reflex),
     Treatment("neutral-drift", "genes are inherited but not expressed", at_build=True, check=needs_genome),
     Treatment("shuffled-genome", "genes come from random living members", at_build=True, check=needs_genome),
@@ -196,6 +196,8 @@ def find(name: str, config: WorldConfig) -> Treatment:
         )
     if name in TREATMENTS:
         return TREATMENTS[name]
+    if name == "frozen-learning":  # its former name
+        return replace(TREATMENTS["frozen"], name=name)
     if name in names(config):
         absent = name.removeprefix(ABSENT)
         return Treatment(name, f"there is no {absent}", partial(without, species=absent))

@@ -52,10 +52,10 @@ def approaches(changes: Mapping[str, Any], deer: str, seed: int, side: int, tick
 
 def _arena(changes: Mapping[str, Any], deer: str, side: int) -> dict[str, Any]:
     """Return the world without grass or births, with as many wolves as deer."""
-    from ecs_eco.config import load
     from studies.common.policies import without_policies
+    from studies.common.predator_prey import frozen
 
-    content = without_policies(load("predator-prey", dict(changes)))
+    content = without_policies(frozen(changes))
     content["code"], content["space"]["size"] = [MODULE], [side * SPACING] * 2
     for name, function in (("deer", deer), ("wolf", "chase")):
         content["species"][name].pop("ppo", None)

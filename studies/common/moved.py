@@ -4,9 +4,12 @@ it."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+WINDOW = 1000  # [ticks] over which a policy's change is measured
 
 
 def log_chances(logits: np.ndarray, groups: Sequence[int]) -> np.ndarray:
@@ -95,3 +98,27 @@ class Crowd:
 def rates(moved: Mapping[str, float | None], ticks: int) -> dict[str, float | None]:
     """Return the KL divergences per 1,000 ticks."""
     return {name: None if nats is None else 1000 * nats / max(1, ticks) for name, nats in moved.items()}
+
+
+def life(
+    living: Any, folder: Path, seed: int, ticks: int, mortal: Sequence[str]
+) -> tuple[Any, dict[str, list[float]]]:
+    """Run a world for `ticks` ticks, or until at most 50 ticks after one of the `mortal` species goes
+    extinct; return it and, for each of them that learns, how far its policy moved in each complete window
+    [nats of KL, then ‖ now]."""
+    from ecs_eco import World
+
+    world = World.from_config(living, seed=seed, policies=str(folder))
+    learners = [s for s in mortal if living.species[s].policy.learn]
+    alone = any(living.species[s].policy.kind == "individual" for s in mortal)
+    moved: dict[str, list[float]] = {s: [] for s in learners}
+    before = Crowd(world, learners) if alone else Policies(world)
+    while world.tick < ticks and all(world.tables[s].n for s in mortal):
+        world.run(min(50, ticks - world.tick))
+        if world.tick % WINDOW == 0:
+            now = before.moved()
+            for s in learners:
+                if now[s] is not None:
+                    moved[s].append(float(now[s] or 0.0))
+            before = Crowd(world, learners) if alone else Policies(world)
+    return world, moved

@@ -11,22 +11,60 @@ import numpy as np
 from studies.common.policies import without_policies
 
 SPECIES = ("grass", "deer", "wolf")
+# the world of studies with frozen policies: wolves that live on less, and PPO as in pre-training
+FROZEN: dict[str, Any] = {
+    "species.deer.policy.learn": False,
+    "species.wolf.policy.learn": False,
+    "species.wolf.diet.0.gain": 0.46,
+    "species.wolf.metabolism.basal": 0.003,
+    "species.wolf.reproduction.spacing": 8.5,
+    "species.deer.ppo": {
+        "horizon": 64,
+        "learning_rate": 1e-3,
+        "discount": 0.98,
+        "gae_lambda": 0.95,
+        "epochs": 3,
+        "anneal": 3000,
+        "minibatch_size": 8192,
+        "entropy_coef": 0.01,
+    },
+    "species.wolf.ppo": {
+        "horizon": 64,
+        "learning_rate": 1e-3,
+        "discount": 0.98,
+        "gae_lambda": 0.95,
+        "epochs": 3,
+        "anneal": 3000,
+        "minibatch_size": 2048,
+        "entropy_coef": 0.01,
+    },
+    "training.set": {
+        "space.size": [180.0, 180.0],
+        "species.grass.count": 1800,
+        "species.deer.count": 350,
+        "species.wolf.count": 100,
+        "species.grass.reproduction.rate": 0.0,
+        "species.grass.reproduction.seed_rain": 0.02,
+    },
+}
 SHIPPED = Path(__file__).parents[2] / "ecs_eco" / "worlds" / "predator_prey"
 
 
-def identity(policies: bool = True) -> dict[str, str | None]:
-    """Return hashes of the shipped world and its bundled policies, so that changing the world invalidates the
-    results."""
+def frozen(changes: Mapping[str, Any] | None = None) -> Any:
+    """Return the shipped world with the values of FROZEN, then of `changes`."""
     from ecs_eco.config import load
 
+    return load("predator-prey", FROZEN | dict(changes or {}))
+
+
+def identity(policies: bool = True) -> dict[str, str | None]:
+    """Return hashes of the world with frozen policies and of its bundled policies, so that changing the world
+    invalidates the results."""
     files = {s: SHIPPED / f"{s}.safetensors" for s in SPECIES[1:]} if policies else {}
     hashes = {
         s: hashlib.sha256(f.read_bytes()).hexdigest()[:16] if f.is_file() else None for s, f in files.items()
     }
-    return {
-        "world": hashlib.sha256(str(without_policies(load("predator-prey"))).encode()).hexdigest()[:16],
-        **hashes,
-    }
+    return {"world": hashlib.sha256(str(without_policies(frozen())).encode()).hexdigest()[:16], **hashes}
 
 
 def live(

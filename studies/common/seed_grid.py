@@ -29,6 +29,7 @@ import numpy as np
 
 from studies.common.moved import Policies, rates
 from studies.common.policies import trained, without_policies
+from studies.common.predator_prey import frozen
 from studies.common.study import Study, canonical, verdict
 
 BLOCK = 40  # [ticks] averaged into each stored mean
@@ -386,7 +387,7 @@ def row(arm: str, entries: Sequence[Entry], lags: Mapping[str, Any]) -> list[Any
 def _load(world: str, changes: Mapping[str, Any]) -> Any:
     from ecs_eco.config import load
 
-    return load(world, dict(changes) or None)
+    return frozen(changes) if world == "predator-prey" else load(world, dict(changes) or None)
 
 
 def _hash(x: Any) -> str:

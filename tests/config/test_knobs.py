@@ -108,6 +108,7 @@ def test_values_from_outside_may_lie_beyond_the_ends():
             'species.wolf.actions={"turn" = ["left"]}',
             "species.wolf.default_action={}",
             "species.wolf.always_on=[]",
+            "training.set={}",
         ],
     )
     left = {knob["key"] for knob in offered(no_hunters)["knobs"]}

@@ -23,9 +23,11 @@ def test_each_treatment_is_an_arm_of_its_own() -> None:
 
 
 def test_a_treatment_may_concern_one_species_or_learning_or_how_a_world_is_built() -> None:
-    arms = arms_of("reflexes", [], ["no-reflexes", "learning", "frozen-learning"])
+    arms = arms_of("reflexes", [], ["no-reflexes", "learning", "frozen"])
     assert [a.controls for a in arms] == [(), ("no-reflexes",), (), ()]
     assert [a.learn for a in arms] == [None, None, True, False]
+    former = arms_of("reflexes", [], ["frozen-learning"])[1]
+    assert (former.name, former.learn) == ("frozen-learning", False)
     one = arms_of("predator-prey", [], ["random-policy:deer"])[1]
     assert one.policies == {"deer": "random"}
     assert one.name == "random-policy-deer"

@@ -19,6 +19,8 @@ PREDATOR_PREY = {
     "species.deer.reproduction.energy_min": 0.4,
     "species.deer.ppo.horizon": 4,
     "species.deer.policy.file": None,
+    "species.deer.policy.learn": False,
+    "species.wolf.policy.learn": False,
 }
 GENES = {
     "alphabet": "ACGT",

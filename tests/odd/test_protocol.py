@@ -189,7 +189,9 @@ def test_who_learns_by_what_rate_and_for_what_is_said_of_each_species() -> None:
     text = text_of("lamb")
     assert "| lamb | during the run | one for each individual | 0.007 | 64 |" in text
     assert "| lamb | `-4 * (1 - oxygen)**2 - 3 * (1 - glucose)**2 + 1.5 * sheep_smell` | -7 |" in text
-    assert "| deer | before the run | one for all members | 0.001 | 64 |" in text_of("predator-prey")
+    assert "| deer | before the run and during the run | one for all members | 0.004 | 64 |" in text_of(
+        "predator-prey"
+    )
 
 
 def test_interventions_are_input_with_their_ticks() -> None:

@@ -263,6 +263,7 @@ def _written(
         *(("<h2>Interventions</h2>", done) if (done := interventions(series)) else ()),
         "<h2>Numbers</h2>",
         numbers(series, ages_at_death(run)),
+        *learning.blocks(run, series, place),
         *(
             ("<h2>Measured</h2>", measures.rows(series), pictures.get("measured", ""))
             if series.reporters and len(series.ticks)
@@ -282,7 +283,6 @@ def _written(
         *flows.blocks(series, place),
         *matter.blocks(run, series, place),
         *depth_figures.blocks(run, series, place),
-        *learning.blocks(run, series, place),
         *genes_figures.blocks(run, series, place),
         *(("<h2>Positions</h2>", pictures["positions"]) if "positions" in pictures else ()),
         "<h2>How to run it again</h2>",

@@ -4,7 +4,7 @@ import { $, h, number, s } from "./dom.js";
 import { sign } from "./marks.js";
 
 /** @typedef {import("./stage.js").Stage} Stage */
-/** @typedef {{line: number[], births: number | null, deaths: number | null, extinct: number | null, causes: [string, number][]}} Brief current data of a kind from the charts; causes of death with deaths per tick, most frequent first */
+/** @typedef {{line: number[], births: number | null, deaths: number | null, extinct: number | null, causes: [string, number][], learns: boolean}} Brief current data of a kind from the charts; causes of death with deaths per tick, most frequent first */
 
 const WIDE = 54, HIGH = 16; // size of a sparkline [px]
 const NAMED = 0.25; // minimum share of deaths for a cause to be named
@@ -82,7 +82,7 @@ function row(stage, k, hide, solo, find) {
  * @param {Brief} brief
  * @param {number} n current population
  */
-function tell(one, { line, births, deaths, extinct, causes }, n) {
+function tell(one, { line, births, deaths, extinct, causes, learns }, n) {
   const key = line.join();
   if (key !== one.drawn && line.length > 1) {
     one.drawn = key;
@@ -95,7 +95,7 @@ function tell(one, { line, births, deaths, extinct, causes }, n) {
   one.way.title = line.length < 2 ? "" : `${change < 0 ? "−" : "+"}${Math.round(Math.abs(100 * change))}% in the last third of the line`;
   const gone = n === 0 && extinct !== null;
   one.root.classList.toggle("gone", gone);
-  write(one.flow, gone ? `extinct at ${number(extinct)}` : n === 0 && !line.some(Boolean) ? "none so far" : births === null ? "" : [`+${rate(births)} −${rate(deaths)} per tick`, ...(deaths ? whereof(causes) : [])].join(", "));
+  write(one.flow, gone ? `extinct at ${number(extinct)}` : n === 0 && !line.some(Boolean) ? "none so far" : births === null ? "" : [`+${rate(births)} −${rate(deaths)} per tick`, ...(deaths ? whereof(causes) : []), ...(learns ? ["learning"] : [])].join(", "));
 }
 
 /** The most frequent recent causes of death. @param {[string, number][]} causes with deaths per tick, most frequent first */

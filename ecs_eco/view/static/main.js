@@ -171,7 +171,10 @@ function paint(dark) {
       paint(stage.dark);
     },
     other: () => two.stage,
-    brief: (name) => ({ ...charts.brief(name), extinct: story.extinct(name) }),
+    brief: (name) => ({
+      ...charts.brief(name), extinct: story.extinct(name),
+      learns: page?.act?.switchedAs?.[name]?.learning ?? Boolean(stage.kinds.find((kind) => kind.name === name)?.learns),
+    }),
   });
   page.charts.rebuild();
   page.panel.redraw();
