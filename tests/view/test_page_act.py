@@ -2,8 +2,8 @@
 
 import pytest
 
-from ecs_eco.testing.browser import until
-from tests.view.pages import IN_A_BROWSER, in_sight, passed, pause
+from ecs_eco.testing.browser import served, until
+from tests.view.pages import IN_A_BROWSER, SMALL, in_sight, opened, passed, pause
 
 pytestmark = IN_A_BROWSER
 LOG = "document.querySelector('#act .log').textContent"
@@ -91,3 +91,19 @@ def test_switches_say_how_they_stand(act):
     on.click()
     passed(page)
     until(page, "document.querySelector('[data-switch=\"reproduction true\"]').ariaPressed === 'true'")
+
+
+def test_the_legend_says_who_learns_until_learning_is_switched_off(browser):
+    trained = [word for word in SMALL if word not in ("--policies", "random")]
+    row = "[...document.querySelectorAll('.legend-line')].find(row => row.textContent.startsWith(name))"
+    learns = f"name => {row}.textContent.includes('learning')"
+    with served("watch", "predator-prey", *trained) as run, opened(browser, run.address()) as page:
+        until(page, f"({learns})('deer') && ({learns})('wolf')")
+        assert not page.evaluate(learns, "grass")
+        page.locator("#tab-act").click()
+        pause(page)
+        page.get_by_label("Species", exact=True).select_option("deer")
+        page.get_by_label("learning off", exact=True).click()
+        passed(page)
+        page.locator("#play").click()
+        until(page, f"!({learns})('deer') && ({learns})('wolf')")
