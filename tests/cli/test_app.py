@@ -245,8 +245,13 @@ def test_an_interrupt_says_how_far_it_came(monkeypatch: pytest.MonkeyPatch) -> N
     assert "Stopped at tick 3 of 10; nothing was recorded." in output
 
 
-def interrupt(out: Path, *arguments: str) -> str:
-    """Starts a command, presses Ctrl-C when its first block of series is written; what it said on stderr."""
+def interrupt(out: Path, *arguments: str, runs: int = 1) -> str:
+    """Starts a command, presses Ctrl-C when so many runs have written a block of series; what it said on
+    stderr."""
+
+    def written() -> int:
+        return len({block.parent for block in out.rglob("series/*.parquet")})
+
     run = subprocess.Popen(
         command(*arguments, *FEW, "--ticks", "100000000", "--out", str(out)),
         stdout=subprocess.PIPE,
@@ -255,7 +260,7 @@ def interrupt(out: Path, *arguments: str) -> str:
         env=environment(),
     )
     deadline = time.monotonic() + 120
-    while not any(out.rglob("series/*.parquet")) and run.poll() is None and time.monotonic() < deadline:
+    while written() < runs and run.poll() is None and time.monotonic() < deadline:
         time.sleep(0.05)
     run.send_signal(signal.SIGINT)
     output, err = run.communicate(timeout=60)
@@ -279,7 +284,7 @@ def test_ctrl_c_ends_a_run_and_keeps_what_was_recorded(here: Path) -> None:
 
 @pytest.mark.slow
 def test_ctrl_c_ends_a_comparison_and_keeps_what_was_recorded(here: Path) -> None:
-    output = interrupt(here / "out", "compare", "predator-prey", "--seeds", "3")
+    output = interrupt(here / "out", "compare", "predator-prey", "--seeds", "3", runs=2)
     assert "Stopped after 0 of 6 runs; finished recordings are in " in output
     manifests = [json.loads(p.read_text()) for p in (here / "out").glob("*/*/manifest.json")]
     assert len(manifests) == 2

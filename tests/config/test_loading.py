@@ -144,6 +144,11 @@ def test_training_sets_its_values_and_only_then() -> None:
     assert training.folder == config.folder
 
 
+def test_training_leaves_out_ppo_of_a_species_that_has_no_network() -> None:
+    config = load("predator-prey", {"species.deer.policy": {"kind": "none"}, "species.deer.ppo": {}})
+    assert for_training(config).species["wolf"].ppo == for_training(load("predator-prey")).species["wolf"].ppo
+
+
 def sections(model: type[Section]) -> set[type[Section]]:
     """The model and all models within it."""
     models = {model}

