@@ -140,7 +140,7 @@ def build() -> dict[str, int]:
     build, and the number of files involved."""
     from ecs_eco import World
 
-    World.from_config("predator-prey", policies="untrained", seed=1)
+    World.from_config("predator-prey", policies="untrained", seed=1, learn=False)
     found: Counter[str] = Counter()
 
     def note(frame: object, event: str, _: object) -> None:
@@ -149,7 +149,7 @@ def build() -> dict[str, int]:
 
     sys.setprofile(note)
     try:
-        World.from_config("predator-prey", policies="untrained", seed=1)
+        World.from_config("predator-prey", policies="untrained", seed=1, learn=False)
     finally:
         sys.setprofile(None)
     ours = {file: calls for file, calls in found.items() if file.startswith(str(ROOT / PACKAGE))}

@@ -133,21 +133,13 @@ def for_training(config: WorldConfig, values: Mapping[str, Any] | None = None) -
     """
     # with functions, not their names
     data = config.model_dump() | {"interventions": [], "reporters": {}, "record": []}
-    wanted = {k: v for k, v in data["training"]["set"].items() if _has_learner(config, k)} | dict(
-        values or {}
-    )
+    no_network = tuple(f"species.{name}.ppo." for name, s in config.species.items() if not s.policy.thinks)
+    planned = {key: value for key, value in data["training"]["set"].items() if not key.startswith(no_network)}
+    wanted = planned | dict(values or {})
     data["training"] |= NO_PLAN
     new = _modified(config, data, wanted, set_by="[training] set")
     training = new.training.model_copy(update={"ramp": config.training.ramp})
     return new.model_copy(update={"training": training})
-
-
-def _has_learner(config: WorldConfig, name: str) -> bool:
-    """Return whether a value is used: one of PPO has no use in a species whose network was replaced."""
-    key = key_of(name)
-    if key[0] != "species" or key[2:3] != ("ppo",) or key[1] not in config.species:
-        return True
-    return config.species[key[1]].policy.thinks
 
 
 def island_of(config: WorldConfig, name: str) -> WorldConfig:

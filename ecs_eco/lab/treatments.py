@@ -188,6 +188,7 @@ def names(config: WorldConfig) -> list[str]:
 
 def find(name: str, config: WorldConfig) -> Treatment:
     """Return the treatment for a name or KEY=VALUE. Raises a ConfigError that suggests the closest name."""
+    name = {"frozen-learning": "frozen"}.get(name, name)  # its former name
     kind, _, species = name.partition(":")
     one = TREATMENTS[kind] if kind in FOR_ONE_SPECIES else None
     if one is not None and species in species_with_policy(config):
@@ -196,8 +197,6 @@ def find(name: str, config: WorldConfig) -> Treatment:
         )
     if name in TREATMENTS:
         return TREATMENTS[name]
-    if name == "frozen-learning":  # its former name
-        return replace(TREATMENTS["frozen"], name=name)
     if name in names(config):
         absent = name.removeprefix(ABSENT)
         return Treatment(name, f"there is no {absent}", partial(without, species=absent))

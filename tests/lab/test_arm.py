@@ -27,7 +27,7 @@ def test_a_treatment_may_concern_one_species_or_learning_or_how_a_world_is_built
     assert [a.controls for a in arms] == [(), ("no-reflexes",), (), ()]
     assert [a.learn for a in arms] == [None, None, True, False]
     former = arms_of("reflexes", [], ["frozen-learning"])[1]
-    assert (former.name, former.learn) == ("frozen-learning", False)
+    assert (former.name, former.learn) == ("frozen", False)
     one = arms_of("predator-prey", [], ["random-policy:deer"])[1]
     assert one.policies == {"deer": "random"}
     assert one.name == "random-policy-deer"

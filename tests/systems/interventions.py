@@ -9,6 +9,8 @@ SMALL = {
     "species.deer.count": 60,
     "species.wolf.count": 21,
     "species.deer.reproduction.energy_min": 0.4,
+    "species.deer.policy.learn": False,
+    "species.wolf.policy.learn": False,
 }
 
 
