@@ -36,7 +36,8 @@ from pathlib import Path
 from ecs_eco.cli import app
 from ecs_eco.compiled.kernel import Kernel
 
-app(["run", "predator-prey", "--ticks", "100", "--seed", "1", "--no-report", "--quiet", "--out", sys.argv[1]],
+app(["run", "predator-prey", "--ticks", "100", "--seed", "1", "--no-learn", "--no-report", "--quiet",
+     "--out", sys.argv[1]],
     standalone_mode=False)
 print(json.dumps({"modules": sorted(sys.modules),
                   "kernels": [k.py_func.__module__ + "." + k.py_func.__name__ for k, _ in Kernel.calls]}))
@@ -80,6 +81,22 @@ def test_a_frozen_run_loads_no_library_that_it_does_not_need(frozen):
 
 
 @pytest.mark.slow
+def test_learning_with_the_built_in_network_loads_no_torch(tmp_path):
+    code = FROZEN.replace('"--no-learn", ', "")
+    assert code != FROZEN
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(tmp_path / "run")],
+        check=True,
+        text=True,
+        env=os.environ | {"PYTHONPATH": os.path.dirname(ecs_eco.__path__[0])},
+        capture_output=True,
+        timeout=600,
+    )
+    told = json.loads(done.stdout.splitlines()[-1])
+    assert "ecs_eco.learning.ppo" in told["modules"]
+    assert "torch" not in told["modules"]
+
+
 @pytest.mark.slow
 def test_a_report_loads_no_library_that_it_does_not_need(frozen, tmp_path):
     code = FROZEN.replace('"--no-report", ', "").replace('"100"', '"20"')

@@ -5,10 +5,11 @@ bits. Each product that affects results is therefore computed by a single thread
 and BLAS are restored afterward.
 """
 
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor, wait
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from functools import lru_cache
 
 # BLAS has one thread count per process: two callers that change it at once would restore the wrong count
@@ -43,7 +44,7 @@ def in_parallel(work: Callable[[int], None], workers: int) -> None:
     """Call work(0) … work(workers - 1), each in its own thread with one torch thread; return when all calls
     have ended."""
     if workers == 1:
-        with one_torch_thread():
+        with one_torch_thread() if "torch" in sys.modules else nullcontext():
             work(0)
         return
     pool = _pool(workers)

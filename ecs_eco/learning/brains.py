@@ -14,7 +14,7 @@ from ecs_eco.learning.settings import PPO
 
 if TYPE_CHECKING:
     from ecs_eco.learning.individual import Individuals
-    from ecs_eco.learning.torch_ppo import TorchLearner
+    from ecs_eco.learning.learner import RolloutLearner
 
 
 def brain_of(
@@ -66,7 +66,7 @@ def individuals_of(
     )
 
 
-def learner_of(brain: PolicyNetwork, ppo: PPO, seed: int, workers: int = 1) -> TorchLearner:
+def learner_of(brain: PolicyNetwork, ppo: PPO, seed: int, workers: int = 1) -> RolloutLearner:
     """Return the learner for a brain: kernels for a plain network, autograd otherwise; both give the same
     results."""
     if isinstance(brain, Brain):

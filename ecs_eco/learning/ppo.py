@@ -1,6 +1,6 @@
 """PPO for plain networks, several times as fast as with autograd: the gradient and Adam's step are kernels.
 
-Everything else is inherited from torch_ppo.py; tests compare the two.
+Everything else is inherited from learner.py; tests compare it with torch_ppo.py.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from ecs_eco.compiled.threads import in_parallel
 from ecs_eco.learning.adam import adam
 from ecs_eco.learning.brain import Brain
 from ecs_eco.learning.gradient import scratch_for, shared_gradient
+from ecs_eco.learning.learner import CHUNK, RolloutLearner
 from ecs_eco.learning.loss import LOSS_TERMS, LossSettings
 from ecs_eco.learning.settings import PPO
-from ecs_eco.learning.torch_ppo import CHUNK, TorchLearner
 
 
-class Learner(TorchLearner):
+class Learner(RolloutLearner):
     """PPO for the built-in network, in a population whose members are born and die mid-rollout.
 
     Parameters

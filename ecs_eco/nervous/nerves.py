@@ -19,8 +19,8 @@ from ecs_eco.nervous.thoughts import Thoughts
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.learning.individual import Individuals
+    from ecs_eco.learning.learner import RolloutLearner
     from ecs_eco.learning.policy_network import PolicyNetwork
-    from ecs_eco.learning.torch_ppo import TorchLearner
     from ecs_eco.space.world import SpatialWorld
 
 
@@ -79,7 +79,7 @@ class Nerves:
         self.happiness: Network | None = None
         self.minimum = np.float32(0.0)
         self.brain: PolicyNetwork | None = None
-        self.learner: TorchLearner | None = None
+        self.learner: RolloutLearner | None = None
         self.individuals: Individuals | None = None
         # whether there is a policy; without a brain, it draws every action with equal probability
         self.policy = False
