@@ -1,5 +1,5 @@
-"""What every learner of a shared policy does, with or without torch: collect a rollout in a population whose
-members are born and die mid-rollout, estimate advantages, and go through the rollout in minibatches.
+"""The part of PPO that learners with and without torch share: collecting a rollout in a population whose members
+are born and die mid-rollout, estimating advantages, and going through the rollout in minibatches.
 
 The code reads from top to bottom: `update` fills in the advantages and calls `fit`; `fit` goes through the
 rollout in epochs of minibatches; a subclass takes the optimizer step. The hyperparameters are in settings.py,
