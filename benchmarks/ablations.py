@@ -110,7 +110,7 @@ def took(world, ticks):
     return time.perf_counter() - wall, time.process_time() - own
 
 with tempfile.TemporaryDirectory() as folder:
-    world = World.from_config(load("predator-prey"), seed=1, record=folder + "/run").run(20)
+    world = World.from_config(load("predator-prey"), seed=1, learn=False, record=folder + "/run").run(20)
     out, ends = {"1,000 ticks": took(world, 980)[1]}, [world.digest()]
 large = {"space.size": [640.0, 640.0], "species.grass.count": 25_000, "species.deer.count": 9000,
          "species.wolf.count": 1000}
@@ -121,7 +121,7 @@ if sys.argv[1:]:
     out["40 ticks of 600 that learn alone"] = took(world.run(20), 40)[1]
     ends.append(world.digest())
 for threads, clock, name in ((1, 1, "40 ticks of 10,000"), (2, 0, "40 ticks of 10,000, two threads")):
-    world = World.from_config(load("predator-prey", large), seed=1, threads=threads, record=False).run(20)
+    world = World.from_config(load("predator-prey", large), seed=1, learn=False, threads=threads, record=False).run(20)
     out[name] = took(world, 40)[clock]
     ends.append(world.digest())
 print(json.dumps([out, ends]))

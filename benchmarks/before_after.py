@@ -52,11 +52,13 @@ CASES[1] = (
         "species.wolf.count": 40,
     },
 )
+FROZEN = {f"species.{name}.policy.learn": False for name in ("deer", "wolf")}
 WORLDS: dict[str, tuple[str, dict[str, Any], int]] = {  # world, changes, ticks per turn of one run
-    "predator-prey": ("predator-prey", {}, 40),
+    "predator-prey": ("predator-prey", FROZEN, 40),
     "predator-prey, 10,000 animals": (
         "predator-prey",
-        {
+        FROZEN
+        | {
             "space.size": [640.0, 640.0],
             "species.grass.count": 25_000,
             "species.deer.count": 9000,

@@ -66,7 +66,7 @@ def overheads(pairs: int, place: Path) -> list[dict[str, Any]]:
     return median ratios."""
 
     def run(record: bool, every: int, ticks: int) -> float:
-        world = World.from_config("predator-prey", seed=3, record=not record)
+        world = World.from_config("predator-prey", seed=3, learn=False, record=not record)
         if record:
             folder = Folder(place / f"run-{time.monotonic_ns()}", world)
             folder.path.mkdir()

@@ -1,16 +1,18 @@
-"""Measure the README's main job, `ecs-eco run predator-prey --seed 1`: 10,000 ticks, and the Python calls per
-tick.
+"""Measure the README's main job, `ecs-eco run predator-prey --seed 1`, with frozen policies: 10,000 ticks, and
+the Python calls per tick.
 
     python benchmarks/main_job.py [--before COMMIT] [--ticks 10000] [--pairs 3]
+    python benchmarks/main_job.py --learn [--ticks 10000] [--pairs 3]
     python benchmarks/main_job.py --train [--before COMMIT] [--ticks 3000] [--pairs 3]
     python benchmarks/main_job.py --calls
 
 Processes with this commit and, if given, another commit take turns; each records its own world on disk. The
 table shows the wall-clock and processor seconds that `World.run` takes, excluding the process's start.
 `Python calls per tick` counts the Python functions and kernels called in ticks 1,001 to 1,070, excluding the
-calls of `run`. `end` describes the final state, which differs if digests differ. `--train` measures in the
-same way how long predator-prey policies take to learn from random weights. `--calls` measures how the cost of
-a kernel call depends on its number of arrays.
+calls of `run`. `end` describes the final state, which differs if digests differ. `--learn` compares frozen
+policies with policies that learn, the world's default. `--train` measures in the same way how long
+predator-prey policies take to learn from random weights. `--calls` measures how the cost of a kernel call
+depends on its number of arrays.
 """
 
 import argparse
@@ -31,14 +33,15 @@ _bench.pin_threads()
 import before_after
 
 ROOT = Path(__file__).parents[1]
+LEARNING = "learning"
 JOB = """
 import json, sys, tempfile, time
 from ecs_eco import World
 from ecs_eco.config import load
 
-ticks, counted = json.loads(sys.argv[1])
+ticks, counted, learn = json.loads(sys.argv[1])
 with tempfile.TemporaryDirectory() as folder:
-    world = World.from_config(load("predator-prey"), seed=1, record=folder + "/run")
+    world = World.from_config(load("predator-prey"), seed=1, learn=learn, record=folder + "/run")
     world.run(20)  # reads the kernels
     calls = [0]
 
@@ -65,7 +68,7 @@ TRAINING = """
 import hashlib, json, sys, time
 from ecs_eco.lab.pretraining import pretrain
 
-ticks, _ = json.loads(sys.argv[1])
+ticks = json.loads(sys.argv[1])[0]
 pretrain("predator-prey", 1, 130)  # reads the kernels
 wall, own = time.perf_counter(), time.process_time()
 learned = pretrain("predator-prey", 1, ticks)["policies"]
@@ -76,14 +79,14 @@ print(json.dumps([*took, hashlib.sha256(b"".join(weights)).hexdigest()]))
 
 
 def pairs(places: dict[str, Path], ticks: int, n: int, train: bool) -> list[dict[str, Any]]:
-    """Return a row for each commit: the seconds of n alternating runs, their medians, and the final state."""
+    """Return a row for each commit, or for frozen and learning policies: the seconds of n alternating runs, their medians, and the final state."""
     took: dict[str, list[list[float]]] = {name: [] for name in places}
     ends = {}
     for number in range(n):
         order = list(places) if number % 2 else list(reversed(places))
         for name in order:
             wall, own, *ends[name] = before_after.call(
-                places[name], TRAINING if train else JOB, [ticks, False]
+                places[name], TRAINING if train else JOB, [ticks, False, name == LEARNING]
             )
             took[name].append([wall, own])
             print(name, round(wall, 2), round(own, 2), ends[name], flush=True)
@@ -93,7 +96,7 @@ def pairs(places: dict[str, Path], ticks: int, n: int, train: bool) -> list[dict
         ratios = [own[1] / other[1] for own, other in zip(took[name], took[first], strict=True)]
         rows.append(
             {
-                "commit": name,
+                "run" if LEARNING in places else "commit": name,
                 "ticks": ticks,
                 "pairs": n,
                 "wall [s]": statistics.median(t[0] for t in took[name]),
@@ -105,7 +108,9 @@ def pairs(places: dict[str, Path], ticks: int, n: int, train: bool) -> list[dict
             }
         )
         if not train:
-            rows[-1]["Python calls per tick"], _ = before_after.call(place, JOB, [ticks, True])
+            rows[-1]["Python calls per tick"], _ = before_after.call(
+                place, JOB, [ticks, True, name == LEARNING]
+            )
     return rows
 
 
@@ -133,6 +138,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--calls", action="store_true", help="measure only the cost of calling a kernel")
     parser.add_argument("--before", metavar="COMMIT")
+    parser.add_argument("--learn", action="store_true", help="compare frozen and learning policies")
     parser.add_argument("--train", action="store_true", help="measure learning from random weights")
     parser.add_argument("--ticks", type=int)
     parser.add_argument("--pairs", type=int, default=3)
@@ -149,15 +155,17 @@ def main() -> None:
             ).stdout
             subprocess.run(["tar", "x", "-C", folder], input=files, check=True)
             places[given.before] = Path(folder)
-        places["this"] = ROOT
+        places |= {"frozen": ROOT, LEARNING: ROOT} if given.learn else {"this": ROOT}
         rows = pairs(places, given.ticks or (3000 if given.train else 10_000), given.pairs, given.train)
     question = (
         "Training predator-prey policies from random weights, on one core"
         if given.train
-        else "README's main job: predator-prey, recorded, on one core"
+        else "README's main job, predator-prey recorded on one core: frozen and learning policies"
+        if given.learn
+        else "README's main job with frozen policies: predator-prey, recorded, on one core"
     )
     _bench.save(
-        "main_job_training" if given.train else "main_job",
+        "main_job_training" if given.train else "main_job_learning" if given.learn else "main_job",
         question,
         rows,
         {"load before the benchmark": round(os.getloadavg()[0], 2)},

@@ -44,21 +44,25 @@ print(json.dumps({"modules": sorted(sys.modules),
 """
 
 
+def told(code, folder):
+    """What a process of its own prints in the end."""
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(folder)],
+        check=True,
+        env=os.environ | {"PYTHONPATH": os.path.dirname(ecs_eco.__path__[0])},
+        capture_output=True,
+        text=True,
+        timeout=600,
+    )
+    return json.loads(done.stdout.splitlines()[-1])
+
+
 @pytest.fixture(scope="module")
 def frozen(tmp_path_factory):
     """What a process holds after a run whose animals do not learn, without a report: the second one, where
     the first compiles."""
-    folder, root = tmp_path_factory.mktemp("frozen"), os.path.dirname(ecs_eco.__path__[0])
-    for number in range(2):
-        done = subprocess.run(
-            [sys.executable, "-c", FROZEN, str(folder / str(number))],
-            check=True,
-            env=os.environ | {"PYTHONPATH": root},
-            capture_output=True,
-            text=True,
-            timeout=600,
-        )
-    return json.loads(done.stdout.splitlines()[-1])
+    folder = tmp_path_factory.mktemp("frozen")
+    return [told(FROZEN, folder / str(number)) for number in range(2)][1]
 
 
 @pytest.mark.slow
@@ -84,32 +88,16 @@ def test_a_frozen_run_loads_no_library_that_it_does_not_need(frozen):
 def test_learning_with_the_built_in_network_loads_no_torch(tmp_path):
     code = FROZEN.replace('"--no-learn", ', "")
     assert code != FROZEN
-    done = subprocess.run(
-        [sys.executable, "-c", code, str(tmp_path / "run")],
-        check=True,
-        text=True,
-        env=os.environ | {"PYTHONPATH": os.path.dirname(ecs_eco.__path__[0])},
-        capture_output=True,
-        timeout=600,
-    )
-    told = json.loads(done.stdout.splitlines()[-1])
-    assert "ecs_eco.learning.ppo" in told["modules"]
-    assert "torch" not in told["modules"]
+    loaded = told(code, tmp_path / "run")["modules"]
+    assert "ecs_eco.learning.ppo" in loaded
+    assert "torch" not in loaded
 
 
 @pytest.mark.slow
 def test_a_report_loads_no_library_that_it_does_not_need(frozen, tmp_path):
     code = FROZEN.replace('"--no-report", ', "").replace('"100"', '"20"')
     assert code != FROZEN
-    done = subprocess.run(
-        [sys.executable, "-c", code, str(tmp_path / "run")],
-        check=True,
-        text=True,
-        env=os.environ | {"PYTHONPATH": os.path.dirname(ecs_eco.__path__[0])},
-        capture_output=True,
-        timeout=600,
-    )
-    loaded = set(json.loads(done.stdout.splitlines()[-1])["modules"])
+    loaded = set(told(code, tmp_path / "run")["modules"])
     assert "matplotlib" in loaded  # there is one
     assert {"torch", "pandas", "scipy.stats", "IPython", "starlette"} & loaded == set()
 

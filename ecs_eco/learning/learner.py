@@ -33,7 +33,6 @@ class RolloutLearner:
         self._lives = self._stretches = np.zeros(0, np.int64)  # while a brain with memory learns
         self.updates = 0
         self.bands = OneBand()  # the processes that share the work
-        self.optimiser = self._optimiser()
 
     @property
     def full(self) -> bool:
@@ -122,10 +121,6 @@ class RolloutLearner:
         self.rollout.load(part("rollout."))
         self._load_optimiser(state)
         self.updates = int(state["updates"])
-
-    def _optimiser(self) -> Any:
-        """Return the optimizer, or None if it has no state outside the learner."""
-        raise NotImplementedError
 
     def _step(self, chosen: np.ndarray, rate: float, clip: float, shift: float, scale: float) -> np.ndarray:
         """Take one optimizer step to reduce the mean loss over the `chosen` i64[k] transitions or stretches.

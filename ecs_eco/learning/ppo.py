@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
@@ -52,9 +51,6 @@ class Learner(RolloutLearner):
         self.moment_1, self.moment_2 = np.zeros(brain.size, np.float32), np.zeros(brain.size, np.float32)
         self._gradient = np.zeros((0, brain.size), np.float32)  # one row per chunk of a minibatch
         self._scratch: list[np.ndarray] = []  # of each worker
-
-    def _optimiser(self) -> Any:
-        return None  # Adam is a kernel here
 
     def _optimiser_state(self) -> dict[str, np.ndarray]:
         moments = {"moment_1": self.moment_1, "moment_2": self.moment_2}

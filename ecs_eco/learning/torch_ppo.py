@@ -9,6 +9,7 @@ are in module_brain.py.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 import torch
@@ -37,6 +38,10 @@ class TorchLearner(RolloutLearner):
     The steps of a tick are: sense; record the last actions' outcomes with `rollout.credit`, `end` and `cut`;
     if `full`, `update` with the values of the new observations; decide; `rollout.store`.
     """
+
+    def __init__(self, brain: Any, ppo: PPO, seed: int, workers: int = 1) -> None:
+        super().__init__(brain, ppo, seed, workers)
+        self.optimiser = self._optimiser()
 
     def _optimiser(self) -> torch.optim.Optimizer:
         """Return Adam (Kingma and Ba 2015) with decoupled weight decay (Loshchilov and Hutter 2019)."""

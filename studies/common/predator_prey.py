@@ -11,6 +11,15 @@ import numpy as np
 from studies.common.policies import without_policies
 
 SPECIES = ("grass", "deer", "wolf")
+PPO = {
+    "horizon": 64,
+    "learning_rate": 1e-3,
+    "discount": 0.98,
+    "gae_lambda": 0.95,
+    "epochs": 3,
+    "anneal": 3000,
+    "entropy_coef": 0.01,
+}
 # the world of studies with frozen policies: wolves that live on less, and PPO as in pre-training
 FROZEN: dict[str, Any] = {
     "species.deer.policy.learn": False,
@@ -18,26 +27,8 @@ FROZEN: dict[str, Any] = {
     "species.wolf.diet.0.gain": 0.46,
     "species.wolf.metabolism.basal": 0.003,
     "species.wolf.reproduction.spacing": 8.5,
-    "species.deer.ppo": {
-        "horizon": 64,
-        "learning_rate": 1e-3,
-        "discount": 0.98,
-        "gae_lambda": 0.95,
-        "epochs": 3,
-        "anneal": 3000,
-        "minibatch_size": 8192,
-        "entropy_coef": 0.01,
-    },
-    "species.wolf.ppo": {
-        "horizon": 64,
-        "learning_rate": 1e-3,
-        "discount": 0.98,
-        "gae_lambda": 0.95,
-        "epochs": 3,
-        "anneal": 3000,
-        "minibatch_size": 2048,
-        "entropy_coef": 0.01,
-    },
+    "species.deer.ppo": PPO | {"minibatch_size": 8192},
+    "species.wolf.ppo": PPO | {"minibatch_size": 2048},
     "training.set": {
         "space.size": [180.0, 180.0],
         "species.grass.count": 1800,

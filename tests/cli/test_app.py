@@ -246,8 +246,8 @@ def test_an_interrupt_says_how_far_it_came(monkeypatch: pytest.MonkeyPatch) -> N
 
 
 def interrupt(out: Path, *arguments: str, runs: int = 1) -> str:
-    """Starts a command, presses Ctrl-C when so many runs have written a block of series; what it said on
-    stderr."""
+    """Starts a command, presses Ctrl-C when `runs` runs have each written a block of series; what it said
+    on stderr."""
 
     def written() -> int:
         return len({block.parent for block in out.rglob("series/*.parquet")})

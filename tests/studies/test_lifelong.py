@@ -1,4 +1,4 @@
-"""What the study of lifelong learning concludes from made-up cases."""
+"""The conclusions that the study of lifelong learning draws from made-up cases."""
 
 import pytest
 
