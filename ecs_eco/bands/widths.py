@@ -11,6 +11,7 @@ from ecs_eco.components import Body, Growth, Position, Shape
 from ecs_eco.config.features.feature import of_each
 from ecs_eco.engine.errors import ConfigError, Problem
 from ecs_eco.genomes.choices import CHOICES
+from ecs_eco.learning.learner import RolloutLearner
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -204,7 +205,9 @@ def _of_table(table: Table) -> Iterator[tuple[str, str]]:
     yield "policy.network", "with a custom network" if network is not None and not network.by_row else ""
     yield (
         "policy",
-        "that learns in several worlds" if learner is not None and not hasattr(learner, "optimiser") else "",
+        "that learns in several worlds"
+        if learner is not None and not isinstance(learner, RolloutLearner)
+        else "",
     )
     own = s.reflex is not None and s.reflex.function
     yield "reflex.function", "with a custom reflex network" if own else ""

@@ -13,7 +13,7 @@ SHORT = [
     "space.size=[120.0, 120.0]",
     "species.grass.count=1000",
     "species.deer.count=600",
-    "species.wolf.count=90",
+    "species.wolf.count=80",
 ]
 SAME = """
 import json, sys
