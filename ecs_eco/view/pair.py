@@ -1,4 +1,4 @@
-"""Two worlds as one source (the page's world and a branch or another world), and the choice of a new world.
+"""Show two worlds as one source (the page's world, and a branch or another world), or start a new world.
 
 The first world provides the page's clock, charts and organisms. The second follows that clock in the same
 thread. Pages receive the second frame after the first, and messages "beside".

@@ -18,8 +18,7 @@ class Source(Protocol):
 
     @property
     def tick(self) -> int:
-        """The displayed tick: the next tick of a live world, or the tick of a recorded run whose end is
-        shown."""
+        """The displayed tick: the next tick of a live world, or the recorded tick whose end is shown."""
 
     @property
     def done(self) -> bool:
