@@ -249,7 +249,7 @@ def _escape(result: Escape, prey: str, predator: str, dt: float) -> str:
 
 
 def _leaving(result: Leaving, species: str, nose: str) -> str:
-    night = f", by night {result.night:.2f} of {result.n_night:,}" if result.n_night else ""
+    night = f" (at night, {result.night:.2f} for {result.n_night:,} moves)" if result.n_night else ""
     return (
         f"<p>Where {escape(nose.replace('_', ' '))} is detected, {result.n:,} moves of {escape(species)} "
         "have a chemotaxis index (moves down the gradient minus moves up, divided by all moves) of "

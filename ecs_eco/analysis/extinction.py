@@ -93,9 +93,13 @@ def multiplies(series: Series, species: str) -> bool:
 
 def sentence(end: Decline) -> str:
     """Return a sentence on when a species died out, and on the deaths during its decline."""
-    born = "" if end.births is None else f" against {end.births:,} birth{'s' * (end.births != 1)}"
-    how = f", {end.deaths:,} death{'s' * (end.deaths != 1)}{born}: {end.shares()}" if end.causes else ""
-    since = f"Since tick {end.since:,}, when there were {end.n:,}{how}."
+    born = "" if end.births is None else f"{end.births:,} birth{'s' * (end.births != 1)} and "
+    how = (
+        f"; {born}{end.deaths:,} death{'s' * (end.deaths != 1)} followed: {end.shares()}"
+        if end.causes
+        else ""
+    )
+    since = f"At tick {end.since:,}, there were {end.n:,}{how}."
     return f"{end.species} died out at tick {end.tick:,}. {since}"
 
 

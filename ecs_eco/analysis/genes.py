@@ -44,9 +44,8 @@ class Course:
 class Selection(NamedTuple):
     """The change in frequency of one allele of a gene relative to all its other alleles.
 
-    `per_tick` is the slope of its log odds, and `s` the same slope per generation; `generation` is the mean
-    generation time [ticks], `samples` the number of time points used; `first` and `last` are allele
-    frequencies.
+    The slope of its log odds is `per_tick`, or `s` per generation. `generation` is the mean generation time
+    [ticks], and `samples` the number of time points used. `first` and `last` are allele frequencies.
     """
 
     s: float

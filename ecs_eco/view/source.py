@@ -77,8 +77,8 @@ class Source(Protocol):
         never existed."""
 
     def handle(self, request: Message) -> list[Message]:
-        """Carry out `act`, `params`, `seek`, `fill`, `why` or `tree`. Return the answers for the page that
-        sent it; refusals are `said` messages."""
+        """Carry out `act`, `params`, `seek`, `fill`, `why` or `tree`. Return the answers for the
+        requesting page; refusals are `said` messages."""
 
 
 def text(message: Message) -> str:

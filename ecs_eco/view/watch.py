@@ -1,4 +1,4 @@
-"""Watching: combine a source, its player and its server, for the command line and notebooks."""
+"""Combine a source, its player and its server, for the command line and notebooks."""
 
 from __future__ import annotations
 

@@ -82,7 +82,7 @@ def happened(case: Case, findings: Mapping[str, Any]) -> Iterator[str]:
     for s, low in findings["lowest"].items():
         if not low["mean"]:
             end = decline(case.series, s)
-            yield f"{s} died out in the first tick: {end.shares() if end else 'it was never present'}."
+            yield f"{s} died out in the first tick: {end.shares()}." if end else f"{s} was never present."
         elif s not in {f["species"] for f in findings["fell"]}:
             near = f"{s} never fell below {low['n']:,}"
             if low["near"]:
