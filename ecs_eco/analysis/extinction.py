@@ -1,4 +1,4 @@
-"""Extinctions: which species died out, when, and from which causes. Every report on runs opens with these facts."""
+"""Extinctions: which species died out, when and why. Every report on runs opens with these facts."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -64,7 +64,7 @@ def lifetime(series: Series) -> tuple[float, bool]:
 
 def opening(series: Series) -> list[str]:
     """Return the opening of a run's report, one sentence per item: whether all species persisted and, if not,
-    which died out, when, and from which causes."""
+    which died out, when and why."""
     lived = series.there
     if not lived:
         return ["No species had a living member at the end of any tick."]

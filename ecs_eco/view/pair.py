@@ -56,7 +56,7 @@ class Picker:
         if seed is not None and not is_whole(seed, 0, SEEDS):
             raise ValueError(
                 f"begin: seed = {short(seed)}; expected a whole number from 0 to {SEEDS - 1}, "
-                "or null for the seed of the world file"
+                "or null for the seed in the world file"
             )
         self.wanted = world, seed
         words = f"starting {self.titles[world] or world} …"
