@@ -21,7 +21,7 @@ class Summary(NamedTuple):
     """Summary statistics of one series."""
 
     samples: int
-    period: float  # period of the wave that explains most of the variance [time unit of the series]
+    period: float  # period of the wave that explains the most variance [time unit of the series]
     cycles: float  # number of periods in the series
     share: float  # fraction of the variance that this wave explains
     amplitude: float  # standard deviation of log10 values after removing the trend
@@ -46,8 +46,8 @@ def numbers_of(series: Series, name: str) -> np.ndarray:
 
 
 def compare(series: Series, outside: Outside, skip: float = 0.1) -> Both:
-    """Describe the outside series, and the part of the run after the first fraction `skip` and before the
-    first extinction. Raises ConfigError if too few ticks remain."""
+    """Describe the outside series and the `living` part of the run. Raises ConfigError if too few ticks
+    remain."""
     names = list(outside.columns)
     n = living(series, names, skip)
     thinned, factor = thin(n.T, MOST_ROWS)
@@ -61,8 +61,8 @@ def compare(series: Series, outside: Outside, skip: float = 0.1) -> Both:
 
 
 def living(series: Series, names: Sequence[str], skip: float = 0.1) -> np.ndarray:
-    """Return the values of these species and reporters, f64[ticks, names], after the first fraction `skip` of
-    a run and before the first extinction among them. Raises ConfigError if too few ticks remain."""
+    """Return values of these species and reporters before the first extinction among them, skipping a
+    fraction `skip` of the run at its start: f64[ticks, names]. Raises ConfigError if too few ticks remain."""
     n = np.stack([numbers_of(series, name) for name in names], 1)
     species = [name in series.species for name in names]
     gone = np.flatnonzero((n[:, species] == 0).any(1))

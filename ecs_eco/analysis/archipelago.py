@@ -1,5 +1,4 @@
-"""The results of an archipelago and their report: population sizes on each island, and migrants along each
-route."""
+"""An archipelago's results and report: population sizes by island, and migrants by route."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -23,8 +22,8 @@ from ecs_eco.record.container import inside
 
 @dataclass(frozen=True)
 class Islands:
-    """The record of an archipelago: series by island, and `moves`, with one row per barrier, species, origin
-    and target, i64[rows, 5]: tick, species, from, to, number of arrivals."""
+    """The record of an archipelago: `series` by island, and `moves` i64[rows, 5], whose columns are tick,
+    species, from, to and number of arrivals."""
 
     manifest: dict[str, Any]
     plan: Archipelago
@@ -84,8 +83,7 @@ def load_islands(folder: Path | str) -> Islands:
 
 
 def _until(series: Series, tick: int) -> Series:
-    """Return the part of a series before a tick. In an interrupted run, an island may be ahead of other
-    islands."""
+    """Return the part of a series before a tick. In an interrupted run, some islands may be ahead."""
     before = series.ticks < tick
     columns = {name: column[before] for name, column in series.columns.items()}
     return Series(series.ticks[before], series.species, columns, series.manifest)
@@ -145,7 +143,7 @@ def numbers(islands: Islands) -> Figure:
             top.plot(series.ticks, series.of(species), color=hue[species], alpha=0.6, lw=0.9, label=name)
         total = np.sum([series.of(species) for series in islands.series.values()], axis=0)
         top.plot(islands.first.ticks, total / len(islands.series), color=INK, lw=1.6, label="mean")
-        top.set(title=species, ylabel="number on an island" if not column else "", ylim=(0, None))
+        top.set(title=species, ylabel="number per island" if not column else "", ylim=(0, None))
         ticks, count = islands.over_time(species)
         bottom.bar(ticks, count, width=0.8 * islands.plan.migration_interval, color=hue[species])
         bottom.set(xlabel="tick", ylabel="migrants at a barrier" if not column else "")
@@ -162,12 +160,11 @@ def _codes(column: pa.ChunkedArray, words: Sequence[str]) -> np.ndarray:
 
 
 _MAP = (
-    "The islands at the end of the run. The area of a disc shows the number of organisms of migrating "
-    "species, and the width of an arrow the number of migrants."
+    "The islands at the end of the run. Disc area: number of organisms of migrating species. Arrow width: "
+    "number of migrants."
 )
 _NUMBERS = (
-    "Numbers on each island (the thick line is their mean), and the number of migrants that arrived at each "
-    "barrier."
+    "Population sizes on each island (thick line: their mean), and migrants that arrived at each barrier."
 )
 
 

@@ -175,7 +175,8 @@ def _copies(
 def words_of_strings(
     texts: Sequence[str], gene: dict[str, Any], kept: dict[str, Any]
 ) -> list[list[list[str]]]:
-    """Return the letters (without the promoter) of each copy of a gene in variable genomes, by text and string."""
+    """Return the letters (without the promoter) of each copy of a gene in variable-length genomes, by
+    text and string."""
     if "promoter" not in gene:
         raise ValueError(
             f"gene {gene['name']!r}: genes have no fixed position in variable-length strings; "
@@ -430,5 +431,5 @@ def numbers(words: Sequence[str], gene: dict[str, Any], alphabet: str) -> np.nda
 
 
 def _number(digits: np.ndarray, size: int) -> np.ndarray:
-    """Convert codons to numbers whose most significant digit is the first letter: i64[…, letters] to f64[…]."""
+    """Convert codons to numbers, most significant letter first: i64[…, letters] to f64[…]."""
     return np.asarray(digits @ (float(size) ** np.arange(digits.shape[-1] - 1, -1, -1)))

@@ -245,8 +245,8 @@ def _arm(
 
 
 def _depths(table: Sequence[Sequence[Series]], species: str) -> dict[str, Any]:
-    """Return the daily cycle of mean depth, averaged over runs in rows of training seeds (empty if there is
-    no daily cycle)."""
+    """Return the daily cycle of mean depth, averaged over a table of runs with a row for each training seed
+    (empty if there is no daily cycle)."""
     if species not in swimmers(table[0][0]):
         return {}
     cycles = [[depth_cycle(run, species) for run in row] for row in table]
@@ -354,17 +354,17 @@ def _share(x: Sequence[float]) -> str:
 _CURVE = "Fraction of runs in which {} persists (Kaplan–Meier, 95% bands)."
 _BY_SEED = (
     "Fraction of runs in which all species persist. Thick line: all runs, with a 95% band over both kinds "
-    "of seeds. Thin lines: each training seed."
+    "of seeds. Thin lines: training seeds."
 )
 _CELLS = "Tick and species of the first extinction, by training seed and world seed."
-_MEANS = "Numbers over time. Thin lines: each run. Thick line: the median over runs."
+_MEANS = "Numbers over time. Thin lines: runs. Thick line: their median."
 _REPORTED = (
-    "Values of the world's reporters over time. Thin lines: each run. Thick line: the median over runs. The "
-    "table shows the mean over time, averaged over runs, with 95% intervals."
+    "Values of the world's reporters over time. Thin lines: runs. Thick line: their median. The table shows "
+    "the mean over time, averaged over runs, with 95% intervals."
 )
 _HOURS = (
-    "Mean depth by hour of the day, excluding the first day. Thin lines: each run. Thick line: the mean "
-    "over runs. Gray: night."
+    "Mean depth by hour of the day, excluding the first day. Thin lines: runs. Thick line: their mean. "
+    "Gray: night."
 )
 _SHARES = (
     "<p>Sources of variance: the fractions due to the training seed, the world seed and the rest (chance "
@@ -374,17 +374,17 @@ _SHARES = (
 )
 _DEPTH = (
     "<p>A cosine with a period of one day is fitted to mean depth. The table shows its amplitude as a "
-    "fraction of the water's depth; its component along the sun, positive if a species is deepest at noon "
-    "and negative if it is deepest at midnight; and the correlation of mean depth with light. Values are "
-    "means over runs, with 95% intervals.</p>"
+    "fraction of the water's depth; its component in phase with the sun, positive if a species is deepest at "
+    "noon and negative if it is deepest at midnight; and the correlation of mean depth with light. Values "
+    "are means over runs, with 95% intervals.</p>"
 )
 _LAGS = (
-    "<p>Lags over cycling runs, as fractions of the period; p tests each pair against pairs from different "
+    "<p>Lags in cycling runs, as fractions of the period; p tests each pair against pairs from different "
     "runs.</p>"
 )
 _PEAKS = (
-    "<p>Number of runs whose spectrum has a peak above red noise that only relaxes (p ≤ 0.05 in each run; "
-    "by chance, 1 run in 20), and above AR(1), which classifies smooth series as periodic.</p>"
+    "<p>Number of runs with a spectral peak above red noise that does not oscillate (p ≤ 0.05 in each run; "
+    "by chance, 1 run in 20), and above AR(1), a null that finds smooth series periodic.</p>"
 )
 
 
@@ -468,10 +468,10 @@ def _against(result: dict[str, Any]) -> list[str]:
     if not gaps:
         return []
     share = [[arm, interval(e["persistence"])] for arm, e in result["effects"].items()]
-    head = ["arm", "species", "lifetime [ticks], difference", "log-rank p", "mean number, difference"]
+    head = ["arm", "species", "difference in lifetime [ticks]", "log-rank p", "difference in mean number"]
     return [
         f"<h2>Differences from {escape(result['reference'])}</h2>",
-        table(["arm", "fraction that persists, difference (Newcombe)"], share),
+        table(["arm", "difference in the fraction that persists (Newcombe)"], share),
         table(head, gaps),
     ]
 
@@ -485,7 +485,7 @@ def _depth(out: Path, result: dict[str, Any], loaded: Mapping[str, Sequence[Seri
     hours = drawn(depth_figures.arms(loaded, names), out / "figures" / "depth.svg", _HOURS)
     words = ("amplitude", "along_day", "r")
     rows = [[arm, s, d["n"], *(interval(d[word]) for word in words)] for arm, s, d in depths]
-    head = ["arm", "species", "runs with at least two days", "amplitude", "along the sun"]
+    head = ["arm", "species", "runs with at least two days", "amplitude", "in phase with the sun"]
     head.append("correlation with light")
     return ["<h2>Depth over the day</h2>", _DEPTH, hours, table(head, rows)]
 

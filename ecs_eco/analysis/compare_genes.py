@@ -155,7 +155,7 @@ def bands(gene: Gene) -> dict[str, Band]:
 _FIGURE = "{} of {}: means over runs, with 95% bands from Student's t."
 _ALLELES = (
     "<p>Means over runs with 95% intervals. s is the slope of the log odds of a value against all others, "
-    "per generation of each run (the mean age of parents at the birth of their offspring). It includes "
+    "per generation (in each run, the mean age of parents at the birth of their offspring). It includes "
     "drift and mutation; a neutral gene in the same genome shows how large they are.</p>"
 )
 _QUANTITIES = (

@@ -37,7 +37,7 @@ class CycleStatistics:
     species: tuple[str, ...]
     ticks: int  # length of the analyzed stretch: after the start, before the first extinction
     enough: bool  # whether that stretch is long enough to analyze
-    peaks: dict[str, Peak | None] = field(default_factory=dict)  # compared with red noise that only relaxes
+    peaks: dict[str, Peak | None] = field(default_factory=dict)  # compared with red noise without cycles
     p_ar1: dict[str, float | None] = field(default_factory=dict)  # p value against AR(1), the lenient null
     # [ticks] period of the clearest peak (recurring if possible) among `period_of`; lags refer to it
     period: float | None = None
@@ -81,8 +81,8 @@ class CycleStatistics:
 
 
 def living_stretch(series: Series, skip: float = 0.1) -> np.ndarray:
-    """Return population sizes (ticks, species) after the first fraction `skip` and before the first
-    extinction."""
+    """Return population sizes (ticks, species) before the first extinction, skipping a fraction `skip` of the
+    run at its start."""
     n = series.n[:, series.present]
     gone = np.flatnonzero((n == 0).any(1))
     end = gone[0] if len(gone) else len(n)
@@ -172,8 +172,8 @@ def _asked(series: Series, names: Sequence[str], period_of: Sequence[str] | None
 def lag(a: np.ndarray, b: np.ndarray, period: float, *, n_boot: int = 999, seed: int = 0) -> Lag:
     """Return the lag of b behind a: the phase of their cross-spectrum in the band around `period` [samples].
 
-    The interval (circular block bootstrap with blocks of three periods, and Student's t) covers 90% with 10
-    to 20 periods.
+    The interval (circular block bootstrap with blocks of three periods, and Student's t) has 90% coverage
+    with 10 to 20 periods.
     """
     from scipy.special import ndtri, stdtrit  # slow to import, though faster than scipy.stats
 

@@ -109,7 +109,7 @@ def swimmers(series: Series) -> list[str]:
 
 def depths_by_hour(run: Path | str, series: Series, layers: int = 15) -> dict[str, np.ndarray]:
     """Return the fraction of each species in each layer by hour, f64[layers, HOURS] by species, from the
-    snapshots after the first day; NaN in columns without snapshots.
+    snapshots after the first day; NaN for hours without snapshots.
     """
     top = water_of(series)
     out = {s: np.zeros((layers, HOURS)) for s in series.there}
@@ -125,7 +125,7 @@ def depths_by_hour(run: Path | str, series: Series, layers: int = 15) -> dict[st
 
 
 def _snapshots(run: Path | str, top: float, layers: int) -> Iterator[tuple[np.ndarray, ...]]:
-    """Yield the tick, layer (from the surface down) and species of all organisms in the snapshots, by file."""
+    """Yield, file by file, the tick, layer (from the surface down) and species of organisms in snapshots."""
     for rows in tables(run, "snapshots", ["tick", "species", "z"]):
         layer = np.clip(((top - rows["z"].to_numpy()) / top * layers).astype(int), 0, layers - 1)
         yield (rows["tick"].to_numpy(), layer, rows["species"].to_numpy(zero_copy_only=False))
@@ -134,10 +134,10 @@ def _snapshots(run: Path | str, top: float, layers: int) -> Iterator[tuple[np.nd
 def depths_over_time(
     run: Path | str, series: Series, species: Sequence[str], layers: int = 20, most: int = 120
 ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Return the mean number of organisms in each layer, f64[layers, bins] by species, and the ticks of the
-    bin edges i64[bins + 1], from the snapshots. Bins are as narrow as possible, with at most `most` of them.
+    """Return the ticks of bin edges, i64[bins + 1], and by species the mean number of organisms in each layer
+    of the snapshots, f64[layers, bins].
 
-    There are no bins if the run has no snapshots or no depth.
+    There are at most `most` bins, and none if the run has no snapshots or no depth.
     """
     size = series.manifest.get("config", {}).get("space", {}).get("size", ())
     found: dict[int, np.ndarray] = {}
@@ -158,7 +158,7 @@ def depths_over_time(
 
 
 def is_night(series: Series, ticks: np.ndarray) -> np.ndarray:
-    """Return whether the light at the surface is less than 1% of the run's maximum."""
+    """Return whether the light at the surface is less than 1% of its maximum over these ticks."""
     there, place = np.unique(ticks, return_inverse=True)
     light = surface_light(series, there)
     return np.asarray((light < 0.01 * max(float(light.max()), 1e-9))[place])

@@ -146,14 +146,14 @@ def _night(ax: Axes, run: Series) -> None:
 
 @styled
 def escape_figure(result: Escape, prey: str, predator: str, dt: float) -> Figure:
-    """Plot speed and direction around an approach against the time since the approach [s]."""
+    """Plot speed and direction against the time since an approach [s]."""
     figure, axes = panels(1, 2, 8.4, 3.2)
     time = np.arange(-AROUND, AROUND + 1) * dt
-    words = f"speed of {prey} [m/s]", f"cosine between heading\nand away from {predator}"
+    words = f"speed of {prey} [m/s]", f"cosine between movement and\nthe direction away from {predator}"
     for ax, values, word in zip(axes[0], (result.speed, result.away), words, strict=True):
         ax.axvline(0, color=AXIS, lw=1, ls="--")
         ax.plot(time, values, "o-", color=PALETTE[2], ms=4)
-        ax.set(xlabel=f"time from the approach of {predator} [s]", ylabel=word)
+        ax.set(xlabel=f"time since the approach of {predator} [s]", ylabel=word)
     axes[0, 0].set_ylim(0, None)
     axes[0, 1].axhline(0, color=AXIS, lw=0.8)
     axes[0, 1].set_ylim(-1, 1)
@@ -164,8 +164,8 @@ def escape_figure(result: Escape, prey: str, predator: str, dt: float) -> Figure
 
 
 def blocks(run: Path, series: Series, place: Path) -> list[str]:
-    """Return the sections on depth over time (by hour if there is a sun) and, if individual organisms were
-    recorded, on escapes and smells (empty if the space has no depth). Figures are written to `place`."""
+    """Return the sections on depth (empty if the space has no depth). With a sun, they include depth by hour
+    and, if individual organisms were recorded, escapes and smells. Figures are written to `place`."""
     day = day_of(series) if len(series.ticks) else 0
     species = swimmers(series) if day else []
     density = list(_density(run, place, series))
@@ -188,8 +188,8 @@ def _density(run: Path, place: Path, series: Series) -> Iterator[str]:
         height = water_of(series)
         layer = height / len(numbers[species[0]])
         caption = (
-            f"Depth distribution over time: the mean number per {number(layer)} m of depth, averaged "
-            f"over the snapshots of each {number(int(np.diff(edges)[0]))} ticks."
+            f"Depth distribution over time: the mean number per {number(layer)} m of depth in the "
+            f"snapshots of each period of {number(int(np.diff(edges)[0]))} ticks."
         )
         yield drawn(over_time(edges, numbers, height), place / "figures" / "depths.svg", caption)
 
@@ -210,12 +210,12 @@ def _escapes(run: Path, place: Path, series: Series) -> Iterator[str]:
         if result is not None and np.isfinite([result.gain, result.u]).all():
             file = place / "figures" / f"escape-{series.index(prey)}-{series.index(predator)}.svg"
             figure = escape_figure(result, prey, predator, series.dt)
-            yield drawn(figure, file, f"{prey} around the approach of {predator}.")
+            yield drawn(figure, file, f"{prey} before and after the approach of {predator}.")
             yield _escape(result, prey, predator, series.dt)
 
 
 def _cycles(series: Series, species: list[str]) -> str:
-    head = ["species", "days", "mean depth [m]", "amplitude [m]", "fraction of the water"]
+    head = ["species", "days", "mean depth [m]", "amplitude [m]", "fraction of water depth"]
     head += ["deepest [h after noon]", "p", "r with light"]
     note = (
         "A cosine with a period of one day is fitted to mean depth, excluding the first day; the amplitude "
@@ -235,21 +235,21 @@ def _cycle(series: Series, species: str) -> list[str]:
 
 
 def _escape(result: Escape, prey: str, predator: str, dt: float) -> str:
-    after = "never" if result.latency is None else f"after {result.latency} ticks ({result.latency * dt:g} s)"
+    after = "never" if result.latency is None else f"{result.latency} ticks ({result.latency * dt:g} s)"
     p = "&lt; 0.001" if result.p < 0.001 else f"= {result.p:.2g}"
     prey, predator = escape(prey), escape(predator)
     return (
         f"<p>{result.n:,} approaches of {predator} to {WITHIN} m, each after {REST} ticks without one. The "
-        f"speed of {prey} increases {result.gain:.1f}-fold within two ticks; it reaches twice the previous "
-        f"speed {after}, counted from the tick that begins with the approach. One tick later the animals "
-        f"move away: V-test u = {result.u:.1f}, p {p}, treating approaches as independent. Animals that are "
-        f"eaten are included until their death. A {predator} that overshoots also makes the prey appear to "
-        "move away, which is not an escape.</p>"
+        f"speed of {prey} increases {result.gain:.1f}-fold within two ticks. Time to reach twice the "
+        f"previous speed, counted from the tick that begins with the approach: {after}. One tick after the "
+        f"approach, the animals move away: V-test u = {result.u:.1f}, p {p}, treating approaches as "
+        f"independent. Animals that are eaten are included until their death. A {predator} that overshoots "
+        "also makes the prey appear to move away, which is not an escape.</p>"
     )
 
 
 def _leaving(result: Leaving, species: str, nose: str) -> str:
-    night = f", by night {result.night:.2f} of {result.n_night:,}" if result.n_night else ""
+    night = f" (at night, {result.night:.2f} for {result.n_night:,} moves)" if result.n_night else ""
     return (
         f"<p>Where {escape(nose.replace('_', ' '))} is detected, {result.n:,} moves of {escape(species)} "
         "have a chemotaxis index (moves down the gradient minus moves up, divided by all moves) of "

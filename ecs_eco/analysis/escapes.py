@@ -1,4 +1,4 @@
-"""Escapes in a recorded run: from approaching predators, and down the gradient of a smell."""
+"""Escapes in a recorded run, from approaching predators and from smells."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -106,8 +106,7 @@ class Escape:
 
 
 def escapes(tracks: Tracks, within: float = WITHIN, rest: int = REST) -> Escape | None:
-    """Return the behavior of prey around the approach of a predator to a distance of `within` [m], or None if
-    there was no approach.
+    """Return the behavior of prey around approaches of predators to `within` [m], or None if there were none.
 
     The V-test treats approaches as independent, which overstates the evidence: the replicates are runs.
     """
@@ -148,8 +147,8 @@ def noses(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
 
 def leaving(run: Path | str, species: str, nose: str, least: float = 0.1, most: int = 3000) -> Leaving | None:
     """Return how often a species moves away from a smell in the last `most` ticks of a run with recorded
-    details, counting moves for which the nose measured a gradient above `least` (at most 1) at the beginning
-    of the tick, or None if no smell was detected."""
+    details, or None if no smell was detected. Moves count if the nose measured a gradient above `least` (at
+    most 1) at the beginning of the tick."""
     series = load_series(run)
     smells = (f"sensor: {nose}_{way}" for way in ("forward", "left", "up"))
     names = ["tick", "uid", "x", "y", "z", "heading", *smells]

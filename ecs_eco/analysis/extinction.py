@@ -1,4 +1,4 @@
-"""Extinctions: which species died out, when, and from which causes. Every report on runs opens with these facts."""
+"""Extinctions: which species died out, when and why. Every report on runs opens with these facts."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -64,7 +64,7 @@ def lifetime(series: Series) -> tuple[float, bool]:
 
 def opening(series: Series) -> list[str]:
     """Return the opening of a run's report, one sentence per item: whether all species persisted and, if not,
-    which died out, when, and from which causes."""
+    which died out, when and why."""
     lived = series.there
     if not lived:
         return ["No species had a living member at the end of any tick."]
@@ -93,9 +93,13 @@ def multiplies(series: Series, species: str) -> bool:
 
 def sentence(end: Decline) -> str:
     """Return a sentence on when a species died out, and on the deaths during its decline."""
-    born = "" if end.births is None else f" against {end.births:,} birth{'s' * (end.births != 1)}"
-    how = f", {end.deaths:,} death{'s' * (end.deaths != 1)}{born}: {end.shares()}" if end.causes else ""
-    since = f"Since tick {end.since:,}, when there were {end.n:,}{how}."
+    born = "" if end.births is None else f"{end.births:,} birth{'s' * (end.births != 1)} and "
+    how = (
+        f"; {born}{end.deaths:,} death{'s' * (end.deaths != 1)} followed: {end.shares()}"
+        if end.causes
+        else ""
+    )
+    since = f"At tick {end.since:,}, there were {end.n:,}{how}."
     return f"{end.species} died out at tick {end.tick:,}. {since}"
 
 

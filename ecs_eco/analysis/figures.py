@@ -63,7 +63,7 @@ def populations(series: Series) -> Figure:
 
 
 def interventions(series: Series) -> list[tuple[int, str]]:
-    """Return the interventions carried out as (tick, text), in chronological order."""
+    """Return the tick and text of each intervention carried out, in chronological order."""
     return [(int(tick), describe(done)) for tick, done in series.manifest.get("intervened") or ()]
 
 

@@ -110,7 +110,7 @@ def levels(found: Flows) -> dict[str, int]:
 
 
 def draw(series: Series, found: Flows) -> str:
-    """Return the drawing as SVG: a band from each food to its eater, whose width shows the energy gained."""
+    """Return the drawing as SVG, with a band from each food to its eater, as wide as the energy gained."""
     level = levels(found)
     names = sorted(level, key=lambda name: series.species.index(name))
     through = {name: _through(found, name) for name in names}

@@ -25,10 +25,12 @@ SAMPLES = 400  # approximate maximum number per run
 
 @dataclass(frozen=True)
 class Course:
-    """The distribution of a gene with many values among living organisms over time: at `ticks` i64[samples],
-    their number `n`, the `mean` and standard deviation `sd` of their values f64[samples], and the fraction
-    (`share`) with a value between adjacent `edges` f64[bins + 1], f64[samples, bins]; NaN if no such
-    organisms are alive."""
+    """The values of a quantitative gene in living organisms at `ticks` i64[samples].
+
+    `n` is the number of organisms; `mean` and `sd` are the mean and standard deviation of their values,
+    f64[samples]. `share` f64[samples, bins] is the fraction of values between adjacent `edges` f64[bins + 1].
+    Values are NaN if no organism with the gene is alive.
+    """
 
     gene: str
     ticks: np.ndarray
@@ -42,9 +44,8 @@ class Course:
 class Selection(NamedTuple):
     """The change in frequency of one allele of a gene relative to all its other alleles.
 
-    `per_tick` is the slope of its log odds, and `s` the same slope per generation; `generation` is the mean
-    generation time [ticks], `samples` the number of time points used; `first` and `last` are allele
-    frequencies.
+    The slope of its log odds is `per_tick`, or `s` per generation. `generation` is the mean generation time
+    [ticks], and `samples` the number of time points used. `first` and `last` are allele frequencies.
     """
 
     s: float
@@ -56,7 +57,7 @@ class Selection(NamedTuple):
 
 
 def few_valued(genomes: Mapping[str, Any]) -> list[str]:
-    """Return a species' genes in the manifest that have so few values that each value is counted as an allele."""
+    """Return a species' genes in the manifest that have few enough values for each to count as an allele."""
     return [g["name"] for g in genomes["genes"] if has_few_values(g)]
 
 

@@ -171,8 +171,8 @@ def _change(found: list[Course], traits: dict[str, str | None], generation: floa
         rows.append([c.gene, traits[c.gene] or "–", *means, number(haldanes(c, generation))])
     head = ["gene", "trait", "first mean ± standard deviation", "last", "change per generation [sd]"]
     note = (
-        f"Change is the slope of the mean, in standard deviations per generation of {_ticks(generation)} "
-        "(haldanes)."
+        "Change is the slope of the mean, in standard deviations per generation (haldanes). The generation "
+        f"time is {_ticks(generation)}."
     )
     return f"{table(head, rows)}<p class='under'>{note}</p>"
 

@@ -199,8 +199,8 @@ NOTE = (
 ARMS = ("trained", "random", "difference")
 WORDS = {
     "happiness": "mean happiness",
-    "intake": "intake per animal and second",
-    "deaths": "deaths per animal and second",
+    "intake": "intake per animal per second",
+    "deaths": "deaths per animal per second",
 }
 
 

@@ -39,7 +39,7 @@ class Ledger:
         return self.columns["stock_after"]
 
     def gap(self) -> tuple[float, float, int]:
-        """Return the largest gap in any tick [mol], the same as a fraction of the greatest stock, and its
+        """Return the gap [mol] that is the largest fraction of the greatest stock, that fraction, and its
         tick."""
         c = self.columns
         gap = np.abs(c["stock_before"] + sum(c[f] for f in self.flows) - self.stock)

@@ -170,8 +170,8 @@ def _median(courses: np.ndarray) -> np.ndarray:
 
 
 def of_arms(arms: Mapping[str, Rows]) -> dict[str, Any]:
-    """Return, by reporter, species or WORLD, and arm, the "mean" (each run's mean over time, averaged over
-    runs, with an interval) and "n" (the number of runs with a value). Both kinds of seeds are replicates."""
+    """Return, by reporter, species or WORLD, and arm, the "mean" with its interval, and "n", the number of
+    runs with a value. Means are over time, then over runs. Both kinds of seeds are replicates."""
     kinds = measured(*(run for rows in arms.values() for row in rows for run in row))
     out: dict[str, Any] = {}
     for name, named in kinds.items():
@@ -185,8 +185,9 @@ def of_arms(arms: Mapping[str, Rows]) -> dict[str, Any]:
 
 
 def effects(arms: Mapping[str, Rows], grids: Collection[str], seed: int) -> dict[str, Any]:
-    """Return, by reporter, species or WORLD, and arm, how the mean over runs differs from that of the first
-    arm. The interval is from a bootstrap over runs or, with several training seeds, over cells with the same
+    """Return the difference in means between each arm and the first, with keys as in `of_arms`.
+
+    The interval is from a bootstrap over runs or, with several training seeds, over cells with the same
     seeds; None if the arms do not share seeds."""
     kinds = measured(*(run for rows in arms.values() for row in rows for run in row))
     reference, *others = arms
@@ -216,8 +217,8 @@ def _means(rows: Rows, name: str, of: str) -> np.ndarray:
 
 
 def _interval(values: np.ndarray) -> Any:
-    """Return the mean and 95% interval of a table of training seeds × world seeds. If runs without a value
-    are left out, the rest form one row."""
+    """Return the mean and 95% interval of a table of training seeds × world seeds. If some runs have no
+    value, the rest form one row."""
     if not np.isfinite(values).all():
         values = values[np.isfinite(values)][None]
     return mean_interval(values) if values.size else None

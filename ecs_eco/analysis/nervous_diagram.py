@@ -263,8 +263,8 @@ def _connection(
 
 
 def _range(gene: Any) -> tuple[list[float], Sign]:
-    """Return the possible values of a gene for a weight (for a continuous gene, the ends of its range and 0
-    if it is between them), and the sign that they share, if any."""
+    """Return the possible values of a gene for a weight, and their common sign, if any. A continuous gene is
+    represented by the ends of its range, and by 0 if it is between them."""
     values = list(gene.values or (gene.low, gene.high))
     if not gene.values and min(values) < 0 < max(values):
         values.append(0.0)

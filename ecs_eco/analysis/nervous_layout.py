@@ -226,6 +226,6 @@ class Layout:
         return dict(zip(order, zip(spread(wanted, heights, low, high), heights, strict=True), strict=True))
 
     def _height_of(self, i: int) -> tuple[float, float]:
-        """Return the y of a reflex's action, then of its sensors, as a sort key that keeps line crossings few."""
+        """Return the y of a reflex's action, then of its sensors: a sort key that reduces line crossings."""
         r = self.d.reflexes[i]
         return self.action_y[r.action], float(np.mean([self.channel_y[row] for row, _ in r.sources] or [0]))

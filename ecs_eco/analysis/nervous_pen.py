@@ -100,7 +100,8 @@ class Pen:
         self.patch("PathPatch", path, fill=False, zorder=3, capstyle="butt", **look(sign, dotted, width))
 
     def end(self, x: float, y: float, sign: Sign, size: float = 0.1) -> None:
-        """Draw the synapse-like end of a connection: an arrow forces, a bar blocks, and both together vary."""
+        """Draw the synapse-like end of a connection: an arrow if it forces, a bar if it blocks, both if it
+        varies."""
         hue = look(sign)["color"]
         if sign == -1:
             self.line([x - size, x - 0.02], [y, y], hue, 1.6, 8)
@@ -149,7 +150,8 @@ class Pen:
 
 
 def look(sign: Sign, dotted: bool = False, width: float = 1.6) -> dict[str, Any]:
-    """Return a line's style: solid green forces, dashed red blocks, gray varies, dotted is heritable."""
+    """Return a line's style: green if it forces, dashed red if it blocks, gray if it varies, dotted if
+    heritable."""
     style: Any = (0, (1, 1.2)) if dotted else (0, (4, 1.6)) if sign == -1 else "-"
     return {"color": SOFT if sign == 0 else HUES.get(sign or 0, GREY), "lw": width, "ls": style}
 

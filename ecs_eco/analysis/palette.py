@@ -1,7 +1,9 @@
-"""Colors of species and object types, the same on the viewer's page (`ecs_eco/view/static/colours.js`), in
-pictures and in reports: the palette of Okabe and Ito (2008), shifted as little as necessary for a contrast of
-3:1 with the background and a CIELAB distance of 20, also for people with deuteranopia (Machado et al. 2009);
-`tests/analysis/test_palette.py` checks both."""
+"""Colors of species and object types in pictures, reports and the viewer (`ecs_eco/view/static/colours.js`).
+
+The palette of Okabe and Ito (2008) is shifted as little as necessary for a contrast of 3:1 with the
+background and a CIELAB distance of 20, also for people with deuteranopia (Machado et al. 2009);
+`tests/analysis/test_palette.py` checks both.
+"""
 
 import math
 from collections.abc import Mapping

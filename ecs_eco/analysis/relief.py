@@ -18,9 +18,9 @@ STEEP = 0.5  # slope to which the 98th percentile of slopes is scaled
 
 
 class Relief(NamedTuple):
-    """The ground of a world, with the southernmost row first: heights f32[ny, nx] [m], ground u8[ny, nx] (1
-    water, 2 rock), and the side of a cell [m]; for land cover, the class u8[ny, nx] of each cell, and the
-    color and ground of each class; streams, bool[ny, nx]."""
+    """The ground of a world, with the southernmost row first: `height` f32[ny, nx] [m], `ground` u8[ny, nx]
+    (1 water, 2 rock), the `side` of a cell [m], and streams `wet` bool[ny, nx]. Land cover is described by
+    the class of each cell, `kinds` u8[ny, nx], and the `colors` and `grounds` of classes."""
 
     height: np.ndarray
     ground: np.ndarray

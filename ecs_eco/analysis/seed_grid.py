@@ -1,4 +1,4 @@
-"""Training seed × world seed: how much of an outcome's variance each explains, and how certain estimates over
+"""Training seed × world seed: how much of an outcome's variance each explains, and how precise estimates over
 both are. A table (training seeds, world seeds) has one outcome per cell, NaN if missing. The model is y =
 mean + training seed + world seed + rest, with two crossed random effects; the rest includes their
 interaction. A yes-or-no outcome counts as 0 or 1, and shares refer to the variance of these values, which is

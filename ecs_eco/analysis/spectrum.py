@@ -1,12 +1,13 @@
 """A test for cycles in a population series, based on spectral peaks above red noise.
 
 Populations are red noise: they drift without cycling, and a test against white noise classifies nearly every
-such series as periodic. The null hypothesis here is a series that only relaxes. Two nulls are fitted:
+such series as periodic. The null hypothesis here is a series that relaxes without oscillating. Two nulls
+are fitted:
 
 - "ar1": one rate of relaxation (AR(1), Ornstein-Uhlenbeck), the usual null for climate and population
   records;
-- "relaxation": two rates and a moving-average root, ARMA(2, 1) with real roots, whose spectrum only falls. It
-  includes AR(1), sums of two AR(1) series, and a population that integrates a fluctuating birth rate with
+- "relaxation": two rates and a moving-average root, ARMA(2, 1) with real roots, whose spectrum never rises.
+  It includes AR(1), sums of two AR(1) series, and a population that integrates a fluctuating birth rate with
   added noise from births and deaths. The AR(1) null nearly always classifies such smooth series as periodic.
   Reported p values refer to "relaxation".
 

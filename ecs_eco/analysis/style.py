@@ -189,8 +189,8 @@ def _lay_out(figure: Figure, dpi: int) -> None:
 
 
 def _nothing_above(ax: Any) -> bool:
-    """Return whether nothing above the axes can move their title: no tick labels, other axes, or the common
-    factor that matplotlib writes for tiny, large or similar numbers."""
+    """Return whether the title stays in place because nothing is above the axes: no tick labels, other axes
+    or common factor, which matplotlib writes for tiny, large or similar numbers."""
     low, high = sorted(ax.get_ylim())
     plain = ax.get_yscale() == "linear" and low <= 0 <= high and 1e-2 < max(-low, high) < 1e5
     alone = (

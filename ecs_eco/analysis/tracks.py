@@ -44,7 +44,7 @@ class Tracks:
     speed: np.ndarray  # [m/s] in the tick
     distance: np.ndarray  # to the nearest predator at the beginning of the tick [m], inf if none is near
     away: np.ndarray  # cosine between the movement in the tick and the direction away from it
-    # the same for the horizontal direction to the left of that; NaN if that is straight up or down
+    # the same for the horizontal direction to the left of that; NaN if the direction away is vertical
     aside: np.ndarray
     light: np.ndarray  # at the surface at the beginning of the tick, f64[ticks]
 

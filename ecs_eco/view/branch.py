@@ -113,7 +113,7 @@ def check(world: World, change: Message | None) -> None:
     """Raise ConfigError or ValueError for a change that this world rejects."""
     if change is not None:
         if not isinstance(change, dict):
-            raise ValueError("what if: `what` is not an intervention; see [[interventions]] of a world file")
+            raise ValueError("what if: `what` is not an intervention; see [[interventions]] in world files")
         checked(world, change, waiting(world))
 
 

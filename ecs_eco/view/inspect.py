@@ -225,8 +225,8 @@ def described(
 def action(
     group: str, name: str, reflex: Any, probability: Any, chosen: Any, decision: Any, continuous: bool
 ) -> dict[str, Any]:
-    """Return an action for the viewer: reflex −1, 0 or 1, probability, and whether it was carried out; for a
-    continuous action, the value added by the reflex, the value chosen and the value carried out."""
+    """Return an action for the viewer: reflex (−1, 0 or 1), probability, and whether it was carried out. A
+    continuous action has the value added by the reflex, the value chosen and the value carried out."""
     form: Callable[[Any], Any] = number if continuous else int
     values = {"reflex": reflex, "chosen": chosen, "decision": decision}
     out = {"group": group, "name": name, "probability": None if continuous else number(probability)}

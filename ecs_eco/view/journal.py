@@ -101,7 +101,7 @@ class Journal:
 
     def _hear(self, kind: str, s: int, *columns: np.ndarray) -> None:
         self._waiting[kind].append((self.world.tick, s, *columns))
-        self._heard += columns[0].size + 50  # each call uses memory in addition to its arrays
+        self._heard += columns[0].size + 50  # 50 for the memory overhead of each call
         if self._heard > self.size:
             self._settle()
 

@@ -147,7 +147,7 @@ class Lives:
             return out | {"detail": "record", "note": "Not born yet."}
         fill = "“Fill in” reruns the ticks around this one."
         near = int(np.argmin(np.abs(seen["tick"] - tick))) if seen["tick"].size else -1
-        # nothing was recorded at this tick or closer to it than the birth
+        # no snapshot is at this tick or closer to it than the birth is
         if near < 0 or (seen["tick"][near] != tick and abs(seen["tick"][near] - tick) >= tick - life.born):
             b = life.birth
             state = {"place": [number(b[axis]) for axis in "xyz"], "energy": number(b["energy"])}

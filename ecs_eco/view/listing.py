@@ -54,8 +54,8 @@ def table(of: Callable[[str], Columns], species: Sequence[str], request: Message
 
 
 def scatter(of: Callable[[str], Columns], species: Sequence[str], request: Message) -> Message:
-    """Return the message "scatter": two values per organism for each species that has both, from at most
-    `POINTS` organisms per species, evenly spaced by uid."""
+    """Return the message "scatter": two values per organism, for species that have both. At most `POINTS`
+    organisms per species are included, evenly spaced by uid."""
     points: dict[str, Any] = {}
     names: dict[str, None] = {}
     for name in species:

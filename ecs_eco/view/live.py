@@ -247,7 +247,7 @@ class Live(Watched):
     def _act(self, request: object) -> Message:
         try:
             if not isinstance(request, dict):
-                raise ValueError("act: `what` is not an intervention; see [[interventions]] of a world file")
+                raise ValueError("act: `what` is not an intervention; see [[interventions]] in world files")
             if self.done:
                 raise ValueError("act: the run has ended")
             self.world.intervene(request)

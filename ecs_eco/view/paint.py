@@ -142,7 +142,7 @@ class Painter:
         return path
 
     def _lay_out(self, hello: dict[str, Any]) -> None:
-        """Create the axes: the world, and a strip for each species on its right or, if it is wide, below it."""
+        """Create the axes: the world, and a strip for each species to its right or, in a wide world, below."""
         wide, high = self.size[0] / self.unit / 100, self.size[1] / self.unit / 100  # inches
         beside = self.extent[0] / self.extent[1] < 1.6
         room = (

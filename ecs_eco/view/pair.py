@@ -1,4 +1,4 @@
-"""Two worlds as one source (the page's world and a branch or another world), and the choice of a new world.
+"""Show two worlds as one source (the page's world, and a branch or another world), or start a new world.
 
 The first world provides the page's clock, charts and organisms. The second follows that clock in the same
 thread. Pages receive the second frame after the first, and messages "beside".
@@ -56,7 +56,7 @@ class Picker:
         if seed is not None and not is_whole(seed, 0, SEEDS):
             raise ValueError(
                 f"begin: seed = {short(seed)}; expected a whole number from 0 to {SEEDS - 1}, "
-                "or null for the seed of the world file"
+                "or null for the seed in the world file"
             )
         self.wanted = world, seed
         words = f"starting {self.titles[world] or world} …"

@@ -177,7 +177,7 @@ class Replay(Watched):
         text = f"ticks {stretch.first} to {stretch.last} have been rerun: all their details are available"
         if stretch.wrong is not None:
             text += (
-                f"; but the rerun differs from the recording from tick {stretch.wrong} onward; "
+                f", but the rerun differs from the recording from tick {stretch.wrong} onward; "
                 "different versions or another machine may be the cause"
             )
         message = said("info" if stretch.wrong is None else "warning", text, "fill")

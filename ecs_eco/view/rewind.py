@@ -75,7 +75,7 @@ class Ring:
 
     def back(self, tick: int) -> int:
         """Take the world back to an earlier tick, or to the earliest possible tick if that is later; return
-        that tick. Raises ValueError if the world cannot go back."""
+        the tick reached. Raises ValueError if the world cannot go back."""
         if self.why or not self.points:
             raise ValueError(f"seek: {self.why or 'there is no checkpoint yet'}")
         if tick > self.world.tick:

@@ -1,5 +1,5 @@
-"""The second of two worlds: a branch of the first or an unrelated world, which follows the clock of the
-first."""
+"""The second of two worlds: a branch of the first, or an unrelated world. It follows the first world's
+clock."""
 
 from __future__ import annotations
 
@@ -208,8 +208,8 @@ class Second:
         return self.labelled(message, second=True) if message["kind"] in ("organism", "tree") else message
 
     def labelled(self, message: Message, second: bool) -> Message:
-        """Return a message about an organism, with the name of its world, whether that is the second world,
-        and whether both worlds have the organism because it was born before they diverged."""
+        """Add to a message about an organism the name of its world, whether that is the second world, and
+        whether both worlds have the organism."""
         both = {"both": self.shares(message["uid"])} if self.forked else {}
         return message | {"world": self.told["names"][second], "second": second} | both
 

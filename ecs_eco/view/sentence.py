@@ -99,6 +99,6 @@ def _does(actions: Sequence[Mapping[str, Any]]) -> str:
 
 
 def _act(action: Mapping[str, Any]) -> str:
-    """Return an action as words: "turn left", "walk", "eat"."""
+    """Return a description of an action: "turn left", "walk", "eat"."""
     group, name = action["group"], action["name"]
     return f"{group} {name}" if group in ("turn", "climb") else str(name)

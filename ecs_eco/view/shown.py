@@ -1,4 +1,4 @@
-"""The state of each page, its panel, and a common log of the actions of all pages."""
+"""The state of each page, its panel, and a log of the actions of all pages."""
 
 from __future__ import annotations
 
@@ -184,7 +184,7 @@ class Log:
 
 
 def _of(request: Message) -> dict[str, Any]:
-    """Return a description of a request in words, and whether it undoes an earlier request."""
+    """Return a request's description, and whether it undoes an earlier request."""
     what, way = request.get("what"), request.get("as")
     try:
         words = describe(what) if isinstance(what, dict) else ""

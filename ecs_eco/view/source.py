@@ -18,8 +18,7 @@ class Source(Protocol):
 
     @property
     def tick(self) -> int:
-        """The displayed tick: the next tick of a live world, or the tick of a recorded run whose end is
-        shown."""
+        """The displayed tick: the next tick of a live world, or the recorded tick whose end is shown."""
 
     @property
     def done(self) -> bool:
@@ -78,8 +77,8 @@ class Source(Protocol):
         never existed."""
 
     def handle(self, request: Message) -> list[Message]:
-        """Carry out `act`, `params`, `seek`, `fill`, `why` or `tree`. Return the answers for the page that
-        sent it; refusals are `said` messages."""
+        """Carry out `act`, `params`, `seek`, `fill`, `why` or `tree`. Return the answers for the
+        requesting page; refusals are `said` messages."""
 
 
 def text(message: Message) -> str:

@@ -1,4 +1,4 @@
-"""Watching: combine a source, its player and its server, for the command line and notebooks."""
+"""Combine a source, its player and its server, for the command line and notebooks."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ FRAMES = ("http://localhost:*", "http://127.0.0.1:*")  # notebooks on this machi
 class Panel:
     """A page in an output cell. The world is paused until you press play, and while a cell runs.
 
-    `close()` ends it; another `world.view()` of the same world ends the first.
+    `close()` or another `world.view()` of the same world ends it.
     """
 
     def __init__(

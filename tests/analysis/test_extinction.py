@@ -47,7 +47,7 @@ def test_an_end_is_told_from_the_last_tick_with_half_of_the_greatest_number(lost
 def test_a_report_opens_with_who_persisted(lost: Series) -> None:
     assert opening(lost) == [
         "1 of 2 species died out; wolf persisted to tick 6.",
-        "deer died out at tick 4. Since tick 1, when there were 8, 9 deaths against 1 birth: starved 67%, "
+        "deer died out at tick 4. At tick 1, there were 8; 1 birth and 9 deaths followed: starved 67%, "
         "eaten by wolf 33%.",
     ]
     alive = run([5] * 4, [2] * 4, [0] * 4, [0] * 4, [0] * 4)
@@ -76,8 +76,8 @@ def test_a_species_that_dies_within_the_first_tick_is_not_hidden() -> None:
     gone = run([0, 0], [2, 2], [7, 0], [0, 0], [0, 0])
     assert not gone.persisted
     assert (
-        opening(gone)[1] == "deer died out at tick 0. Since tick 0, when there were 7, "
-        "7 deaths against 0 births: starved 100%."
+        opening(gone)[1] == "deer died out at tick 0. At tick 0, there were 7; "
+        "0 births and 7 deaths followed: starved 100%."
     )
 
 

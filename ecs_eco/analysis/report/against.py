@@ -56,7 +56,7 @@ def blocks(series: Series, outside: Outside | None, place: Path) -> list[str]:
 
 
 _NOTE = (
-    "<p>Both series are described by the wave that explains most of the variance of their detrended log "
+    "<p>Both series are described by the wave that explains the most variance of their detrended log "
     "numbers. This is a description, not a test; for a test of the run, see Cycles.</p>"
 )
 _CAPTION = (

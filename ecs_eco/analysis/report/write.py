@@ -238,7 +238,7 @@ def write_report(
     >>> write_report("my-run").name
     'report.html'
     """
-    with as_delivered({}), uncollected():  # figures contain many reference cycles, but there are few figures
+    with as_delivered({}), uncollected():  # saves time; reference cycles of a few figures need little memory
         return _written(Path(run_dir), out, against, match)
 
 
@@ -350,7 +350,7 @@ Drawn = tuple[str, Figure, str]  # file name, figure, caption
 
 
 def draw(run: Path, series: Series, cycles: CycleStatistics, place: Path) -> dict[str, str]:
-    """Return, as HTML by name, the figures for which this run has data; they are also written to `place`."""
+    """Return the figures for which this run has data, as HTML by name, and write them to `place`."""
     if not len(series.ticks) or not len(series.species):
         return {}
     found = [*_curves(series), *_cycles(series, cycles), *_places(run, series)]
@@ -377,10 +377,7 @@ def _cycles(series: Series, cycles: CycleStatistics) -> Iterator[Drawn]:
         text = "Spectra. A cycle is a peak above the gray band, which shows a population that "
         yield "spectra", figures.spectra(peaks, colors_of(series)), text + "drifts without cycling."
     if cycles.cycling() and cycles.period and pairs and all(f"{a}→{b}" in cycles.lags for a, b in pairs):
-        caption = (
-            "Correlation of two species, one of them shifted in time; to the right of zero, the consumer "
-            "follows."
-        )
+        caption = "Correlation of two species shifted in time; to the right of zero, the consumer follows."
         yield "lags", figures.lags(series, pairs, cycles.period), caption
     if pairs and len(series.ticks) > 2:
         turns = "Cycles appear as loops, counterclockwise if the consumer follows"

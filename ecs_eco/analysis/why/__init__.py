@@ -1,4 +1,4 @@
-"""Explanation of what happened in a recorded run: `write_why("my-run")`.
+"""Explain what happened in a recorded run: `write_why("my-run")`.
 
 `case` reads the run, and `limits` finds the limiting factors of each species. `diagnose` traces extinctions
 back to their first cause, `advice` selects values in the world file that affect it, and `page` and `figure`

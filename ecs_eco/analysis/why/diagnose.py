@@ -1,7 +1,7 @@
 """Traces an extinction back to its first cause. If a species starved because its food was gone, the search
 continues with whatever ate the food. If it starved amid plenty, died of age without enough offspring, lost
 its newborns or was poisoned, the chain of causes ends there. Each step has a weight from 0 to 1; the verdict
-is the end of a chain with the greatest weight."""
+is the end of the chain with the greatest weight."""
 
 from collections import defaultdict
 from dataclasses import dataclass
@@ -274,8 +274,8 @@ def _taken(
 
 
 def idle(case: Case, grazer: str, fall: Fall, fall_of: dict[str, Fall]) -> str | None:
-    """Return a predator of the grazer that nearly or completely disappeared before the plants did, for
-    reasons other than lack of prey, so that grazers thrived; return None if there is none."""
+    """Return a predator whose decline let the grazer thrive, or None. It nearly or completely disappeared
+    before the plants did, but not because prey was scarce."""
     for p in case.eaters(grazer):
         own, n = fall_of.get(p), case.series.of(p)
         if own is None or own.first >= fall.first or n[min(fall.first, len(n) - 1)] > 0.3 * n.max():

@@ -1,4 +1,4 @@
-"""Explanation of a run in plain sentences: why.json for programs, why.html with a figure for people."""
+"""Explain a run in plain sentences: why.json for programs, why.html with a figure for people."""
 
 import json
 import math
@@ -82,7 +82,7 @@ def happened(case: Case, findings: Mapping[str, Any]) -> Iterator[str]:
     for s, low in findings["lowest"].items():
         if not low["mean"]:
             end = decline(case.series, s)
-            yield f"{s} died out in the first tick: {end.shares() if end else 'it was never present'}."
+            yield f"{s} died out in the first tick: {end.shares()}." if end else f"{s} was never present."
         elif s not in {f["species"] for f in findings["fell"]}:
             near = f"{s} never fell below {low['n']:,}"
             if low["near"]:
@@ -130,14 +130,14 @@ def _link(f: Mapping[str, Any], cause: str, share: float) -> str:
         fed = max((x["feeds"] for x in food.values()), default=0.0)
         worth = " and ".join(f"{number(x['gain'], 2)} energy from each {name}" for name, x in food.items())
         return (
-            f"{part}: starvation despite available food. The peak number would have covered {number(fed, 2)} "
-            f"times the energy that {s} burn, at the rate at which they found and caught it"
+            f"{part}: starvation despite available food. At the rate at which they found and caught "
+            f"food, its peak number would have covered {number(fed, 2)} times the energy that {s} burn"
             f"{f', with {worth}' if worth else ''}."
         )
     if kind == "energy ran out":
         budget = f["budget"]
         return (
-            f"{part}: they took in {number(budget['taken_in'], 2)} energy per capita and tick and burned "
+            f"{part}: they took in {number(budget['taken_in'], 2)} energy per capita per tick and burned "
             f"{number(budget['burnt'], 2)}. They eat no other species, but live on light, parents or "
             "reactions."
         )
@@ -381,7 +381,7 @@ def write_why(run: Path | str, out: Path | str | None = None) -> dict[str, Any]:
         blocks.append(drawn(draw(case, findings), folder / "figures" / "why.svg", CAPTION))
     rows = [[a["key"], a["value"], a["turn"], a["effect"]] for a in findings["parameters"]]
     for head, lines in sections.items():
-        turned = table(["value of the world file", "current value", "change", "effect"], rows)
+        turned = table(["key in the world file", "current value", "change", "effect"], rows)
         blocks += [f"<h2>{head}</h2>", turned if head == "What to change" else bullets(lines)]
     write_text(folder / "why.html", page(title, *blocks))
     return findings

@@ -46,7 +46,7 @@ export class Act {
     return group("Place", h("label", { text: "kind" }), this.newcomer, h("label", { text: "how many" }), count, h("div", { class: "row full" }, random, this.aimer));
   }
 
-  /** Turns placing by clicks on or off, for organisms or fence corners. @param {boolean} on @param {boolean} [fence] */
+  /** Turns placement by clicks on or off, for organisms or fence corners. @param {boolean} on @param {boolean} [fence] */
   aim(on, fence = false) {
     this.aiming = on;
     this.corners = on && fence ? [] : null;

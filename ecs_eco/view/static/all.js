@@ -1,4 +1,4 @@
-// The tab "All": the organisms of a species as a table, sorted by a column, filtered by comparisons.
+// The "All" tab: the organisms of a species as a table, sorted by a column, filtered by comparisons.
 
 import { $, h, number } from "./dom.js";
 

@@ -1,5 +1,5 @@
 // The shapes of bodies. Each kind of animal has a silhouette that depends on its diet, habitat and variant. Lengths are in body radii.
-// Forward is +x. Capsules and boxes start as cubes from −1 to 1 along each axis, whose corners the shader moves outward along `facing` by the rounding.
+// Forward is +x. Capsules and boxes start as cubes from −1 to 1 along each axis; the shader moves their corners outward along `facing` by the rounding.
 
 /** @typedef {number[]} Corner x, y (left) and z (up) */
 /** @typedef {{girth: number[][], flat?: number, fins?: Corner[][]}} Build half width along the body from tail to nose; ratio of height to width; triangles */

@@ -132,7 +132,7 @@ export class Figures {
   histogram() {
     const by = this.scene.by();
     if (this.choice && this.choice.value !== by) this.choice.value = by;
-    if (by === "species") return h("p", { class: "about", text: "Choose a value by which to color organisms to see its distribution here." });
+    if (by === "species") return h("p", { class: "about", text: "Color organisms by a value to see its distribution here." });
     const scales = this.scene.scales();
     const found = this.scene.layers().filter(({ kind, block, shown }) => !kind.inanimate && shown && block.n && scales[kind.name]).map(({ kind, block }) => ({ name: kind.name, range: scales[kind.name], ...binned(block) })).filter(({ n }) => n);
     if (!found.length) return h("p", { class: "about", text: "No organism has this value." });

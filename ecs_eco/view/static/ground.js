@@ -310,7 +310,7 @@ export class Ground {
   }
 }
 
-/** The largest value 1, 2 or 5 × 10ⁿ that does not exceed a value. @param {number} value */
+/** The largest number of the form 1, 2 or 5 × 10ⁿ that does not exceed a value. @param {number} value */
 export function round(value) {
   const power = 10 ** Math.floor(Math.log10(value));
   const lead = value / power;

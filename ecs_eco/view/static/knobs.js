@@ -115,7 +115,7 @@ export class Knobs {
       sliding = false;
       if (chosen() !== parameter()?.value) changes.make(key, chosen());
     } });
-    const reset = h("button", { class: "mini", type: "button", text: "↺", title: "Restore the value from when this page opened", "aria-label": `Reset ${label}`, onclick: () => changes.make(key, changes.first.get(key)) });
+    const reset = h("button", { class: "mini", type: "button", text: "↺", title: "Restore the value at the time this page opened", "aria-label": `Reset ${label}`, onclick: () => changes.make(key, changes.first.get(key)) });
     const show = () => {
       const value = Number(parameter()?.value), ends = [Math.min(knob.low, value), Math.max(knob.high, value)];
       if (sliding || Number.isNaN(value)) return;

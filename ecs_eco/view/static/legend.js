@@ -29,7 +29,7 @@ export function legend(stage, calls) {
   };
   const rows = stage.kinds.map((kind, k) => row(stage, k, () => show(k, !stage.layers[k].shown), () => solo(k), () => calls.find(kind.name)));
   const box = h("input", { type: "checkbox", checked: calls.own, onchange: () => calls.onown(box.checked) });
-  const note = h("label", { class: "legend-note", title: "Use the colors of the world file instead of a color-blind-safe palette" }, box, "colors of the world file");
+  const note = h("label", { class: "legend-note", title: "Use the colors from the world file instead of a color-blind-safe palette" }, box, "colors from the world file");
   $("legend").replaceChildren(...rows.map(({ root }) => root), ...marks(stage), note);
   const count = () => rows.forEach((one, k) => {
     const beside = calls.other()?.layers.find(({ kind }) => kind.name === stage.kinds[k].name);

@@ -52,6 +52,6 @@ export async function copy(address) {
     words = "The link is copied and is also in the address bar";
   } catch {} // clipboard access may be forbidden
   announce(words);
-  $("share").title = `${words}. It contains tick, camera, selection, panel, color and field`;
+  $("share").title = `${words}. It stores tick, camera, selection, panel, color and field`;
   return words;
 }

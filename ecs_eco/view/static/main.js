@@ -41,7 +41,7 @@ const connection = new Connection();
 let page = null;
 /** @type {State | null} */
 let state = null;
-let own = false; // whether kinds are shown in the colors of the world file
+let own = false; // whether kinds are shown in the colors from the world file
 let by = "species";
 /** @type {ReturnType<typeof legend> | null} */
 let kinds = null;

@@ -1,4 +1,4 @@
-// Starts a new world with a chosen seed, in the tab "World".
+// Starts a new world with a chosen seed, in the "World" tab.
 
 import { $, h } from "./dom.js";
 
@@ -17,7 +17,7 @@ export function anew() {
 }
 
 /**
- * Adds a choice of worlds to the tab "World", or the reason why there is none.
+ * Adds a choice of worlds to the "World" tab, or the reason why there is none.
  * @param {Hello} hello
  * @param {import("./connection.js").Connection} connection
  */

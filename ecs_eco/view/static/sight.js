@@ -1,4 +1,4 @@
-// Draws the field of view of the selected organism, with range, directions and seen targets. Rays end at the first body that they hit.
+// Draws the field of view of the selected organism, with range, directions and visible targets. Rays end at the first body that they hit.
 
 import { Vector3 } from "./vendor.js";
 import { WORDS } from "./frame.js";
@@ -74,7 +74,7 @@ export function seeing(kind, own) {
 }
 
 /**
- * Draws the field of view; returns the numbers of seen targets and rays.
+ * Draws the field of view; returns the numbers of visible targets and rays.
  * @param {Over} over
  * @param {Found} me
  * @param {import("./protocol.js").Organism | null} organism

@@ -146,7 +146,7 @@ export class Stage {
   /**
    * Sets the colors of kinds for a theme.
    * @param {boolean} dark
-   * @param {boolean} own whether to use the colors of the world file instead of the safe palette
+   * @param {boolean} own whether to use the colors from the world file instead of the safe palette
    */
   theme(dark, own) {
     this.dark = dark;

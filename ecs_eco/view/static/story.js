@@ -1,4 +1,4 @@
-// The tab "Why": a list of events, and the diagnosis of `ecs-eco why` for the run so far.
+// The "Why" tab: a list of events, and the diagnosis of `ecs-eco why` for the run so far.
 
 import { $, announce, h, number } from "./dom.js";
 

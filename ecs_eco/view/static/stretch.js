@@ -79,7 +79,7 @@ export class Stretch {
   }
 
   /**
-   * Zooms with the wheel, moves with the sideways wheel or the wheel and shift, and selects a period by dragging with shift.
+   * Zooms with the wheel, moves by horizontal scrolling or with shift and wheel, and selects a period by dragging with shift.
    * @param {HTMLElement} root
    * @param {(x: number) => number} tickAt [px] from the left of the window
    */

@@ -1,4 +1,4 @@
-// "What if …?": the choice of the tick at which the world branches, and of a change.
+// "What if …?": chooses the tick at which the world branches, and a change.
 
 import { $, h, number } from "./dom.js";
 

@@ -65,7 +65,7 @@ function web(hello, colourOf) {
 }
 
 /**
- * Fills the tab "World".
+ * Fills the "World" tab.
  * @param {import("./protocol.js").Hello} hello
  * @param {(name: string) => string} colourOf
  */

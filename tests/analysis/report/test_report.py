@@ -89,9 +89,8 @@ def test_the_extinct_are_named_with_when_and_why(tmp_path: Path) -> None:
     series = load_series(run)
     # the last tick with at least half of 40 is tick 120
     end = series.columns["died: starved"][121:141, 2].sum() / series.columns["deaths"][121:141, 2].sum()
-    assert (
-        f"Since tick 120, when there were 20, {series.columns['deaths'][121:141, 2].sum():.0f} deaths" in text
-    )
+    assert "At tick 120, there were 20; " in text
+    assert f"{series.columns['deaths'][121:141, 2].sum():.0f} deaths followed: " in text
     assert f"starved {end:.0%}" in text
 
 

@@ -24,7 +24,7 @@ def test_plants_that_starve_did_not_fail_to_find_food() -> None:
     findings = explain(run)
     assert (findings["verdict"], findings["species"]) == ("energy ran out", "a")
     said = " ".join(line for lines in sentences(run, findings).values() for line in lines)
-    assert "they took in 0.005 energy per capita and tick and burned 0.02. They eat no other species" in said
+    assert "they took in 0.005 energy per capita per tick and burned 0.02. They eat no other species" in said
     assert "not found" not in said
 
 
