@@ -63,7 +63,7 @@ class Document:
 
     @property
     def changes(self) -> dict[Key, Any]:
-        """Return the values set from outside, by key."""
+        """Return the overridden values, by key."""
         return {key: value_at(self.data, key) for key in self.set}
 
 
@@ -113,7 +113,7 @@ def _path(world: object) -> Path:
 
 
 def placed(problem: Problem, document: Document) -> Problem:
-    """Return the problem with its source and line added, and with the value if the problem lacks it."""
+    """Return the problem with its source and line and, if it lacks one, its value."""
     if problem.source:
         return problem
     value = problem.value

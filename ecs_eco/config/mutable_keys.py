@@ -36,7 +36,7 @@ def refused(old: WorldConfig, new: WorldConfig) -> list[Problem]:
         if not hint and MISSING in (before, now) and {"properties", "substances"} & {key[0], *key[2:3]}:
             hint = SHAPE  # a column would be added or removed
         if not hint and key[0] == "objects" and key[-1] == "renewal" and before is MISSING:
-            hint = ANEW  # no system exists that carries it out
+            hint = ANEW  # there is no system to do it
         if hint:
             problems.append(Problem(key, "cannot change during a run", now, hint))
     for name, species in new.species.items():

@@ -152,8 +152,8 @@ class Provision(Feature, after="exchange"):
 
     born_with: Literal["declared", "mother", "soil"] = about(
         "origin of newborns' substances; declared: created from nothing; mother: shared by the mother, at "
-        "equal concentrations; soil: taken from the first field of each, where a seed needs enough to "
-        "germinate",
+        "equal concentrations; soil: taken from each substance's first field; seeds germinate only where "
+        "there is enough",
         "declared",
         omit=True,
         change=SHAPE,
