@@ -33,7 +33,7 @@ class Document:
     code: Code | None = None  # code of the world that this one modifies; naming other code is not allowed
     places: Sequence[Path] = field(default_factory=tuple)  # where to find its code; empty: in its folder
     original: WorldConfig | None = None  # the world that this one modifies, whose land is reused
-    features: tuple[type[Feature], ...] = ()  # features of species that were passed in Python
+    features: tuple[type[Feature], ...] = ()  # species features passed in Python
 
     @cached_property
     def lines(self) -> dict[Key, int]:

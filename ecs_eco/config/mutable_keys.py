@@ -73,7 +73,7 @@ def _instead(key: list[str], kind: Any, held: str) -> str:
 
 
 def _of_genes(key: Key, old: Species, new: Species, config: WorldConfig) -> Iterator[Problem]:
-    """Yield problems with genes, because organisms have their own values in a fixed number of columns."""
+    """Yield problems with values that genes code for; organisms store them in a fixed number of columns."""
     if new.policy.kind == "individual" and old.ppo["horizon"] != new.ppo["horizon"]:
         yield Problem((*key, "ppo", "horizon"), "cannot change during a run", new.ppo["horizon"], SHAPE)
     if new.genome is None:

@@ -15,7 +15,7 @@ from ecs_eco.config.rules import Key, at_most, extent, inside, named
 from ecs_eco.engine.errors import Problem
 
 MOST_SITES = 10_000_000  # maximum number of plant sites per species
-# number of spheres per spacing^dims at which no more fit at random positions
+# spheres per spacing^dims above which no more fit at random positions
 JAMMED = {2: 0.547 / (math.pi / 4), 3: 0.384 / (math.pi / 6)}
 
 

@@ -240,7 +240,7 @@ class Emitting(Feature, after=("defence", "decomposition")):
 
 
 def substances_of(config: WorldSections, name: str | int) -> set[str]:
-    """Return the substances declared for a kind of body; for remains, also those of the dead organisms."""
+    """Return the substances declared for a kind of body; for remains, also the dead organisms' substances."""
     kind = config.species.get(str(name)) or config.objects[str(name)]
     dead = [s.substances for s in config.species.values() if s.remains == name]
     return {substance for held in (kind.substances, *dead) for substance in held}

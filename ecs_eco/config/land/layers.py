@@ -108,9 +108,9 @@ def _content(path: Path, layer: str | None) -> Content:
     """Return a file's coordinate system ("" if unknown), the names of its layers, and the shapes of one layer
     (empty if the layer does not exist).
 
-    GDAL receives the file's bytes (or, for a Shapefile, which consists of several files, its path), and only if
-    the contents begin as the format requires. Otherwise GDAL would choose among all its drivers, some of which
-    open addresses given in a file.
+    GDAL receives the file's bytes (or, for the several files of a Shapefile, the path), and only if the file
+    begins as its format requires. Otherwise, GDAL would choose among all its drivers, and some of them open
+    addresses given in a file.
     """
     kind = path.suffix.lower()
     content = read_bytes(path, MOST_BYTES)
