@@ -1,4 +1,4 @@
-"""The worlds of an archipelago: checks of its section and of its islands' values, and their seeds."""
+"""The worlds of an archipelago: checks of [archipelago] and of islands' values, and islands' seeds."""
 
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any

@@ -30,7 +30,7 @@ def all_genes(species: Species) -> list[Gene]:
     formulas, _ = formulas_of(section)
     for name in formulas:
         found = np.asarray(_samples(section, formulas, name)[name], np.float64)
-        found = np.clip(np.nan_to_num(found), -LARGEST, LARGEST)  # values beyond these limits are refused
+        found = np.clip(np.nan_to_num(found), -LARGEST, LARGEST)  # values beyond these limits are rejected
         low, high = float(found.min()), float(found.max())
         derived.append(Gene(name=name, trait=section.derived[name].trait, letters=1, low=low, high=high))
     return [*section.genes, *derived]

@@ -33,7 +33,7 @@ class Document:
     code: Code | None = None  # code of the world that this one modifies; naming other code is not allowed
     places: Sequence[Path] = field(default_factory=tuple)  # where to find its code; empty: in its folder
     original: WorldConfig | None = None  # the world that this one modifies, whose land is reused
-    features: tuple[type[Feature], ...] = ()  # features of species that were passed in Python
+    features: tuple[type[Feature], ...] = ()  # species features passed in Python
 
     @cached_property
     def lines(self) -> dict[Key, int]:
@@ -63,7 +63,7 @@ class Document:
 
     @property
     def changes(self) -> dict[Key, Any]:
-        """Return the values set from outside, by key."""
+        """Return the overridden values, by key."""
         return {key: value_at(self.data, key) for key in self.set}
 
 
@@ -113,7 +113,7 @@ def _path(world: object) -> Path:
 
 
 def placed(problem: Problem, document: Document) -> Problem:
-    """Return the problem with its source and line added, and with the value if the problem lacks it."""
+    """Return the problem with its source and line and, if it lacks one, its value."""
     if problem.source:
         return problem
     value = problem.value

@@ -67,7 +67,7 @@ def _problem(error: Any, data: dict[str, Any], model: type[Section], places: lis
         known = tuple(parent.model_fields) if parent else ()
         near = suggestion(key, data, model, places, known)
         tag = "" if near in known else kind_of_key(key, places)
-        fault = f'unknown key, which exists for kind = "{tag}"' if tag else "unknown key"
+        fault = f'unknown key here; it exists for kind = "{tag}"' if tag else "unknown key"
         return Problem(key, fault, value, listed(known, 40), "" if tag else near)
     if kind.startswith("union_tag"):
         tags = [tag for part in types_in(info.annotation if info else None) for tag in tags_of(part)]

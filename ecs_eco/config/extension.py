@@ -19,8 +19,8 @@ Features = tuple[type[Feature], ...]
 
 
 def model_for(code: Code, handed: Features = ()) -> type[WorldConfig]:
-    """Return the model of a world whose species have the features passed in Python and those that its code
-    defines; if the code is not yet allowed to run, they can have any key."""
+    """Return the model of a world. Its species have the features passed in Python and those defined in its
+    code; they can have any key if that code is not yet allowed to run."""
     features = (*handed, *(f for f in code.subclasses(Feature) if f not in handed))
     return world_with(features, bool(code.sources) and not code.allowed)
 
@@ -42,7 +42,7 @@ def world_with(features: Features, any_key: bool = False) -> type[WorldConfig]:
         __doc__=WorldConfig.__doc__,
         species=(table, Field(description=known.description)),
     )
-    setattr(model, "__reduce__", _reduced)  # noqa: B010 (mypy refuses assignments to methods)
+    setattr(model, "__reduce__", _reduced)  # noqa: B010 (mypy rejects assignments to methods)
     return model
 
 

@@ -1,5 +1,4 @@
-"""Former names of keys, which fields declare with `former`: they are still accepted, and hashes are computed
-with them."""
+"""Former names of keys, declared by fields with `former`. They are still accepted, and hashes use them."""
 
 import types
 from collections.abc import Iterator, Mapping
@@ -27,7 +26,7 @@ def rename(data: Any, kind: Any, key: Key = ()) -> Iterator[tuple[Key, str]]:
     kind = type_of(kind, data)
     if isinstance(data, dict) and is_section(kind) and (names := present_names(kind)).keys() & data.keys():
         now = {names.get(name, name): value for name, value in data.items()}
-        if len(now) == len(data):  # otherwise both names of a key are given, and the former name is refused
+        if len(now) == len(data):  # otherwise both names of a key are given, and the former one is rejected
             yield from [((*key, names[name]), name) for name in data if name in names]
             data.clear()
             data.update(now)
@@ -113,14 +112,14 @@ def has_former(kind: Any) -> bool:
 
 
 def below(kind: Any, data: Any, part: str | int) -> tuple[Any, Any]:
-    """Return the type of part of a section, table or list, and that part; None if it is unknown."""
+    """Return the type and value of one part of a section, table or list; None for what is unknown."""
     if is_section(kind):
         field = kind.model_fields.get(str(part))
         own = data.get(part) if isinstance(data, dict) else getattr(data, str(part), None)
         return field and field.annotation, own
     inner = (get_args(kind) or (None,))[-1]
     if isinstance(data, list):
-        if str(part).isdecimal() and len(str(part)) < 10:  # int() refuses thousands of digits
+        if str(part).isdecimal() and len(str(part)) < 10:  # int() rejects thousands of digits
             return inner, data[int(part)] if int(part) < len(data) else None
         names = (
             e.get("name") if isinstance(e, dict) else label
@@ -131,8 +130,8 @@ def below(kind: Any, data: Any, part: str | int) -> tuple[Any, Any]:
 
 
 def type_of(kind: Any, data: object) -> Any:
-    """Return a type without Annotated and None; for a union of sections, return the one with the data's
-    `kind`."""
+    """Return a type without Annotated and None; for a union of sections, return the section with the
+    data's `kind`."""
     if isinstance(data, Section):
         return type(data)
     members = members_of(kind)

@@ -53,7 +53,7 @@ ALLOWED = (
 
 
 class FormulaError(ValueError):
-    """An invalid formula: the problem, its position (characters count from 1), the expected input and the
+    """An invalid formula: the problem, its position (in characters, from 1), the expected input and the
     nearest valid name."""
 
     def __init__(self, fault: str, position: int, allowed: str = ALLOWED, close: str = "") -> None:

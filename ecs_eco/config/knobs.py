@@ -69,8 +69,8 @@ def _not_offered(config: WorldConfig, place: Key, knob: Knob, name: str, value: 
 
 
 def offered(config: WorldConfig | None) -> dict[str, Any]:
-    """Return the values that pages can change: "list", every number and switch, and "knobs", the world's
-    knobs (key, label, unit, low, high) except those that a treatment or an island leaves without a number."""
+    """Return the values that pages can change. "list" contains every number and switch; "knobs" contains the
+    world's knobs (key, label, unit, low, high), except those without a number in a treatment or on an island."""
     if config is None:
         return {"list": [], "knobs": []}
     rows = parameters(config)

@@ -1,4 +1,4 @@
-"""Load a world, with values set from outside, or report all its problems."""
+"""Load a world with overrides, or report all its problems."""
 
 import copy
 from collections.abc import Iterable, Mapping, Sequence
@@ -152,7 +152,7 @@ def island_of(config: WorldConfig, name: str) -> WorldConfig:
 
 
 def changed(config: WorldConfig, values: Overrides, folder: Path | None = None) -> WorldConfig:
-    """Return the world with new values, as if they were changed during a run. Raises ConfigError."""
+    """Return the world with new values, as if they had changed during a run. Raises ConfigError."""
     names = values if isinstance(values, Mapping) else [text.partition("=")[0] for text in values or ()]
     data, touched = config.model_dump(), {name.strip().partition(".")[0] for name in names}
     kept: dict[str, Any] = {}
@@ -195,11 +195,11 @@ def _modified(
 
 
 def _refuse_code(config: WorldConfig, values: Mapping[str, Any]) -> None:
-    """Raise a ConfigError if an intervention from outside names code: only function objects are accepted."""
+    """Raise a ConfigError if an intervention made during a run names code; it may pass a function object."""
     before = {_home(key): value for key, value in names_in(config)}
     for key, value in names_in(changed(config, values)):
         if isinstance(value, str) and before.get(_home(key)) != value:
-            fault = "an intervention from outside cannot name code"
+            fault = "an intervention made during a run cannot name code"
             allowed = "code named in the world file, or a function object passed in Python"
             raise ConfigError([Problem(("set", ".".join(map(str, key))), fault, value, allowed)])
 
@@ -248,7 +248,7 @@ def _moved_to_training(problem: Problem, plan: Training) -> Problem:
 
 
 def _beside(problem: Problem, inline: Mapping[str, Key]) -> Problem:
-    """Return a problem; if its range is written next to a number, the problem is moved there."""
+    """Return a problem, moved to the number if the range is written next to it."""
     name = problem.key[2] if problem.key[:2] == ("search", "ranges") and len(problem.key) > 2 else None
     return problem.moved(key=(*inline[str(name)], *problem.key[3:])) if name in inline else problem
 
@@ -305,7 +305,7 @@ def _read_code(document: Document, entries: object) -> tuple[Code, list[Problem]
     if entries == own:
         return code, []
     allowed = f"the world's code, {own}, or a different world file"
-    return code, [Problem(("code",), "cannot be set from outside", entries, allowed)]
+    return code, [Problem(("code",), "cannot be overridden", entries, allowed)]
 
 
 def _with_checks(problems: list[Problem], document: Document) -> list[Problem]:

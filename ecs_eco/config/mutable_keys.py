@@ -36,7 +36,7 @@ def refused(old: WorldConfig, new: WorldConfig) -> list[Problem]:
         if not hint and MISSING in (before, now) and {"properties", "substances"} & {key[0], *key[2:3]}:
             hint = SHAPE  # a column would be added or removed
         if not hint and key[0] == "objects" and key[-1] == "renewal" and before is MISSING:
-            hint = ANEW  # no system exists that carries it out
+            hint = ANEW  # there is no system to do it
         if hint:
             problems.append(Problem(key, "cannot change during a run", now, hint))
     for name, species in new.species.items():
@@ -73,7 +73,7 @@ def _instead(key: list[str], kind: Any, held: str) -> str:
 
 
 def _of_genes(key: Key, old: Species, new: Species, config: WorldConfig) -> Iterator[Problem]:
-    """Yield problems with genes, because organisms have their own values in a fixed number of columns."""
+    """Yield problems with values that genes code for; organisms store them in a fixed number of columns."""
     if new.policy.kind == "individual" and old.ppo["horizon"] != new.ppo["horizon"]:
         yield Problem((*key, "ppo", "horizon"), "cannot change during a run", new.ppo["horizon"], SHAPE)
     if new.genome is None:

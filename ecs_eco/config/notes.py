@@ -46,7 +46,7 @@ def _on_energy(config: WorldConfig, species: Species) -> Iterator[str]:
     most = species.metabolism.energy_max
     if why := meaningless_debt(config, species):
         yield (
-            f": its energy can fall below 0 ({why}), which has no effect: give it "
+            f": its energy can fall below 0 ({why}), which has no effect; give it "
             'lethal = [{ property = "energy", min = 0.0 }] or metabolism.torpor = true, or remove the costs'
         )
     way = species.reproduction
@@ -77,7 +77,7 @@ def _on_decisions(species: Species) -> Iterator[str]:
     free = [f"{g}.{a}" for g, a in species.decisions() if species.default_action.get(g) != a]
     if free and species.reflex is None and species.policy.kind == "none":
         yield (
-            f".actions: nothing controls {', '.join(free)}: add a reflex or a policy, or list actions that "
+            f".actions: nothing controls {', '.join(free)}; add a reflex or a policy, or list actions that "
             "it should always take under always_on"
         )
     formulas = species.reflex.formulas if species.reflex is not None else {}
@@ -109,8 +109,8 @@ def _on_founders(species: Species) -> Iterator[str]:
             )
     elif oldest > (adult := max(_adult(species).values())) >= LATE * oldest:
         yield (
-            f": all founders have age 0: none breed before {adult:g} s, and all survivors die at the same "
-            f"time at {oldest:g} s, so numbers oscillate with the generations; give founders different ages: "
+            f": all founders have age 0, so none breed before {adult:g} s, all survivors die at "
+            f"{oldest:g} s, and numbers oscillate with the generations; give founders different ages: "
             f"age = [0, {oldest:g}]"
         )
 
@@ -157,7 +157,7 @@ def _on_lives(config: WorldConfig, name: str, species: Species) -> Iterator[str]
         and species.max_count is None
     ):
         yield (
-            ": it breeds, but nothing kills it: give it lethal limits, such as "
+            ": it breeds, but nothing kills it; give it lethal limits, such as "
             '[{ property = "age", max = 1000.0 }], a predator, or max_count'
         )
     ticks = config.search.ticks or config.ticks

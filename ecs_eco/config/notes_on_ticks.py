@@ -25,7 +25,7 @@ def _on_contacts(config: WorldConfig) -> Iterator[str]:
                 fixes.append(f"{fix} = {_rounded(reach + way - meet, 3, up=True)}")
             yield (
                 f"species.{name}.{key}: {name} and {other} move up to {way:.3g} m past each other in a tick, "
-                f"and contacts within {meet:.3g} m are checked only at its end: about "
+                f"and contacts within {meet:.3g} m are checked only at its end, so about "
                 f"{share_met(way, meet):.0%} of encounters are detected; {' or '.join(fixes)} detects 96%"
             )
 
@@ -44,8 +44,8 @@ def _contacts(config: WorldConfig) -> Iterator[tuple[str, str, str, float, str]]
 
 
 def share_met(way: float, meet: float) -> float:
-    """Return the proportion of encounters detected: the part of the strip within `meet` [m] of a straight
-    course that is also within `meet` of points `way` [m] apart on the course."""
+    """Return the proportion of encounters detected: of the strip within `meet` [m] of a straight course, the
+    part that is also within `meet` of points `way` [m] apart on the course."""
     disc = math.pi * meet * meet
     if way < 2 * meet:  # subtract the overlap of two neighboring discs
         disc -= 2 * meet * meet * math.acos(way / 2 / meet) - way / 2 * math.sqrt(4 * meet * meet - way * way)

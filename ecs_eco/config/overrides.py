@@ -1,4 +1,4 @@
-"""Values set from outside: `--set species.deer.count=50`, or a mapping of dotted keys."""
+"""Overrides: `--set species.deer.count=50`, or a mapping of dotted keys."""
 
 import copy
 import re

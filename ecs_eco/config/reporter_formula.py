@@ -58,7 +58,7 @@ class Living:
 
 
 class Scope:
-    """The organisms to which names in a formula refer; None is the species that the number describes."""
+    """The organisms that names in a formula refer to; None is the species that the number describes."""
 
     def __init__(self, tables: Mapping[str, Any]) -> None:
         self.own: str | None = None

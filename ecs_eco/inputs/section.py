@@ -148,7 +148,7 @@ def quantity(
     text : str
         Description, shown in the reference and in editors.
     unit : str
-        Such as "m/s"; "1" for a pure number.
+        Unit, such as "m/s"; "1" for a pure number.
     default : object, optional
         Default value; without it, the key is required.
     change : str, optional
@@ -198,7 +198,7 @@ def about(
         `FREE` if the value may change in a live world, otherwise the alternative, such as `ANEW`; default:
         the same as for the key that contains the section.
     entries : str, optional
-        The same for a table's entries, if different.
+        As `change`, for a table's entries, if different.
     own : bool or str, optional
         True if a gene may code for the number, otherwise the reason why not.
     former : str, optional

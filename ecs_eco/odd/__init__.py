@@ -1,8 +1,8 @@
 """The description of a world in the ODD protocol (Grimm et al. 2020), generated from its declarations.
 
-Text is kept with the code that it describes: descriptions and units in the fields of sections, sentences in
-the docstrings of systems and components, equations in `ecs_eco.engine.submodel.Submodel`. This package
-only arranges them.
+Text is kept with the code that it describes: the fields of sections have descriptions and units, systems and
+components have docstrings, and each `ecs_eco.engine.submodel.Submodel` has equations. This package only
+arranges them.
 """
 
 from ecs_eco._lazy import lazy

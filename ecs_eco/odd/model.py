@@ -165,6 +165,6 @@ def is_built_in(system: System) -> bool:
 
 
 def title_of(system: System) -> str:
-    """Return the name of a system's class as words."""
+    """Return a system's class name, split into words."""
     name = type(system).__name__
     return "".join(f" {c.lower()}" if c.isupper() and i else c for i, c in enumerate(name))

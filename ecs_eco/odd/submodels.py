@@ -28,7 +28,7 @@ FEW = 5  # maximum number of words in a docstring that serves only as a heading
 def submodels(model: Model) -> Iterator[Block]:
     """Yield the submodels that this world uses."""
     yield (
-        "Each submodel is described by its code's declarations, with the values of this world. Values that are not "
+        "Each submodel is described by the declarations in its code and this world's values. Values that are not "
         "listed are 0 or absent. Each world defines its own unit of energy."
     )
     described: set[tuple[str, str]] = set()

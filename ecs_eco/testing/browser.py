@@ -53,7 +53,7 @@ def launched() -> Iterator[Any]:
 
 
 class Served:
-    """A command that shows a world, and the addresses that it prints, each of which admits one page."""
+    """A running command that shows a world; each address that it prints admits one page."""
 
     def __init__(self, words: tuple[str, ...]) -> None:
         command, environment = [*COMMAND, *words, "--no-browser"], os.environ | {"OMP_NUM_THREADS": "1"}
@@ -84,7 +84,7 @@ def served(*words: str) -> Iterator[Served]:
 
 
 def entered(address: str) -> tuple[str, str]:
-    """Use up an address, as a page does; return the host with its port, and the credential."""
+    """Redeem a one-time address, as a page does; return the host with its port, and the credential."""
     place = urlsplit(address)
     connection = http.client.HTTPConnection(place.netloc, timeout=180)
     try:

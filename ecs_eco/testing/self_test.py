@@ -1,5 +1,5 @@
-"""Short runs of the shipped worlds, which check that results are the same with two threads and from a
-checkpoint, and match the release."""
+"""Short runs of the shipped worlds that check that results are the same with two threads, from a checkpoint
+and in the release."""
 
 from __future__ import annotations
 

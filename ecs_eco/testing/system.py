@@ -22,10 +22,10 @@ from ecs_eco.testing.states import State, all_threads, difference, shuffle, stat
 def check_system(kind: type[System], make_world: Callable[[int], Any], ticks: int = 5) -> None:
     """Check a system in identical new worlds.
 
-    It must be declared completely; leave births and deaths to `request` and `kill`; keep columns and their
-    types, and keep the values of living organisms finite and within bounds; write only to living organisms; add
-    1 to `table.version` if it moves any; record the energy that it gives and takes in the flow columns; not use
-    global random numbers; and give the same results for any row order and any number of threads.
+    It must be declared completely, and leave births and deaths to `request` and `kill`. It must keep columns
+    and their types, write only to living organisms, keep their values finite and within bounds, add 1 to
+    `table.version` if it moves any, and record the energy that it gives and takes in the flow columns. It must
+    not use global random numbers, and must give the same results for any row order and number of threads.
 
     Parameters
     ----------

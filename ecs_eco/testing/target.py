@@ -1,5 +1,4 @@
-"""The target, on which results depend in addition to the world and seed: the processor and the package
-versions."""
+"""The target: the processor and package versions, on which results depend in addition to the world and seed."""
 
 from __future__ import annotations
 

@@ -162,4 +162,4 @@ def _check_books(world: World) -> None:
         raise AssertionError(f"{world.name}: the changes in numbers differ from births − deaths")
     causes = np.sum([v for k, v in series.items() if k.startswith("died: ")], axis=0)
     if (causes != np.array(series["deaths"])).any():
-        raise AssertionError(f"{world.name}: the deaths by cause do not add up to all deaths")
+        raise AssertionError(f"{world.name}: the deaths by cause do not add up to the total")

@@ -87,5 +87,5 @@ def test_traits_have_the_bounds_the_unit_and_the_text_of_the_schema() -> None:
         0.0,
         1.0,
     )
-    assert trait.text == "proportion of the item's energy gained in addition"
+    assert trait.text == "proportion of the item's energy that is also gained"
     assert traits_of(load("reflexes").species["goat"], 2)["metabolism.basal"].unit == "energy/s"

@@ -92,10 +92,10 @@ PAIRS = {"max_count": 9, "reproduction": {"kind": "sexual", "energy_min": 0.5, "
 @pytest.mark.parametrize(
     ("species", "note"),
     [
-        (WALKS, "species.hermit.actions: nothing controls speed.still, speed.walk: add a reflex or"),
+        (WALKS, "species.hermit.actions: nothing controls speed.still, speed.walk; add a reflex or"),
         (
             WALKS | {"default_action": {"speed": "still"}},
-            "species.hermit.actions: nothing controls speed.walk: add",
+            "species.hermit.actions: nothing controls speed.walk; add",
         ),
         (WALKS | {"actions": {"speed": ["walk"]}, "default_action": {"speed": "walk"}}, ""),
         (WALKS | THINKS, ""),
@@ -123,8 +123,7 @@ PAIRS = {"max_count": 9, "reproduction": {"kind": "sexual", "energy_min": 0.5, "
         ),
         (
             LIVES | {"reproduction": BREEDS["reproduction"] | {"age_min": 20.0}},
-            "species.hermit: all founders have age 0: none breed before 20 s, and all survivors die at the "
-            "same time at 50 s",
+            "species.hermit: all founders have age 0, so none breed before 20 s, all survivors die at 50 s, and",
         ),
         (LIVES | {"reproduction": BREEDS["reproduction"] | {"age_min": 10.0}}, ""),
         (LIVES | {"reproduction": BREEDS["reproduction"] | {"age_min": 20.0}, "age": [0.0, 50.0]}, ""),

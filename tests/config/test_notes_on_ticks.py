@@ -32,8 +32,8 @@ def test_contacts_that_a_tick_passes_over_are_noted_with_a_remedy_that_helps():
     (note,) = notes_on_ticks(_pond())
     assert note == (
         "species.heron.diet.0: heron and fish move up to 1 m past each other in a tick, and contacts within "
-        "0.4 m are checked only at its end: about 63% of encounters are detected; dt = 0.4 or reach = 0.8 "
-        "detects 96%"
+        "0.4 m are checked only at its end, so about 63% of encounters are detected; dt = 0.4 or reach = "
+        "0.8 detects 96%"
     )
     assert f"  note: {note}" in summary(_pond()).splitlines()
     assert notes_on_ticks(_pond(0.4)) == []

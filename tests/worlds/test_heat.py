@@ -299,7 +299,7 @@ WRONG = {
     "too cheap": (
         {"heat": {"regulate": {"set_point": 300.0, "warming": 10.0, "cost": 1e-9}}},
         "newt.heat.regulate.cost = 1e-09",
-        "such steps round to 0",
+        "such small steps round to 0",
     ),
     "gene of nothing": ({"heat": None} | bred(heat=None), 'genome.genes.0.trait = "heat.insulation"', ""),
 }

@@ -16,7 +16,7 @@ def check_actions(config: WorldConfig, key: Key, species: Species) -> Iterator[P
     """Yield all problems with the species' action groups."""
     wrong = [*_check_groups(config, key, species)]
     yield from wrong
-    if not wrong:  # otherwise a valid group or action name could be refused
+    if not wrong:  # otherwise a valid group or action name could be rejected
         yield from _check_neutral(key, species)
         yield from _check_automatic(key, species)
 
@@ -40,7 +40,7 @@ def _check_groups(config: WorldConfig, key: Key, species: Species) -> Iterator[P
 def _check_known_group(
     config: WorldConfig, at: Key, species: Species, group: str, word: str, known: list[str]
 ) -> Iterator[Problem]:
-    """Check a group that shipped systems carry out."""
+    """Check an action group that shipped systems handle."""
     actions = species.groups()[group]
     if group == "pitch":
         allowed = "{ continuous = [min, max] }, or the group climb with up, none and down"
@@ -56,7 +56,7 @@ def _check_known_group(
         fault = f"it cannot {group}: locomotion.{group} is missing or 0"
         yield Problem(at, fault, actions, f"locomotion.{group} > 0, or remove this action group")
     if group == "climb" and config.dims == 2:
-        yield Problem(at, "no up and down in a plane", actions, "a 3D space, or remove this action group")
+        yield Problem(at, "a plane has no up and down", actions, "a 3D space, or remove this action group")
     if group == "eat" and not species.diet:
         yield Problem(at, "it has no diet", actions, "a diet, or remove this action group")
 
@@ -77,7 +77,7 @@ def _check_neutral(key: Key, species: Species) -> Iterator[Problem]:
 def _check_range(
     config: WorldConfig, key: Key, species: Species, group: str, free: bool
 ) -> Iterator[Problem]:
-    """Check a continuous action; if it is `free`, a custom system carries it out."""
+    """Check a continuous action; if it is `free`, a custom system handles it."""
     low, high = species.ranges()[group]
     given, at = {"continuous": [low, high]}, key[:-1]
     if not low < high:
@@ -93,7 +93,7 @@ def _check_range(
         yield Problem(at, "locomotion is missing", given, "locomotion, or remove this action group")
     else:
         if group in ("climb", "pitch") and config.dims == 2:
-            yield Problem(at, "no up and down in a plane", given, "a 3D space, or remove this action group")
+            yield Problem(at, "a plane has no up and down", given, "a 3D space, or remove this action group")
         if group == "pitch" and "climb" in species.actions:
             yield Problem(at, "it already moves up and down with climb", given, "either climb or pitch")
         ends = {"speed": (0.0, max(species.locomotion.speed.values())), "pitch": (-math.pi / 2, math.pi / 2)}
@@ -104,7 +104,7 @@ def _check_range(
 
 
 def groups_of_systems(config: WorldConfig) -> list[str]:
-    """Return the action groups that the world's custom systems carry out."""
+    """Return the action groups that the world's custom systems handle."""
     return [group for system in config.systems for group in getattr(config.known(system), "acts", ())]
 
 
@@ -116,7 +116,7 @@ def _groups_of_exchange(species: Species) -> list[str]:
 
 
 def _may_act(config: WorldConfig) -> bool:
-    """Return whether systems that are not yet loaded could carry out unknown action groups."""
+    """Return whether systems that are not yet loaded could handle unknown action groups."""
     return not config._code.allowed and any(
         isinstance(name := getattr(s, "use", s), str) and name not in SHIPPED for s in config.systems
     )

@@ -15,7 +15,7 @@ from ecs_eco.config.rules import Key, at_most, extent, inside, named
 from ecs_eco.engine.errors import Problem
 
 MOST_SITES = 10_000_000  # maximum number of plant sites per species
-# number of spheres per spacing^dims at which no more fit at random positions
+# spheres per spacing^dims above which no more fit at random positions
 JAMMED = {2: 0.547 / (math.pi / 4), 3: 0.384 / (math.pi / 6)}
 
 
@@ -58,7 +58,7 @@ def _check_reproduction(config: WorldConfig, key: Key, species: Species) -> Iter
     if "mate" in species.actions and not isinstance(way, Sexual) and "mate" not in groups_of_systems(config):
         allowed = 'reproduction.kind = "sexual", or remove this action group'
         yield Problem(
-            (*key, "actions", "mate"), "it has no sexual reproduction", species.actions["mate"], allowed
+            (*key, "actions", "mate"), "it does not reproduce sexually", species.actions["mate"], allowed
         )
     if way is None:
         return
@@ -96,7 +96,7 @@ def _check_mating(config: WorldConfig, key: Key, species: Species, way: Sexual) 
     yield from at_most((*at, "reach"), config.space.too_wide, way.reach, config.space.widest)
     farthest = (way.dispersal or 4 * species.body.bound) * (1 if config.dims == 2 else math.sqrt(2))
     if way.place == "near" and farthest <= way.spacing:
-        fault = "the mother herself is closer to every newborn"
+        fault = "every newborn would be closer to its mother"
         yield Problem((*at, "spacing"), fault, way.spacing, f"less than {farthest:g} m")
     elif way.place == "near" and species.body.opaque and farthest <= 2 * species.body.bound:
         allowed = f"more than {2 * species.body.bound:g} m, or body.opaque = false"
@@ -223,7 +223,7 @@ def _check_motion(config: WorldConfig, key: Key, kind: ObjectType) -> Iterator[P
         fault = "give either a velocity or a path"
         yield Problem((*at, "velocity"), fault, allowed="velocity = [1.0, 0.0], or a path and a speed")
     if motion.path is not None and motion.speed is None:
-        yield Problem((*at, "speed"), "is missing: it moves along a path", allowed="a speed [m/s]")
+        yield Problem((*at, "speed"), "is missing, but there is a path", allowed="a speed [m/s]")
     if motion.path is None and motion.speed is not None:
         yield Problem((*at, "speed"), "given without a path", motion.speed, "a path, or only a velocity")
     if motion.velocity is not None and len(motion.velocity) != len(size):

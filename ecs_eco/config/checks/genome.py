@@ -40,7 +40,7 @@ def check_genome(config: WorldConfig, name: str) -> Iterator[Problem]:
     shapes = shapes_of_networks(config, name)
     absent = ({gene.trait for gene in section.genes} & traits.keys()) - shapes.keys()
     if "policy.weights" in absent:
-        return  # the network's code is not loaded, or another check refuses it
+        return  # the network's code is not loaded, or another check rejects it
     for word in ("reflex", "happiness"):
         if f"{word}.weights" in absent:
             function = getattr(species, word).function

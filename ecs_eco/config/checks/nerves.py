@@ -40,7 +40,7 @@ def check_nerves(config: WorldConfig, name: str, folder: Path) -> Iterator[Probl
     species, key = config.species[name], ("species", name)
     yield from (wrong := [*check_sensors(config, name), *_check_channels(config, key, species)])
     yield from (unable := [*check_actions(config, key, species)])
-    # omit them if they have problems, so that valid uses of their names are not refused
+    # omit names that have problems, so that valid uses of them are not rejected
     sensors = species.readings(config.dims) if not wrong else None
     yield from _check_reflex(key, species, sensors, species.action_rows() if not unable else None)
     yield from _check_happiness(key, species, sensors)

@@ -49,7 +49,7 @@ def _motions(config: WorldConfig, species: Species, key: Key) -> Iterator[Proble
     if way is not None:
         moves += [(("locomotion", "speed", gait), speed, ground) for gait, speed in way.speed.items()]
         if 0 < way.turn * config.dt < (step := STEPS * resolution(2 * math.pi)):
-            fault = "too slow: as headings are float32, such steps round to 0"
+            fault = "too slow: headings are float32, so such small steps round to 0"
             allowed = f"0, or at least {step / config.dt:.3g} rad/s"
             yield Problem((*key, "locomotion", "turn"), fault, way.turn, allowed)
     if config.dims == 3:
@@ -61,22 +61,24 @@ def _motions(config: WorldConfig, species: Species, key: Key) -> Iterator[Proble
 def _slow(moves: list[tuple[Key, float, float]], dt: float) -> Iterator[Problem]:
     for key, speed, extent in moves:
         if 0 < abs(speed) < (least := STEPS * resolution(extent) / dt):
-            fault = f"too slow for a world of {extent:g} m: as positions are float32, such steps round to 0"
+            fault = (
+                f"too slow for a {extent:g} m world: positions are float32, so such small steps round to 0"
+            )
             allowed = f"0, or at least {least:.3g} m/s; or a smaller world, or a longer tick"
             yield Problem(key, fault, speed, allowed)
 
 
 def _fades(key: Key, decay: float, dt: float) -> Iterator[Problem]:
     if 0 < decay * dt < (step := STEPS * resolution(1.0)):
-        fault = "too slow: as amounts are float32, such steps round to 0"
+        fault = "too slow: amounts are float32, so such small steps round to 0"
         yield Problem(key, fault, decay, f"0, or at least {step / dt:.3g} per second; or a longer tick")
 
 
 def _energies(species: Species, key: Key, dt: float) -> Iterator[Problem]:
     budget, step = species.metabolism, STEPS * resolution(species.metabolism.energy_max)
     fault = (
-        f"too little for energies up to energy_max, {budget.energy_max:g}: as energies are float32, such "
-        "steps round to 0"
+        f"too little for energies up to energy_max, {budget.energy_max:g}: energies are float32, so "
+        "such small steps round to 0"
     )
     costs = [Cost(("metabolism", part), getattr(budget, part)) for part in ("basal", "photosynthesis")]
     if (way := species.locomotion) is not None:

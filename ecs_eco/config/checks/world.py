@@ -116,7 +116,7 @@ def _check_space(config: WorldConfig) -> Iterator[Problem]:
         least = (math.prod(space.size) / MOST_INDEX_CELLS) ** (1 / len(space.size))
         fault = f"too small: the neighbor index would have {cells:.3g} cells"
         allowed = (
-            f"at most {MOST_INDEX_CELLS:.0e} cells, about {least:.2g} m; or remove it: a size is then chosen"
+            f"at most {MOST_INDEX_CELLS:.0e} cells, about {least:.2g} m; or remove it for an automatic size"
         )
         yield Problem(("space", "cell"), fault, space.cell, allowed)
 
@@ -191,7 +191,7 @@ def check_water(config: WorldConfig) -> Iterator[Problem]:
     if water is None:
         return
     if config.dims == 2:
-        yield Problem(("water",), "there is no depth in a plane", allowed="a 3D space, or remove water")
+        yield Problem(("water",), "a plane has no depth", allowed="a 3D space, or remove water")
         return
     for name in water.shading:
         yield from named(("water", "shading", name), "species", name, config.species)
@@ -216,7 +216,7 @@ def _check_volume(config: WorldConfig) -> Iterator[Problem]:
     ]
     for section, name, body in bodies:
         if body.sinking and config.dims == 2:
-            fault, allowed = "no up and down in a plane", "0, or a 3D space"
+            fault, allowed = "a plane has no up and down", "0, or a 3D space"
             yield Problem((section, name, "body", "sinking"), fault, body.sinking, allowed)
     for name, species in config.species.items():
         way = species.locomotion
@@ -242,7 +242,7 @@ def check_land(config: WorldConfig) -> Iterator[Problem]:
     size = config.space.size
     if problems or config._land is not None or size[0] / terrain.cell * (size[1] / terrain.cell) > MOST_CELLS:
         return
-    from ecs_eco.config.land.land import read_land  # not at the top: few worlds have real land
+    from ecs_eco.config.land.land import read_land  # imported only here, because few worlds have real land
 
     try:
         config._land = read_land(terrain, size, config.folder)

@@ -12,7 +12,7 @@ class Build(Section, change=FREE, own=True):
     """An object that an animal can make at its position; without the action group `build`, the animal makes
     it whenever possible."""
 
-    object: str = about("an object type, which is also the name of the action", change=ANEW)
+    object: str = about("an object type; the action has the same name", change=ANEW)
     cost: NonNegative = quantity(
         "energy burned per object, in addition to the energy that the object contains", "energy"
     )

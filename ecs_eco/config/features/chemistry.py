@@ -152,8 +152,8 @@ class Provision(Feature, after="exchange"):
 
     born_with: Literal["declared", "mother", "soil"] = about(
         "origin of newborns' substances; declared: created from nothing; mother: shared by the mother, at "
-        "equal concentrations; soil: taken from the first field of each, where a seed needs enough to "
-        "germinate",
+        "equal concentrations; soil: taken from each substance's first field; seeds germinate only where "
+        "there is enough",
         "declared",
         omit=True,
         change=SHAPE,
@@ -240,7 +240,7 @@ class Emitting(Feature, after=("defence", "decomposition")):
 
 
 def substances_of(config: WorldSections, name: str | int) -> set[str]:
-    """Return the substances declared for a kind of body; for remains, also those of the dead organisms."""
+    """Return the substances declared for a kind of body; for remains, also the dead organisms' substances."""
     kind = config.species.get(str(name)) or config.objects[str(name)]
     dead = [s.substances for s in config.species.values() if s.remains == name]
     return {substance for held in (kind.substances, *dead) for substance in held}

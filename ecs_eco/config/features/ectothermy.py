@@ -10,8 +10,8 @@ from ecs_eco.inputs.section import FREE, SHAPE, NonNegative, Positive, Section, 
 
 
 class Cold(Section, change=FREE, own=True):
-    """The dependence of rates on temperature: speeds and the basal rate have their declared values at
-    `reference`, and change by a factor of `q10` per 10 K (van 't Hoff 1884; between 2 and 3 in most animals).
+    """Temperature dependence of rates. Speeds and the basal rate have their declared values at `reference`
+    and change by a factor of `q10` per 10 K (van 't Hoff 1884; between 2 and 3 in most animals).
 
     The body's temperature is used if `properties` has one, otherwise the ambient temperature.
     """

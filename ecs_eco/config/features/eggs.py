@@ -1,4 +1,4 @@
-"""Eggs: a species whose members hatch into another species, which lays them (`reproduction.eggs`)."""
+"""Eggs: a species that another species lays (`reproduction.eggs`), and that hatches into it."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -9,12 +9,12 @@ from ecs_eco.engine.errors import Problem, unknown
 from ecs_eco.inputs.section import FREE, SHAPE, NonNegative, Positive, Section, about, quantity
 
 LEFT_TO_THE_HATCHED = ("sensors", "actions", "diet", "locomotion", "reproduction", "genome", "growth", "care")
-OWN = "an egg only stores the genome of the animal that hatches from it, which expresses it at birth"
+OWN = "an egg only stores a genome, which the animal that hatches from it expresses"
 
 
 class Hatching(Section, change=FREE, own=OWN):
-    """The eggs of another species, whose `reproduction.eggs` names this one: they stay where they were laid
-    and hatch at the end of their incubation, with their remaining energy.
+    """The eggs of the species whose `reproduction.eggs` names this one. They stay where they were laid and
+    hatch at the end of their incubation, with their remaining energy.
 
     If `temperature` is given, they develop in proportion to the degrees above `threshold`.
     """

@@ -17,14 +17,14 @@ class Diet(Section, own=True):
     reach: NonNegative = quantity("maximum distance between the bodies' surfaces", "m", 0.0)
     chance: Share = quantity("probability of success per second of contact", "1", 1.0)
     gain: Real = quantity("energy gained per item, regardless of its energy", "energy", 0.0)
-    efficiency: Share = quantity("proportion of the item's energy gained in addition", "1", 0.0)
+    efficiency: Share = quantity("proportion of the item's energy that is also gained", "1", 0.0)
     deadly: bool = about("whether its poison kills the eater", False)
     satiation: Real | None = quantity(
         "eats only below this energy; default: until it is full", "energy", None, former="until"
     )
     assimilation: Share | None = quantity(
-        "proportion of the item's substances that its body keeps, if both contain substances; the rest "
-        "enters the first field of each or, without a field, is lost; default: all of it",
+        "proportion of the item's substances that the eater's body keeps, if both contain substances; the "
+        "rest enters each substance's first field or, without a field, is lost; default: all of it",
         "1",
         omit=True,
     )

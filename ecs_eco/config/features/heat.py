@@ -35,8 +35,8 @@ class Regulation(Section, own=True):
     """
 
     set_point: NonNegative = quantity("set point", "K")
-    warming: NonNegative = quantity("maximum additional heat production, as by shivering", "W", 0.0)
-    cooling: NonNegative = quantity("maximum additional heat loss, as by panting", "W", 0.0)
+    warming: NonNegative = quantity("maximum additional heat production, such as shivering", "W", 0.0)
+    cooling: NonNegative = quantity("maximum additional heat loss, such as panting", "W", 0.0)
     cost: NonNegative = quantity("energy burned per joule of warming or cooling", "energy/J")
 
 

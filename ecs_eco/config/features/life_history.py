@@ -11,8 +11,7 @@ from ecs_eco.inputs.section import COLUMN, FREE, SHAPE, NonNegative, Positive, S
 
 
 class Breeding(Section, change=FREE, own=COLUMN):
-    """The dependence of fertility on age and season; `fertility` is its peak, reached at the prime, in
-    season.
+    """Fertility by age and season; `fertility` is its peak, reached at the prime, in season.
 
     With age, it follows a beta curve from maturity to the end; if the prime is a third of the way between the
     two, this is Brass's polynomial (Brass 1975), which fits mammals well (Gage 2001). Over the year, it

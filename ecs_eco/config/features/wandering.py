@@ -17,8 +17,8 @@ class Wander(Section, change=FREE, own=True):
     distributed angle with standard deviation `turn` times the square root of `dt`, unless the animal turns
     left or right.
 
-    With `gait`, undecided animals walk: the gait is their only `speed` action, which is always on, or the
-    default action if `actions` has the group `speed`.
+    With `gait`, undecided animals walk. The gait is the default action if `actions` has the group `speed`;
+    otherwise, it is the only `speed` action and is always on.
     """
 
     turn: NonNegative = quantity("standard deviation of the change in heading", "rad/√s")

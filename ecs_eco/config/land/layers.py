@@ -96,8 +96,8 @@ def _shapes(layer: Layer, folder: Path, crs: str) -> Iterator[tuple[int, Line]]:
         fault = f"cannot be read: {getattr(error, 'strerror', None) or error}"
         raise refused("file", fault, layer.file, f"a file ending in {listed(BEGINNINGS)}") from None
     for kind, part in shapes:
-        if not (np.abs(part) <= FARTHEST).all():  # also refuses NaN
-            fault = "has coordinates outside the range of the Earth"
+        if not (np.abs(part) <= FARTHEST).all():  # also rejects NaN
+            fault = "has coordinates that are impossible on Earth"
             allowed = f"coordinates in meters or degrees, up to {FARTHEST:g}"
             raise refused("file", fault, layer.file, allowed)
         if len(part):  # "POLYGON EMPTY" has no corners
@@ -108,9 +108,9 @@ def _content(path: Path, layer: str | None) -> Content:
     """Return a file's coordinate system ("" if unknown), the names of its layers, and the shapes of one layer
     (empty if the layer does not exist).
 
-    GDAL receives the file's bytes (or, for a Shapefile, which consists of several files, its path), and only if
-    the contents begin as the format requires. Otherwise GDAL would choose among all its drivers, some of which
-    open addresses given in a file.
+    GDAL receives the file's bytes (or, for the several files of a Shapefile, the path), and only if the file
+    begins as its format requires. Otherwise, GDAL would choose among all its drivers, and some of them open
+    addresses given in a file.
     """
     kind = path.suffix.lower()
     content = read_bytes(path, MOST_BYTES)
@@ -136,7 +136,7 @@ def _content(path: Path, layer: str | None) -> Content:
 
 
 def _of_geojson(data: Any, stem: str, layer: str | None) -> Content:
-    """Do the same for GeoJSON (RFC 7946), which can name its coordinate system as in the 2008
+    """Return the same for GeoJSON (RFC 7946), which can name its coordinate system as in the 2008
     specification."""
     crs = data.get("crs") or {"type": "name", "properties": {"name": "EPSG:4326"}}
     if crs["type"] != "name":

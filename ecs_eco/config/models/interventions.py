@@ -34,7 +34,7 @@ REGION = "a circle [x, y, radius] or a rectangle [x0, y0, x1, y1]"
 class Intervention(Section):
     """The timing of an intervention.
 
-    An intervention is carried out at the start of its tick, before anything else.
+    Interventions run at the start of their tick, before anything else.
     """
 
     at: Tick = quantity("tick of the intervention, or of the first one if it repeats", "ticks")
@@ -42,11 +42,11 @@ class Intervention(Section):
     until: Tick | None = quantity("last possible tick; default: the end of the run", "ticks", None)
 
     def due(self, tick: int) -> bool:
-        """Return whether the intervention is carried out in this tick."""
+        """Return whether the intervention runs in this tick."""
         return self.next(tick) == tick
 
     def next(self, tick: int) -> int | None:
-        """Return the first tick, from this one on, in which the intervention is carried out, or None."""
+        """Return the first tick, from this one on, in which the intervention runs, or None."""
         if tick <= self.at or self.every is None:
             return self.at if tick <= self.at else None
         at = tick + (self.at - tick) % self.every
@@ -93,7 +93,7 @@ class Add(Intervention):
 
 
 class Fence(Intervention):
-    """A new line that walkers cannot cross; smells, sight and births can."""
+    """A new fence: walkers cannot cross it, but smells, sight and births can."""
 
     kind: Literal["fence"]
     line: Annotated[list[Pair], Field(min_length=2)] | None = quantity("the corners of the fence", "m", None)
@@ -176,7 +176,7 @@ def coming(planned: Sequence[Intervention], tick: int) -> list[Intervention]:
 
 
 def describe(done: Mapping[str, Any] | str) -> str:
-    """Return a one-line description of an intervention that was carried out."""
+    """Return a one-line description of a past intervention."""
     if isinstance(done, str):
         return done
     where = f" in {_place(done['region'])}" if done.get("region") else ""
@@ -207,7 +207,7 @@ def describe(done: Mapping[str, Any] | str) -> str:
 
 
 def _amount(cull: Mapping[str, Any]) -> str:
-    """Return the number of organisms that were culled, as text."""
+    """Return the number of culled organisms as text."""
     if uids := cull.get("uids"):
         return " and ".join(f"#{uid}" for uid in uids) if len(uids) < 4 else f"{len(uids):,} chosen"
     return f"{100 * cull['share']:g}% of" if "share" in cull else f"{cull['count']:,}"
@@ -218,8 +218,7 @@ def _place(numbers: Sequence[float]) -> str:
 
 
 class Use(Section, change=FREE):
-    """The region and timing of a continuous use, which is carried out at the start of each tick, after
-    interventions."""
+    """The region and timing of a continuous use. It runs at the start of each tick, after interventions."""
 
     species: Name = about("a species or an object type", change=ANEW)
     region: Region | None = quantity(f"in {REGION}; default: everywhere", "m", None)
@@ -231,7 +230,7 @@ class Use(Section, change=FREE):
     )
 
     def active(self, tick: int, dt: float) -> bool:
-        """Return whether the use takes place in a tick; `dt` is the length of a tick [s]."""
+        """Return whether the use applies in a tick; `dt` is the length of a tick [s]."""
         if tick < self.at or (self.until is not None and tick > self.until):
             return False
         if self.season is None or self.period is None:
@@ -260,7 +259,7 @@ class Harvest(Use):
         "maximum number removed per year, or in total without `period`; default: no limit", "1", None
     )
     least: NonNegative | None = quantity(
-        "minimum radius of a removed body, as set by the mesh of a net; default: no minimum", "m", None
+        "minimum radius of a removed body, such as the mesh size of a net; default: no minimum", "m", None
     )
     most: NonNegative | None = quantity("maximum radius of a removed body; default: no maximum", "m", None)
     cause: Annotated[str, Field(min_length=1, max_length=60)] = about("cause of death", "harvested")

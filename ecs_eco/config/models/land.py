@@ -11,7 +11,7 @@ Band = Annotated[int, Field(ge=1, le=100_000)] | Annotated[str, Field(min_length
 
 
 class LandClass(Section):
-    """A class of land, by cover, elevation or slope; if several apply, the last one is used."""
+    """A class of land, defined by cover, elevation or slope; if several apply, the last one is used."""
 
     codes: list[Annotated[int, Field(ge=-(2**31), lt=2**31)]] = about(
         "numbers of this class in the raster `cover`; default: any number", []

@@ -40,7 +40,7 @@ class Bearing(Reproduction):
         "litter size, reduced if the parent lacks the energy for the whole litter", "1", 1, own=COLUMN
     )
     eggs: str | None = about(
-        "species of the eggs that it lays, which must have `hatch`; default: it lays no eggs, and newborns "
+        "species of the eggs that it lays, with the key `hatch`; default: it lays no eggs, and newborns "
         "belong to its own species",
         omit=True,
         change=ANEW,

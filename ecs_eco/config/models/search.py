@@ -121,10 +121,7 @@ class Search(Section):
         "proportion of failed runs in a stage above which a candidate is dropped", "1", 0.5
     )
     crowd: Annotated[float, Field(ge=1)] = quantity(
-        "a run also ends, as at an extinction, when the number of organisms reaches this multiple of its "
-        "initial value",
-        "1",
-        10.0,
+        "like an extinction, this multiple of the initial number of organisms ends a run", "1", 10.0
     )
     finalists: Annotated[int, Field(ge=1, le=50)] = about(
         "candidates tested on further seeds before the best is chosen", 4

@@ -29,8 +29,8 @@ from ecs_eco.inputs.section import (
 
 Angle = Annotated[float, Field(ge=-math.pi, le=math.pi)]
 ON_BODY = (
-    "position on the body: forward, left (, up), in body radii; for a capsule or box, in halves of its "
-    "length, width and height"
+    "position on the body: forward, left (, up), in body radii; for a capsule or box, in half-lengths, "
+    "half-widths and half-heights"
 )
 WIDEST = 2.0 * math.pi + 1e-6
 
@@ -218,7 +218,7 @@ class Gradient(Sensor, own=True):
     field: str = about("name of a field")
     span: Positive = quantity("distance between the two receptors of a pair", "m", 1.0)
     scale: Positive = quantity(
-        "concentration below which the sensor shows hardly any direction", "unit of the field", 0.01
+        "concentration below which the sensor hardly indicates a direction", "unit of the field", 0.01
     )
 
     called = "{0.field}_gradient"

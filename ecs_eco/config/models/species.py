@@ -211,7 +211,7 @@ class Species(
         }
 
     def known_groups(self) -> dict[str, tuple[str, list[str]]]:
-        """Return the groups that shipped systems carry out: the word for an action, and the actions."""
+        """Return, for each group that shipped systems handle, the word for an action and the actions."""
         known: dict[str, tuple[str, list[str]]] = {}
         for group, names in GROUPS.items():
             known[group] = "action", list(names or ())

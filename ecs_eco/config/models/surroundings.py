@@ -195,8 +195,8 @@ class ObjectType(WarmObjects, Chemistry, Decomposing, Emitting):
         omit=True,
     )
     between: list[Annotated[list[Real], Field(min_length=4, max_length=4)]] = quantity(
-        "individual capsules or boxes at the start, on the ground or on the floor of a volume, that extend "
-        "between two positions, [x, y, x, y], which determine their center, heading and length",
+        "initial capsules or boxes, on the ground or on the floor of a volume; each is given by the positions "
+        "of its two ends, [x, y, x, y], which determine its center, heading and length",
         "m",
         default_factory=list,
         omit=True,
@@ -218,7 +218,7 @@ class ObjectType(WarmObjects, Chemistry, Decomposing, Emitting):
     )
     motion: Motion | None = about("independent movement; absent: they do not move", omit=True, change=SHAPE)
     pushed: bool = about(
-        "whether solid bodies push them away, as solid bodies push each other; otherwise nothing pushes them",
+        "whether solid bodies push them, as they push each other; otherwise nothing pushes them",
         False,
         omit=True,
         change=FREE,

@@ -79,7 +79,7 @@ class Training(Section):
         "number of worlds that train the same policies at once", 1
     )
     vary: dict[str, Annotated[list[int | float], Field(min_length=2, max_length=2)]] = table(
-        "dotted key = [low, high]: each world has a different value, spaced geometrically", dict
+        "dotted key = [low, high]: the worlds' values are spaced geometrically in this range", dict
     )
     renew: Tick = quantity(
         "ticks after which the worlds restart, with different values of `vary`; 0: never", "ticks", 0
