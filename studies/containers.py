@@ -267,7 +267,7 @@ def _commands(place: Any, kind: str, folder: Path, chance: random.Random) -> lis
 
 
 def _slurm(place: Any) -> Path:
-    """Return a folder of stand-ins for SLURM commands that do everything in a script except its job."""
+    """Return a folder of stand-ins for SLURM commands; sbatch runs a script without its job."""
     tools = place.home / "tools"
     tools.mkdir()
     for name, text in (

@@ -1,8 +1,7 @@
 """The claims on the pages in docs/evidence/, each with the study line that supports it.
 
 A claim is registered if its line belongs to a hypothesis in studies/registered/, a test if it is a promise of
-the program, and otherwise exploratory: stated after it was found, or with a goal that was set after a look at
-the results.
+the program, and otherwise exploratory: stated, or given a goal, after we saw the results.
 """
 
 import tomllib

@@ -147,7 +147,7 @@ def _none(_: Any) -> None:
 
 
 def manifests(ground: Ground) -> Iterator[Attack]:
-    """Return manifests that name code, in their configuration or as code to run."""
+    """Return manifests that name code in their configuration or in another entry."""
     for i, (label, change) in enumerate(_named(ground)):
         yield _manifest(ground, label, change, i)
     evil = str(ground.home / "path" / "evil.py")
