@@ -139,7 +139,7 @@ def main() -> None:
     parser.add_argument(
         "--beside", type=int, default=0, help="processes that each keep a core busy during the measurement"
     )
-    parser.add_argument("--name", default="animals_pairs", help="of the result")
+    parser.add_argument("--name", default="animals_pairs", help="name of the result")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         before, rows = Path(folder), []

@@ -374,7 +374,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("what", choices=["digests", "times", "systems", "starts"])
     parser.add_argument("--before", required=True, metavar="COMMIT")
-    parser.add_argument("--pairs", type=int, default=12, help="of starts")
+    parser.add_argument("--pairs", type=int, default=12, help="pairs of starts")
     parser.add_argument("--firsts", type=int, default=3, help="pairs of first starts")
     parser.add_argument("--sets", type=int, default=8, help="sets of timed processes")
     parser.add_argument("--worlds", nargs="+", choices=list(WORLDS), default=list(WORLDS), metavar="NAME")

@@ -103,7 +103,7 @@ def harmless(place: Any, kind: str, which: int) -> Path:
     (home / "world.toml").write_text(text + (ISLANDS if kind == "archipelago" else ""), encoding="utf-8")
     (home / "plan.toml").write_text(PLAN.format(seeds=1 + which), encoding="utf-8")
     if said := cli(*words_of(kind, home / "out"))():
-        raise RuntimeError(f"the harmless {kind} ended so: {said}")
+        raise RuntimeError(f"the harmless {kind} failed: {said}")
     return home
 
 

@@ -206,7 +206,7 @@ def _refused_but_one(ended: list[tuple[int, str]]) -> str:
     return (
         ""
         if "out" in text and ("is being written by" in text or "is not empty" in text)
-        else f"refused without a name: {text}"
+        else f"refused without naming the folder: {text}"
     )
 
 

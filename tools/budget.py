@@ -60,7 +60,8 @@ def measure() -> dict[str, dict[str, int]]:
 
 def named_in(tree: ast.Module) -> set[str]:
     """Return all names in a file: variables, attributes, classes, fields, modules, and strings that are a
-    single name; not keyword arguments, which belong to other functions (such as hatch in matplotlib)."""
+    single name. Keyword arguments do not count, because they belong to other functions (such as `hatch` in
+    matplotlib)."""
     found = set()
     for node in ast.walk(tree):
         match node:

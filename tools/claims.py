@@ -23,12 +23,14 @@ def read(path: Path = CLAIMS) -> list[dict[str, Any]]:
     for claim in claims:
         name = claim.get("id", claim)
         if odd := set(claim) - set(KEYS):
-            raise ValueError(f"{path}: claim {name!r}: no {sorted(odd)[0]!r}; expected {', '.join(KEYS)}")
+            raise ValueError(
+                f"{path}: claim {name!r}: unknown key {sorted(odd)[0]!r}; expected {', '.join(KEYS)}"
+            )
         if lacking := set(KEYS[:4]) - set(claim):
             raise ValueError(f"{path}: claim {name!r} lacks {', '.join(sorted(lacking))}")
     names = [claim["id"] for claim in claims]
     if twice := {name for name in names if names.count(name) > 1}:
-        raise ValueError(f"{path}: twice: {', '.join(sorted(twice))}")
+        raise ValueError(f"{path}: duplicate claims: {', '.join(sorted(twice))}")
     return claims
 
 

@@ -65,7 +65,7 @@ def crossed_study(
     training, worlds = list(training), list(worlds)
     for arm, says in arms.items():
         if odd := sorted(set(says) - set(SAYS)):
-            raise ValueError(f"arm {arm!r}: no {odd[0]!r}; expected {', '.join(SAYS)}")
+            raise ValueError(f"arm {arm!r}: unknown key {odd[0]!r}; expected {', '.join(SAYS)}")
     judged = list(judged) or [next(iter(arms))]
     config = {
         "world": world,
