@@ -10,7 +10,7 @@ Jobs: README's predator-prey, 1,000 ticks recorded; 40 ticks of 10,000 animals, 
 later start of `ecs-eco run` with 100 ticks; and in some turns a first start, which compiles with one process.
 Times are processor seconds, which other work on the machine disturbs less; for two threads, they are
 wall-clock seconds. Tricks that concern only threads are the control for jobs on one thread: deviations from 1
-in their rows are noise. The lines below the table name variants with different results.
+in their rows are noise. The lines below the table name variants whose results differ.
 """
 
 import argparse
@@ -192,7 +192,7 @@ def turn(
 
 
 def table(took: dict[str, list[dict[str, float]]]) -> list[dict[str, Any]]:
-    """Return a row for each trick, which shows how many times as long each job takes without it."""
+    """Return a row for each trick: how many times as long each job takes without it."""
     rows = []
     for trick, turns in took.items():
         row: dict[str, Any] = {"without": trick}

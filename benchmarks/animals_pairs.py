@@ -1,14 +1,14 @@
-"""Compare the tick times of this commit and another, which alternate in the world of animals.py.
+"""Compare tick times of this commit and another, run alternately in the world of animals.py.
 
     python benchmarks/animals_pairs.py --before COMMIT [--rows 10000:2:1:0 …] [--turns 60]
 
-Two processes with the same world take turns running a few ticks, `--turns` times. With this commit as the
-other one and `10000:2:1:0` for rows, the table shows the gain from a second thread and, with `--beside 1`,
-the loss if the second core has other work. The ratio is this commit's processor time (wall-clock time with
-several threads) divided by the other's, turn by turn (median and quartiles). `now / before, quietest turns` is the ratio between
-means over the shortest tenth of turns, which other work disturbed least. Times are per animal, because worlds
-with different digests diverge after some ticks; `same final state` reports whether they agree. GiB is the process's
-peak memory.
+Two processes with the same world take turns running a few ticks, `--turns` times. If COMMIT is this commit
+and the rows are `10000:2:1:0`, the table shows the gain from a second thread and, with `--beside 1`, the loss
+if the second core has other work. The ratio is this commit's processor time (wall-clock time with several
+threads) divided by the other's, turn by turn (median and quartiles). `now / before, quietest turns` is the
+ratio between means over the shortest tenth of turns, which other work disturbed least. Times are per animal,
+because worlds with different digests diverge after some ticks; `same final state` reports whether they agree.
+GiB is the process's peak memory.
 """
 
 import argparse
@@ -63,7 +63,7 @@ def beside(processes: int) -> Iterator[None]:
 
 
 def start(place: Path, asked: list[Any]) -> subprocess.Popen[str]:
-    """Return a process with the package at a path, and its world."""
+    """Start a process with the package at a path; return it once its world is ready."""
     made = subprocess.Popen(
         [sys.executable, "-c", WORLD, json.dumps(asked)],
         cwd=place,
@@ -139,7 +139,7 @@ def main() -> None:
     parser.add_argument(
         "--beside", type=int, default=0, help="processes that each keep a core busy during the measurement"
     )
-    parser.add_argument("--name", default="animals_pairs", help="of the result")
+    parser.add_argument("--name", default="animals_pairs", help="name of the result")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         before, rows = Path(folder), []

@@ -211,7 +211,7 @@ def best_row(results: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def halo_row(results: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return the halo cost of a band of the savanna in two processes."""
+    """Return the cost of a band's halo, measured with the savanna in two processes."""
     best = min(results, key=lambda r: r["halo"])
     return {
         "organisms in a band": best["held"],

@@ -8,7 +8,7 @@
 `digests`: for ten runs of 500 ticks, covering all shipped worlds, learning on and off, and shared and
 individual policies, a hash of all organisms' positions, contents and identities. `times`: processes with
 compiled kernels build a world and take turns running a few ticks; only one works at a time. Turns with the
-same number have the same seed, so all have the same organisms even if the last bits of policies differ. The
+same number have the same seed and therefore the same organisms, even if the last bits of policies differ. The
 ratio is this commit's seconds divided by the other's. A second process with the other commit is the control:
 its ratio deviates from 1 because processes differ in memory layout. All processes are restarted after every
 few turns, and the 95% interval is bootstrapped over these sets of processes. `systems`: each system's time
@@ -324,8 +324,8 @@ def starts(before: Path, pairs: int, firsts: int) -> dict[str, Any]:
 
 
 def start(place: Path, cache: Path, report: bool) -> tuple[float, dict[str, Any]]:
-    """Return the seconds that a frozen run of 100 ticks takes as a process, with the kernels in a folder, and
-    the modules it loaded."""
+    """Return the seconds that a process takes for a frozen run of 100 ticks with the kernels in `cache`, and
+    the modules that it loaded."""
     with tempfile.TemporaryDirectory() as folder:
         words = ["run", "predator-prey", "--ticks", "100", "--quiet", *([] if report else ["--no-report"])]
         command = [sys.executable, "-c", START, *words, "--out", f"{folder}/run"]
@@ -374,7 +374,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("what", choices=["digests", "times", "systems", "starts"])
     parser.add_argument("--before", required=True, metavar="COMMIT")
-    parser.add_argument("--pairs", type=int, default=12, help="of starts")
+    parser.add_argument("--pairs", type=int, default=12, help="pairs of starts")
     parser.add_argument("--firsts", type=int, default=3, help="pairs of first starts")
     parser.add_argument("--sets", type=int, default=8, help="sets of timed processes")
     parser.add_argument("--worlds", nargs="+", choices=list(WORLDS), default=list(WORLDS), metavar="NAME")

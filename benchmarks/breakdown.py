@@ -49,8 +49,8 @@ def timed(world: World) -> Counter[str]:
 
 
 def networks_alone(n: int = 20_000, repeats: int = 9) -> str:
-    """Return how many times as fast two threads run the networks alone, each with half of the animals: the
-    possible gain on this machine's processors."""
+    """Return how many times as fast the networks alone run on two threads, each with half of the animals: the
+    highest possible gain on this machine."""
     import threading
 
     from ecs_eco.learning import Brain

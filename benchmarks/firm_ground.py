@@ -3,8 +3,8 @@ threads take turns, and Ctrl-C waits for the end of a tick.
 
     python benchmarks/firm_ground.py [--turns 150]
 
-One world in one process runs a few ticks per turn; the turns are of four kinds, in random order: one `run` of
-all these ticks or `run(1)` for each, and both with bare ticks, which run only the systems (neighbors are
+One world in one process runs a few ticks per turn; turns are of four kinds, in random order: one `run` of all
+these ticks or `run(1)` for each, with complete or bare ticks. Bare ticks run only the systems (neighbors are
 searched again after a run, because they may have moved). Ratios compare consecutive turns, so they depend
 neither on other work on the machine nor on the process's memory layout; 95% intervals are bootstrapped over
 sets of consecutive turns. To compare commits, use the less precise before_after.py.

@@ -1,11 +1,11 @@
-"""Measure the cost of genomes: the same world runs with genomes whose genes are not read and without genomes,
-alternating after a fixed number of ticks.
+"""Measure the cost of genomes: worlds without genomes and with genomes whose genes are not read alternate
+every few ticks.
 
     python benchmarks/genomes.py [--sizes 1000 10000] [--pairs 9]
 
 Animals share a policy, do not learn, mate and die of old age; food is plentiful, and births replace dead
-animals. The genes have no effect, so all worlds have the same animals, births and deaths, which the script
-checks.
+animals. The genes have no effect, so all worlds have the same animals, births and deaths; the script checks
+this.
 """
 
 import argparse

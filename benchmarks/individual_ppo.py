@@ -3,10 +3,10 @@
     python benchmarks/individual_ppo.py [--sizes 300 1000 3000] [--threads 1 2]
 
 Each animal has its own weights, Adam optimizer and 32-tick rollout, and uses each transition in 4 epochs; all
-were born in the same tick. For comparison, the same run uses the same networks and loss in torch (baddbmm and
-autograd over the whole population, torch.optim.Adam); all animals learn every 32 ticks. Work on one thread is
-measured in processor time, which other processes disturb less, and work on several threads in wall-clock
-time.
+were born in the same tick. For comparison, the same run also times the same networks and loss in torch
+(baddbmm and autograd over the whole population, torch.optim.Adam); all animals learn every 32 ticks. Work on
+one thread is measured in processor time, which other processes disturb less, and work on several threads in
+wall-clock time.
 """
 
 import argparse

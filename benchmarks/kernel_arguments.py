@@ -1,4 +1,4 @@
-"""Measure the cost of calling a kernel from Python, by the form of its arguments.
+"""Measure the cost of calling a kernel from Python for each form of arguments.
 
     python benchmarks/kernel_arguments.py [--rounds 40]
 

@@ -60,7 +60,7 @@ def live(one: Any, place: Any, meadow: Meadow, rng: np.random.Generator) -> bool
 
 
 def mesa(n: int, seed: int) -> Model:
-    """Run the task in Mesa 3.5: agents in its continuous space, `shuffle_do`."""
+    """Run the task in Mesa 3.5: agents in its continuous space, stepped by `shuffle_do`."""
     import warnings
 
     from mesa import Model as MesaModel

@@ -1,4 +1,4 @@
-"""Compare this commit with another, alternately, on PPO with one shared network and with individual networks.
+"""Run PPO alternately in this commit and another, with one shared network and with individual networks.
 
     python benchmarks/ppo_roads.py --folder CHECKOUT [--turns 9]
 

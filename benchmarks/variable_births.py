@@ -4,7 +4,7 @@ inserted, deleted and changed letters; all at once, or one by one through functi
     python benchmarks/variable_births.py [--births 50000]
 
 Parents come from 30 generations of random mating, so that their strings differ in length and gene copies.
-They alternate with births in which the same genes are on strings of fixed length.
+These births alternate with births whose genomes have the same genes on strings of fixed length.
 """
 
 import argparse

@@ -138,7 +138,7 @@ def cost(organisms: int, pairs: int) -> tuple[dict[str, float], dict[str, Any]]:
 
 
 def costs(organisms: int, pairs: int, processes: int) -> tuple[list[dict[str, Any]], dict[str, Any]]:
-    """Measure the cost in several processes one after another, because a process's memory layout shifts a
+    """Measure the cost in several processes one after another, because a process's memory layout can shift a
     ratio by 1%."""
     words = [sys.executable, __file__, "--cost", str(organisms), str(pairs)]
     done = [

@@ -1,4 +1,4 @@
-"""Change one value in a meadow at a time, and see how many hares and how much grass the meadow supports.
+"""Change a meadow's values one at a time, and see how many hares and how much grass it supports.
 `python examples/carrying_capacity.py 3000 3` runs each meadow for 3,000 ticks with 3 seeds."""
 
 import sys

@@ -1,4 +1,4 @@
-"""A changing environment: algae grow with light, which is a function of time and position."""
+"""A changing environment: algae grow with light, which depends on time and position."""
 
 import numpy as np
 
@@ -9,8 +9,7 @@ DAY = 100.0  # [s]
 
 
 def light(world: World, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """Return the light at positions [m]: the sun rises and sets, and water absorbs light by exp(-0.2
-    depth)."""
+    """Return the light at positions [m]: the sun rises and sets, and water dims it by exp(-0.2 depth)."""
     sun = max(0.0, np.sin(2 * np.pi * world.time / DAY))
     return (sun * np.exp(-0.2 * (30.0 - z))).astype(np.float32)
 

@@ -1,5 +1,5 @@
-"""A day in a sea: a light reflex makes mites sink by day and rise by night. A cosinor is fitted to their
-depth."""
+"""A day in a sea: a light reflex makes mites sink by day and rise by night. The script fits a cosinor to
+their depth."""
 
 from ecs_eco import World
 from ecs_eco.analysis.rhythm import cosinor

@@ -59,7 +59,7 @@ def meadow(side: float, rabbits: int, seed: int, **more) -> World:
 
 @cache
 def lifetime(letters: tuple[int, ...]) -> float:
-    """Return the lifetime [s] of a single rabbit with this genome in a fixed arena, at most 300."""
+    """Return the lifetime [s] of a single rabbit with this genome in a fixed arena, capped at 300."""
     world = meadow(20.0, 0, seed=1)
     rabbits, loci = world.table("rabbit"), np.array([letters], np.uint8)
     born = {(Position, "x"): np.full(1, 10.0), (Position, "y"): np.full(1, 10.0), (Genome, "loci"): loci}

@@ -12,10 +12,10 @@ from ecs_eco.genomes import Gene, Layout, toolbox_of
 
 layout = Layout(
     [
-        Gene(name="hungry", letters=4, low=0.0, high=1.0, code="gray"),  # hops while energy is below
-        # turns toward grass that is farther to the side than this
+        Gene(name="hungry", letters=4, low=0.0, high=1.0, code="gray"),  # hops below this energy
+        # turns toward grass farther to the side than this
         Gene(name="aside", letters=4, low=-1.0, high=1.0, code="gray"),
-        Gene(name="full", letters=4, low=0.0, high=1.0, code="gray"),  # eats while energy is below
+        Gene(name="full", letters=4, low=0.0, high=1.0, code="gray"),  # eats below this energy
     ]
 )
 
@@ -68,7 +68,7 @@ def rabbits(genes: dict[str, float]) -> dict:
 
 
 def lifetime(letters: list[int]) -> tuple[float]:
-    """Return the rabbits' mean lifetime [s], at most 300."""
+    """Return the rabbits' mean lifetime [s], capped at 300."""
     genes = {name: float(value[0]) for name, value in layout.decode(np.array([letters], np.uint8)).items()}
     series = World.from_config(rabbits(genes), seed=1).run(300).series()
     return (

@@ -12,8 +12,8 @@ SIDE, FISH = 60.0, 80  # [m], number of fish
 
 
 def flank(name: str, left: float) -> dict:
-    """Return a receptor this many radii to the left of the fish's center, for currents within 15 m, which
-    decay with the square of the distance."""
+    """Return a receptor this many radii to the left of the fish's center. It senses currents within 15 m,
+    weakened by the square of the distance."""
     return {
         "kind": "property",
         "name": name,

@@ -15,10 +15,10 @@ if __name__ == "__main__":
     print(f"{len(table)} rows for the lambs {sorted(set(table['uid'].to_pylist()))}")
     touching = table.filter(pc.greater(table["sensor: touch_udder"], 0.5))
     print(
-        f"{len(touching)} with an udder at the mouth: they "
+        f"{len(touching)} with an udder at the mouth: lambs "
         f"suck in {pc.sum(touching['decision: suck.suck'])} of them,"
     )
     print(
         f"by reflex in {pc.sum(touching['reflex: suck.suck'])}, "
-        f"and their policy chose to in {pc.sum(touching['chosen: suck.suck'])}"
+        f"and their policy chose to suck in {pc.sum(touching['chosen: suck.suck'])}"
     )

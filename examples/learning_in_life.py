@@ -20,7 +20,7 @@ if __name__ == "__main__":
         result = pretrain(config, seed=1, ticks=400, out=folder, points=4)
         for species in ("deer", "wolf"):
             curve = result["curves"][species]
-            print(f"{species}: deaths per animal and second {', '.join(f'{v:.4f}' for v in curve['deaths'])}")
+            print(f"{species}: deaths per animal per second {', '.join(f'{v:.4f}' for v in curve['deaths'])}")
         for learn in (False, True):
             world = World.from_config(config, seed=1, policies=folder, learn=learn).run(200)
             print(f"learning {'on ' if learn else 'off'}: {world}")

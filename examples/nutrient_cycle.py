@@ -5,7 +5,7 @@ import numpy as np
 
 from ecs_eco import World
 
-DAY = 24.0  # [ticks] of one hour
+DAY = 24.0  # [ticks], each one hour long
 GRASS = {
     "count": 500,
     "body": {"radius": 0.05, "opaque": False},  # half a liter

@@ -7,8 +7,8 @@ from ecs_eco.components import Position
 
 
 def compass(world, table, seekers, out: np.ndarray, first: int) -> None:
-    """Write the cosine and sine of the angle from heading to north to out[:, first : first + 2], one row per
-    animal."""
+    """Write the cosine and sine of the angle from the heading to north to out[:, first : first + 2], one row
+    per animal."""
     north = np.pi / 2 - table[Position].heading[seekers.rows]
     out[:, first], out[:, first + 1] = np.cos(north), np.sin(north)
 

@@ -1,5 +1,5 @@
-"""Vision for a custom torch module: rays form a small image with a row for each species, which a convolution
-processes."""
+"""Vision for a custom torch module: a convolution processes the rays as a small image with a row for each
+species."""
 
 import torch
 from torch import nn

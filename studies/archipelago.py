@@ -129,7 +129,7 @@ def all_killed(made: Any, config: dict[str, Any], case: dict[str, Any]) -> int:
             pause = (3 + chance.uniform(0.2, 1.0) * config["pause"]) if kills < config["kills"] else None
             if process.wait(pause) == 0:
                 return kills
-            raise RuntimeError(f"the run ended with {process.returncode}")
+            raise RuntimeError(f"the run ended with exit code {process.returncode}")
         except subprocess.TimeoutExpired:
             os.killpg(process.pid, signal.SIGKILL)
             process.wait()

@@ -76,8 +76,8 @@ def world(config: Mapping[str, Any], arm: Mapping[str, Any], values: Mapping[str
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Run one world of an arm; return its genes over time and the kill rate for each pair of hunters' and
-    prey's times."""
+    """Run one world of an arm; return its genes over time and the kill rate for each pair of sampling
+    times."""
     from ecs_eco import World
     from ecs_eco.config import load
 
@@ -137,7 +137,7 @@ def kept(made: Any, folder: Path) -> dict[str, Any]:
 def meetings(
     config: Mapping[str, Any], case: Mapping[str, Any], times: list[dict[str, Any]]
 ) -> list[list[float]]:
-    """Return K, indexed by the hunters' and the prey's times."""
+    """Return K, indexed by the sampling times of hunters and prey."""
     from ecs_eco import World
 
     shift, middle = (
@@ -174,7 +174,7 @@ def meetings(
 
 
 def slope(tests: list[list[float]], of: str, ticks: float) -> float:
-    """Return the least-squares change in K per 1,000 ticks of the hunters' or the prey's time."""
+    """Return the least-squares change in K per 1,000 ticks of the hunters' or prey's sampling time."""
     k = np.array(tests)
     y = k.mean(1 if of == "hunters" else 0)
     return float(1000 * np.polyfit(np.linspace(0, ticks, len(y)), y, 1)[0])

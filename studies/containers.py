@@ -103,7 +103,7 @@ def harmless(place: Any, kind: str, which: int) -> Path:
     (home / "world.toml").write_text(text + (ISLANDS if kind == "archipelago" else ""), encoding="utf-8")
     (home / "plan.toml").write_text(PLAN.format(seeds=1 + which), encoding="utf-8")
     if said := cli(*words_of(kind, home / "out"))():
-        raise RuntimeError(f"the harmless {kind} ended so: {said}")
+        raise RuntimeError(f"the harmless {kind} failed: {said}")
     return home
 
 
@@ -267,7 +267,7 @@ def _commands(place: Any, kind: str, folder: Path, chance: random.Random) -> lis
 
 
 def _slurm(place: Any) -> Path:
-    """Return a folder of stand-ins for SLURM commands that do everything in a script except its job."""
+    """Return a folder of stand-ins for SLURM commands; sbatch runs a script without its job."""
     tools = place.home / "tools"
     tools.mkdir()
     for name, text in (

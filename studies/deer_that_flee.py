@@ -263,7 +263,7 @@ def of_cycles(entries: Entries) -> list[dict[str, Any]]:
 
 
 def looked_at(entries: Entries) -> list[dict[str, Any]]:
-    """Return lines added after a look at the results, because worlds with walkers go extinct."""
+    """Return lines added after we saw that worlds with walkers go extinct."""
     by = {arm: by_training(entries, arm) for arm in REGISTERED.arms}
     lasted, swings = (
         {

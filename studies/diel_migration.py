@@ -15,8 +15,8 @@ measures one of these:
     plume     the smell of krill without krill, in the dark: whether copepods move away from it,
               and whether the horizontal components of their moves do
 
-The krill's approach, the plumes' positions and the larger light weight were chosen after a first look at
-training seed 1; the world's README reports results of the first designs.
+We chose the krill's approach, the plumes' positions and the larger light weight after seeing results for
+training seed 1; the world's README reports the results of the first designs.
 
 Each combination of protocol and training seed needs one trained policy, which takes about 50 s of CPU time
 and is then stored. In addition, a 20-day case takes 10 s of CPU time and other cases take 1 to 5 s. The whole

@@ -1,5 +1,5 @@
 """Draw docs/img/arms_race.svg from studies/results/arms_race.json: deer and wolf genes over time, and kills
-for each pair of hunters' and prey's times.
+for each pair of sampling times.
 
     python -m studies.draw_arms_race
 """
@@ -30,8 +30,8 @@ PANELS = {
 
 
 def draw(result: dict[str, Any], path: Path) -> Path:
-    """Write the figure: genes in the top row, with one line per training seed; kills by the hunters' and the
-    prey's times in the bottom row."""
+    """Write the figure: genes in the top row, with one line per training seed; kills by sampling time in the
+    bottom row."""
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
@@ -71,7 +71,8 @@ def courses(axis: Any, result: dict[str, Any], arm: str, species: str, gene: str
 
 
 def meetings(figure: Any, result: dict[str, Any]) -> None:
-    """Plot geometric means over runs of kills per wolf per 1,000 s, by the hunters' and the prey's times."""
+    """Plot geometric means over runs of kills per wolf per 1,000 s, by the sampling times of hunters and
+    prey."""
     arms = [arm for arm, of in REGISTERED.arms.items() if of.get("tests")]
     tables = {
         arm: [

@@ -175,8 +175,8 @@ def fewest(result: Result) -> float:
 
 
 def pace(result: Result, species: str) -> float:
-    """Return how many nats a policy moved per 1,000 ticks: the mean over all complete windows but the first,
-    in which the policy leaves the averaged weights of training; NaN if there are no such windows."""
+    """Return how many nats a policy moved per 1,000 ticks: the mean over all complete windows except the
+    first, in which the policy leaves the averaged weights of training; NaN if there are no such windows."""
     later = result["moved"].get(species, [])[1:]
     return float(np.mean(later)) if later else float("nan")
 

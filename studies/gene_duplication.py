@@ -206,7 +206,7 @@ def late(entry: dict[str, Any], name: str) -> float:
 
 
 def by_seed(cases: list[dict[str, Any]], arm: str, name: str) -> dict[int, float]:
-    """Return, for each seed, the value of a share late in an arm's run, excluding runs in which goats went
+    """Return, for each seed, a share's mean late in an arm's run, excluding runs in which goats went
     extinct."""
     values = {e["case"]["seed"]: late(e, name) for e in cases if e["case"]["arm"] == arm}
     return {seed: value for seed, value in values.items() if np.isfinite(value)}

@@ -2,8 +2,8 @@
 
 The arms vary whether lambs have each reflex and whether they learn. Every lamb has its own brain, which is
 untrained at birth. An arm turns off the sucking reflex, the diving reflex, learning, or the smell of sheep in
-happiness. Survival and causes of death measure the value of each factor; how lambs breathe and turn, by
-thirds of their childhood, measures what survivors have learned. The replicates are worlds, not lambs.
+happiness. Survival and causes of death show the value of each factor; breathing and turning, by thirds of
+childhood, show what survivors have learned. The replicates are worlds, not lambs.
 """
 
 import ast

@@ -2,7 +2,7 @@
 seed?
 
 The study runs the grid of persistence.py with two protocols: the hyperparameters of pre-training, as in the
-world file; and slow learning with wolves that stay ahead of deer, the best protocol found
+world file; and slow learning that keeps wolves ahead of deer, the best protocol found
 (docs/explanation/learning.md).
 """
 

@@ -1,7 +1,7 @@
 """Do the ledgers of energy and every substance balance in every tick, in random worlds and in shipped worlds?
 
-For each world, the largest ledger imbalance is compared with the stock, as is the sum of flows between
-bodies, objects and fields, which must be zero.
+The study compares two numbers with the stock: a world's largest ledger imbalance, and the sum of flows
+between bodies, objects and fields, which must be zero.
 """
 
 from typing import Any

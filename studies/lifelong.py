@@ -1,7 +1,8 @@
 """Do grass, deer and wolves persist and cycle while deer and wolves never stop learning, as in the paper?
 
-The shipped world, in which both species learn at a constant rate, with fresh training and world seeds; the same
-seeds with frozen policies for comparison. The hypotheses are in registered/lifelong.toml.
+The study runs the shipped world, in which both species learn at a constant rate, with fresh training and
+world seeds, and repeats the runs with frozen policies for comparison. The hypotheses are in
+registered/lifelong.toml.
 """
 
 from __future__ import annotations

@@ -80,7 +80,7 @@ def apart(work: Callable[[], Any], place: Path) -> Any:
             os._exit(1)
         os._exit(0)
     if code := os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]):
-        raise RuntimeError(f"work in a separate process ended with {code}")
+        raise RuntimeError(f"the separate process ended with exit code {code}")
     return json.loads((place / "answer.json").read_text(encoding="utf-8"))
 
 
@@ -206,7 +206,7 @@ def _refused_but_one(ended: list[tuple[int, str]]) -> str:
     return (
         ""
         if "out" in text and ("is being written by" in text or "is not empty" in text)
-        else f"refused without a name: {text}"
+        else f"refused without naming the folder: {text}"
     )
 
 

@@ -1,6 +1,6 @@
 """Are shipped worlds' cycles like measured cycles (lynx and hares, wolves and moose, mites, protozoa)?
 
-The hypotheses, and the criterion for a pair to resemble a world, are in registered/real_series.toml. Each
+The hypotheses, and the criterion by which a pair resembles a world, are in registered/real_series.toml. Each
 world runs with seeds that no other study uses; its series are cut into windows with the same length (in
 periods) and sampling frequency as a measured series. `python -m studies.draw_real_series` draws the figure
 from the result.

@@ -60,7 +60,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
             truth = lived(n, sampler.ask(n), 1000 * case["seed"] + n)
             if truth["statistics"] is not None:
                 return truth
-    raise RuntimeError(f"seed {case['seed']}: of {MOST - 1} worlds none lived")
+    raise RuntimeError(f"seed {case['seed']}: all {MOST - 1} worlds went extinct")
 
 
 def plan_of(config: dict[str, Any]) -> Any:

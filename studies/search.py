@@ -4,8 +4,8 @@ better than random candidates?
 Both methods have the same processor time (ten minutes for candidates, or five on two otherwise idle cores),
 ranges, stages and seeds; each candidate trains its own policies. The measure is the share of runs in which
 all species persist on fresh training seeds and world seeds. The searches were extended once, with 12
-finalists instead of 3, after the best of 3 had persisted in 12 and 7 (Gaussian process) and 11 and 12
-(random) of 12 runs. Searches keep their files in the temporary folder and resume from there if the study is
+finalists instead of 3, after the best of 3 had persisted in 12 and 7 of 12 runs (Gaussian process) and in 11
+and 12 (random). Searches keep their files in the temporary folder and resume from there if the study is
 interrupted.
 """
 

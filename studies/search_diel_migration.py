@@ -163,8 +163,8 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 
 def score(result: dict[str, Any]) -> float:
-    """Return the best other script's deaths divided by the deaths of the script that follows an isolume,
-    flees and avoids the smell."""
+    """Return the deaths under the best other script, divided by those under the script that follows an
+    isolume, flees and avoids the smell."""
     scripts = result["found"]
     return min(v["deaths"] for k, v in scripts.items() if k != "isolume") / max(
         scripts["isolume"]["deaths"], 0.02

@@ -76,7 +76,7 @@ def meals(dt: float, seed: int) -> float:
 def at_the_table(
     dt: float, seed: int, seconds: float, digestion: float, chance: float = 1.0, toughness: float = 0.0
 ) -> float:
-    """Return the number of meals per animal surrounded by food in a given time."""
+    """Return how many meals an animal surrounded by food eats in a given time."""
     small = {"radius": 0.1, "opaque": False}
     grass = {"count": 20_000, "body": small, "defence": {"toughness": toughness}}
     one = {

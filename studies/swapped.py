@@ -3,8 +3,8 @@
 The study swaps deer and wolves between two training seeds whose worlds go extinct under the earlier recipe
 (studies/protocols.py) and two whose worlds persist: every deer policy meets every wolf policy, in a world
 with half the area. The seeds were chosen by their outcomes, and there is only one world seed: the study shows
-what determines the outcome in these four cases, but neither how often nor how; it did not measure how well
-deer evade.
+whose policy determines the outcome in these cases, but not how often or why. It did not measure how well deer
+evade.
 """
 
 from typing import Any

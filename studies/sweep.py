@@ -1,4 +1,4 @@
-"""Does a sweep end with the same digests on every engine, whichever process is killed along the way?
+"""Does a sweep produce the same digests on every engine, even if processes are killed?
 
 The same plan runs on local processes, one of which is killed; on a Ray cluster of two nodes on this machine,
 where a worker is killed and then a node; and as a job array on a stand-in for SLURM, where running jobs are

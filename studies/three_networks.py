@@ -6,7 +6,7 @@ The world predator-prey is pre-trained with its own recipe, from the same seeds 
 keep the built-in network. The Sequential is the built-in network as a torch user would write it, trained by
 autograd. Curves of the deer's food intake and deaths are drawn in docs/img/three_networks.png. These
 hypotheses were written before the final run (seeds 1-5; results for seed 100 were already known). "At the
-end" is the last third.
+end" means the last third.
 1. With the Sequential, deer eat as much at the end as with the built-in network: the 95% interval of the
    ratio, paired by seed, contains 1 and lies between 0.9 and 1.1.
 2. With the GRU, which has more to learn from fewer steps, they eat at least 0.8 times as much.

@@ -4,7 +4,7 @@ The study stages five kinds of disaster, as well as healthy worlds, each many ti
 is the change made to it (studies/common/disasters.py). A world is redrawn if the intended event did not
 happen: the target species of a disaster survived, or an animal species in a healthy world fell below 5
 individuals. The limits in ecs_eco.analysis.why were chosen on variants with different seeds (1000 to 1007 and
-2000 to 2007), for all of which they finally gave the right answer; test seeds were examined only after the
+2000 to 2007), and finally gave the right answer for all of them; test seeds were examined only after the
 limits were fixed.
 """
 

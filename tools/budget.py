@@ -60,7 +60,8 @@ def measure() -> dict[str, dict[str, int]]:
 
 def named_in(tree: ast.Module) -> set[str]:
     """Return all names in a file: variables, attributes, classes, fields, modules, and strings that are a
-    single name; not keyword arguments, which belong to other functions (such as hatch in matplotlib)."""
+    single name. Keyword arguments do not count, because they belong to other functions (such as `hatch` in
+    matplotlib)."""
     found = set()
     for node in ast.walk(tree):
         match node:
@@ -178,7 +179,9 @@ def main() -> int:
     for table, name, number, limit in found:
         print(f"{table + ': ' + name:42} {number:>8,} {'' if limit is None else f'(at most {limit:,})'}")
     if write:
-        text = "# What tools/budget.py counts, at most. To raise a number, say why in CHANGELOG.md.\n"
+        text = (
+            "# Upper limits on what tools/budget.py counts. To raise one, give the reason in CHANGELOG.md.\n"
+        )
         for table in dict.fromkeys(row[0] for row in found):
             text += f'\n["{table}"]\n' + "".join(f'"{n}" = {k}\n' for t, n, k, _ in found if t == table)
         LIMITS.write_text(text, encoding="utf-8")

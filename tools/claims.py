@@ -1,8 +1,7 @@
 """The claims on the pages in docs/evidence/, each with the study line that supports it.
 
 A claim is registered if its line belongs to a hypothesis in studies/registered/, a test if it is a promise of
-the program, and otherwise exploratory: stated after it was found, or with a goal that was set after a look at
-the results.
+the program, and otherwise exploratory: stated, or given a goal, after we saw the results.
 """
 
 import tomllib
@@ -24,12 +23,14 @@ def read(path: Path = CLAIMS) -> list[dict[str, Any]]:
     for claim in claims:
         name = claim.get("id", claim)
         if odd := set(claim) - set(KEYS):
-            raise ValueError(f"{path}: claim {name!r}: no {sorted(odd)[0]!r}; expected {', '.join(KEYS)}")
+            raise ValueError(
+                f"{path}: claim {name!r}: unknown key {sorted(odd)[0]!r}; expected {', '.join(KEYS)}"
+            )
         if lacking := set(KEYS[:4]) - set(claim):
             raise ValueError(f"{path}: claim {name!r} lacks {', '.join(sorted(lacking))}")
     names = [claim["id"] for claim in claims]
     if twice := {name for name in names if names.count(name) > 1}:
-        raise ValueError(f"{path}: twice: {', '.join(sorted(twice))}")
+        raise ValueError(f"{path}: duplicate claims: {', '.join(sorted(twice))}")
     return claims
 
 

@@ -54,7 +54,7 @@ def defined(path: Path) -> set[str]:
 def _of_span(span: str) -> Iterator[str]:
     for dotted in DOTTED.findall(span):
         if not _resolves(dotted):
-            yield f"{dotted} is not there"
+            yield f"{dotted} does not exist"
     if run := re.match(r"python -m (\w+(?:\.\w+)*)", span):
         if run[1].startswith(("ecs_eco.", "studies.")) and not _is_module(run[1]):
             yield f"no module {run[1]}"

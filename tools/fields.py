@@ -114,6 +114,6 @@ def read_result(folder: Path, name: str) -> dict[str, Any]:
     path = folder / f"{name}.json"
     if not path.is_file():
         near = get_close_matches(name, [p.stem for p in folder.glob("*.json")], 1)
-        raise ValueError(f"{path} is not there" + (f"; did you mean {near[0]!r}?" if near else ""))
+        raise ValueError(f"{path} does not exist" + (f"; did you mean {near[0]!r}?" if near else ""))
     content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     return content

@@ -57,7 +57,10 @@ CLAUSES = {  # clause: (its content, the missing part)
     "3 policy": ("A policy network maps the sensors to the actions", ""),
     "3 happiness": ("A happiness network maps the sensors to one number", ""),
     "3 hyperparameters": ("An organism has hyperparameters for learning, reproduction and death", ""),
-    "3 physical rules": ("By rules, movement changes position and heat changes temperature", ""),
+    "3 physical rules": (
+        "Physical properties follow rules: movement changes position, heat changes temperature",
+        "",
+    ),
     "3 chemical rules": (
         "Chemical properties follow rules: eating, breathing, moving and decay change substances",
         "",

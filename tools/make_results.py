@@ -121,7 +121,7 @@ def main() -> int:
     )
     parser.add_argument("--results", type=Path, default=RESULTS)
     parser.add_argument("--docs", type=Path, default=DOCS)
-    parser.add_argument("--template", type=Path, default=TEMPLATE, help="of evidence/index.md")
+    parser.add_argument("--template", type=Path, default=TEMPLATE, help="template of evidence/index.md")
     asked = parser.parse_args()
     wanted = pages(read(asked.results), asked.template.read_text(encoding="utf-8"))
     there = {f"evidence/{path.name}" for path in (asked.docs / "evidence").glob("*.md")}

@@ -126,8 +126,7 @@ def table(rows: list[dict[str, Any]]) -> str:
 
 
 def script(name: str) -> str:
-    """Return the script that wrote a result: the script with the longest name that begins the result's
-    name."""
+    """Return the script that wrote a result: the longest script name with which the result's name begins."""
     return max((p.stem for p in BENCHMARKS.glob("*.py") if name.startswith(p.stem)), key=len)
 
 

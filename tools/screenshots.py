@@ -2,8 +2,8 @@
 
     python tools/screenshots.py [NAME …]
 
-Needs playwright and Chromium (Debian: apt-get install chromium). A live world stops close to the requested
-tick; the number of ticks until the page stops it varies.
+Needs playwright and Chromium (Debian: apt-get install chromium). A live world stops near the requested tick,
+because the page's delay in stopping it varies.
 """
 
 import argparse

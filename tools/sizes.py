@@ -3,8 +3,7 @@
     python tools/sizes.py [COMMIT …] [--out studies/results/sizes.json]
 
 Prints a Markdown table with a column for each commit (default: HEAD), then the exceptions at the last commit:
-files of more than 300 lines and functions of more than 50. --out stores it for
-docs/explanation/architecture.md, which `python tools/make_architecture.py` then writes.
+files of more than 300 lines and functions of more than 50. --out stores both as JSON.
 
 A line of code is a row in which a statement begins, a docstring row, or a comment on its own row; wrapped and
 empty rows do not count. Docstring sections (Parameters, Returns, Examples …) are the API reference, not code,

@@ -1,4 +1,4 @@
-"""The page of one study: its claim, its figure, the claims that rest on it, all measurements, and their
+"""The page of one study: its claim, its figure, the claims based on it, all measurements, and their
 provenance. `make_results.py` writes the pages."""
 
 import importlib
@@ -25,7 +25,7 @@ FIGURES = {  # other figures are named after their study; each entry is its capt
     "cycles": ("predator_prey.png", "Numbers of grass, deer and wolves over 10,000 ticks: seven cycles"),
     "deer_that_flee": (
         "deer_that_flee.svg",
-        "Gain from running by its cost; deer and wolves that run, by distance; deer over time",
+        "Gain from running, by its cost; running animals, by distance; numbers of deer over time",
     ),
     "diel_migration": (
         "diel_migration.png",
@@ -38,7 +38,7 @@ FIGURES = {  # other figures are named after their study; each entry is its capt
     "goats": ("goats_carriers.png", "Carriers of genes against red, yellow and green grass over generations"),
     "goats_factorial": (
         "goats_factorial.svg",
-        "Selection coefficients of four genes, and yellow meals of newborns, by inheritance",
+        "Selection coefficients of four genes, and newborns that eat yellow grass, by inheritance",
     ),
     "happiness": ("happiness_genes.png", "Happiness weights in vole genomes over generations"),
     "isolation": ("isolation.svg", "Diversity of genes and policies with and without migration"),
@@ -75,10 +75,10 @@ def page(record: dict[str, Any], claims: list[dict[str, Any]]) -> str:
         *([figure(name, "../img")] if name in FIGURES else []),
         *([f"**{summary}**"] if (summary := opening(record)) else []),
         *([STALE] if stale(record) else []),
-        *(["## Claims that rest on it"] if own else []),
+        *(["## Claims based on this study"] if own else []),
         *(claim_section(claim, record) for claim in own),
         "## Measured",
-        f"{counted(record)} goals passed. Lines without a goal are reported only.",
+        f"{counted(record)} goals passed. Lines without a goal can neither pass nor fail.",
         table(["outcome", "statement", "measured", "goal"], [measured(line) for line in record["verdicts"]]),
         *([table(record["table"]["head"], typed(record["table"]["rows"]))] if record.get("table") else []),
         *([typeset(record["notes"])] if record.get("notes") else []),

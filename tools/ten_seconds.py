@@ -92,7 +92,7 @@ def die_out(page: Any, name: str) -> None:
     """Run until shortly after a species goes extinct."""
     while page.evaluate(f"ecs.counts['{name}']"):
         if page.evaluate("ecs.tick") > LONGEST:
-            raise RuntimeError(f"{name} lives on")
+            raise RuntimeError(f"{name} did not go extinct")
         advance(page, 20)
     for _ in range(LAST):
         one(page)

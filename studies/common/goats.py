@@ -129,8 +129,7 @@ def mean_generation(lineage: Any, species: str, every: int) -> np.ndarray:
 
 
 def carry(frequencies: Any) -> np.ndarray:
-    """Return how many goats have a nonzero value (the letter identifies a gene that can only code for 0):
-    i64[samples]."""
+    """Return how many goats have a nonzero value of a gene, i64[samples]; 0 if it can only code for 0."""
     return (
         frequencies.count[:, -1]
         if len(frequencies.values) == 2

@@ -35,9 +35,9 @@ def chase(x: np.ndarray, uid: np.ndarray) -> np.ndarray:
 
 
 def approaches(changes: Mapping[str, Any], deer: str, seed: int, side: int, ticks: int) -> dict[str, float]:
-    """In a modified predator-prey world, send a wolf at each of side² deer that act according to a function
-    in this module, with all pairs placed far apart. Return the share of deer alive after the given number of
-    ticks and the mean happiness, which is energy for living deer and −1 for dead deer."""
+    """Send a wolf at each of side² deer, with all pairs far apart, in a modified predator-prey world. `deer`
+    names the function in this module that decides for them. Return the share of deer alive after the given
+    number of ticks and the mean happiness, which is energy for living deer and −1 for dead deer."""
     from ecs_eco import World
     from ecs_eco.components import Metabolism
     from ecs_eco.config import load

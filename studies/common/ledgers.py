@@ -14,9 +14,8 @@ SUBSTANCES = ("sugar", "gas", "salt")
 
 
 def furthest_off(world: Any) -> dict[str, float]:
-    """Return the largest ledger error of a world's recorder, as a share of the stock, which is a species'
-    largest stock for energy, the stock of a holder and substance for matter, and the world's stock of a
-    substance for flows between holders."""
+    """Return a world's largest ledger errors, each as a share of the largest stock: of a species (energy), of
+    a substance in a holder (matter), or of a substance in the whole world (flows between holders)."""
     series = {name: np.array(values) for name, values in world.series().to_pydict().items()}
     off = {"energy": _share(series, ledger.LEDGER, ledger.imbalance(series), (len(world.recorder.names),))}
     if world.matter is None:

@@ -57,9 +57,9 @@ class Policies:
 
 
 class Crowd:
-    """A snapshot of up to `most` individual policies per species, whose mean option probabilities are
-    compared with the probabilities of as many later policies. Because the later sample contains different
-    animals, the mean moves a little even without learning."""
+    """A snapshot of up to `most` individual policies per species, to compare their mean option probabilities
+    with those of as many later policies. Because the later sample contains different animals, the mean moves
+    a little even without learning."""
 
     def __init__(self, world: Any, species: Sequence[str], most: int = 40) -> None:
         self.world, self.species, self.most = world, tuple(species), most
@@ -103,8 +103,8 @@ def rates(moved: Mapping[str, float | None], ticks: int) -> dict[str, float | No
 def life(
     living: Any, folder: Path, seed: int, ticks: int, mortal: Sequence[str]
 ) -> tuple[Any, dict[str, list[float]]]:
-    """Run a world for `ticks` ticks, or until at most 50 ticks after one of the `mortal` species goes
-    extinct; return it and, for each of them that learns, how far its policy moved in each complete window
+    """Run a world for `ticks` ticks, or until one of the `mortal` species is extinct (checked every 50
+    ticks). Return it and how far the policy of each learning `mortal` species moved in each complete window
     [nats of KL, then ‖ now]."""
     from ecs_eco import World
 

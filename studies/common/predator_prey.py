@@ -42,7 +42,7 @@ SHIPPED = Path(__file__).parents[2] / "ecs_eco" / "worlds" / "predator_prey"
 
 
 def frozen(changes: Mapping[str, Any] | None = None) -> Any:
-    """Return the shipped world with the values of FROZEN, then of `changes`."""
+    """Return the shipped world with FROZEN and then `changes` applied."""
     from ecs_eco.config import load
 
     return load("predator-prey", FROZEN | dict(changes or {}))

@@ -217,7 +217,7 @@ def chemotaxis(build: Any, rounds: int) -> dict[str, Any]:
 
     Plumes are placed for some ticks at the depths of randomly drawn copepods, at random horizontal positions;
     the plumes then move elsewhere and all earlier smell is removed, so nearby copepods have not chosen to be
-    there. Because copepods gather at the plumes' depths whatever they smell, `level` uses only the horizontal
+    there. Because copepods gather at the plumes' depths regardless of smell, `level` uses only the horizontal
     components of their moves: without a sense of smell, as many copepods approach as leave.
     """
     body = {"radius": 0.4, "opaque": False}

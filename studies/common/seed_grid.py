@@ -8,8 +8,8 @@ the grid.
         STUDY.main()
 
 `python -m studies.persistence --workers 2` trains each policy once, runs the missing cells, and resumes where
-it stopped. A cell is keyed by its arm, seeds and length and by the hash of the arm's content, so adding an
-arm leaves the results of other arms valid. An arm may have these keys, all optional:
+it stopped. A cell's key contains its arm, seeds and length and a hash of the arm's content, so adding an arm
+leaves the results of other arms valid. An arm may have these keys, all optional:
 
     set        changes to the world, in training and in life: {"species.deer.count": 500}
     train      changes in training only
@@ -65,7 +65,7 @@ def crossed_study(
     training, worlds = list(training), list(worlds)
     for arm, says in arms.items():
         if odd := sorted(set(says) - set(SAYS)):
-            raise ValueError(f"arm {arm!r}: no {odd[0]!r}; expected {', '.join(SAYS)}")
+            raise ValueError(f"arm {arm!r}: unknown key {odd[0]!r}; expected {', '.join(SAYS)}")
     judged = list(judged) or [next(iter(arms))]
     config = {
         "world": world,

@@ -279,7 +279,9 @@ def _conclude(summary: Any) -> dict[str, Any]:
             if key not in allowed:
                 near = get_close_matches(key, allowed, 1)
                 hint = f"; did you mean {near[0]!r}?" if near else ""
-                raise ValueError(f"verdict {line!r}: no {key!r}; expected {', '.join(allowed)}{hint}")
+                raise ValueError(
+                    f"verdict {line!r}: unknown key {key!r}; expected {', '.join(allowed)}{hint}"
+                )
         if lacking := set(needed) - set(line):
             raise ValueError(f"verdict {line!r} lacks {', '.join(sorted(lacking))}")
     if not out.get("verdicts"):

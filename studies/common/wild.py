@@ -1,5 +1,5 @@
-"""Wild states: what happens when numbers in a small world are replaced by extreme values, either through the
-validation gate or by bypassing it."""
+"""Wild states: extreme values replace numbers in a small world, either through the validation gate or by
+bypassing it."""
 
 from __future__ import annotations
 

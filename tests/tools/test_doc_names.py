@@ -25,10 +25,10 @@ def test_a_page_names_only_what_is_there(page):
             "`python tools/make_coffee.py --check`: no file tools/make_coffee.py",
         ),
         ("`python -m studies.coffee`", "`python -m studies.coffee`: no module studies.coffee"),
-        ("`ecs_eco.engine.tabel`", "`ecs_eco.engine.tabel`: ecs_eco.engine.tabel is not there"),
+        ("`ecs_eco.engine.tabel`", "`ecs_eco.engine.tabel`: ecs_eco.engine.tabel does not exist"),
         (
             "`from ecs_eco.engine.table.Tabel`",
-            "`from ecs_eco.engine.table.Tabel`: ecs_eco.engine.table.Tabel is not there",
+            "`from ecs_eco.engine.table.Tabel`: ecs_eco.engine.table.Tabel does not exist",
         ),
         ("`world.between`", "`world.between`: world has no between"),
         ("`World.from_confg(…)`", "`World.from_confg(…)`: World has no from_confg"),

@@ -147,7 +147,7 @@ def _none(_: Any) -> None:
 
 
 def manifests(ground: Ground) -> Iterator[Attack]:
-    """Return manifests that name code, in their configuration or as code to run."""
+    """Return manifests that name code in their configuration or in another entry."""
     for i, (label, change) in enumerate(_named(ground)):
         yield _manifest(ground, label, change, i)
     evil = str(ground.home / "path" / "evil.py")
@@ -390,7 +390,7 @@ def _searched(ground: Ground) -> tuple[Path, list[dict[str, Any]]]:
     folder.mkdir()
     (folder / "world.toml").write_text(as_toml(ground.garden), encoding="utf-8")
     if output := cli("search", folder / "world.toml", *SEARCH, "--out", folder / "out")():
-        raise RuntimeError(f"the harmless search ended with: {output}")
+        raise RuntimeError(f"the harmless search failed: {output}")
     return folder, [{k: v for k, v in line.items() if k != WORD} for line in read(folder / "out" / NAME)]
 
 

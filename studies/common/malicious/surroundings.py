@@ -1,5 +1,5 @@
-"""A command's working folder, the modules that `check` imports, and controls: payloads that must leave their
-mark."""
+"""Attacks through a command's working folder; the modules that `check` imports; and controls: payloads that
+must leave their mark."""
 
 from __future__ import annotations
 

@@ -49,7 +49,7 @@ def test_a_new_arm_leaves_the_others_as_they_are() -> None:
         short._hash(short.config, case) == more._hash(more.config, case) != longer._hash(longer.config, case)
     )
     assert short._hash(short.config, case | {"ticks": 30}) == longer._hash(longer.config, case)
-    with pytest.raises(ValueError, match="arm 'a': no 'lern'"):
+    with pytest.raises(ValueError, match="arm 'a': unknown key 'lern'"):
         seed_grid.crossed_study("x", "…", {"a": {"lern": True}}, [1], [2])
 
 
