@@ -250,7 +250,7 @@ class World(SpatialWorld):
         return table
 
     def intervene(self, what: Any) -> None:
-        """Request an intervention, which is carried out at the start of the next tick.
+        """Request an intervention for the start of the next tick.
 
         Parameters
         ----------
@@ -301,7 +301,8 @@ class World(SpatialWorld):
         Raises
         ------
         ConfigError
-            If values cannot change in a live world; lists all of them, and is raised before anything changes.
+            If values cannot change in a live world. It lists all of them and is raised before anything
+            changes.
 
         Examples
         --------

@@ -194,7 +194,7 @@ class Divided(OneBand):
                 nerves.rows, nerves.thoughts = table.rows(), None
 
     def balance(self) -> None:
-        """Move the edges if some bands have a much higher load than other bands."""
+        """Move the edges if the load is very uneven."""
         load = self.wire.total(self._load())
         rows = self.edges.even(load)
         if self.edges.uneven(load) > UNEVEN and (rows != self.edges.rows).any():
@@ -231,8 +231,7 @@ class Divided(OneBand):
 
     @property
     def common(self) -> OneBand:
-        """The processes as a group that shares work on data held by all of them, such as policies and
-        rollouts."""
+        """The processes as a group that shares work on data that each of them holds, such as policies."""
         return self.common_bands
 
     def own(self, index: Index, *outputs: np.ndarray) -> AbstractContextManager[None]:

@@ -17,7 +17,7 @@ TURN = random.LOT + (3 << 8)  # the purpose of draws for the order of tables
 
 
 class System(Scheduled):
-    """A behavior of all entities that have the components in `needs`, carried out once per tick.
+    """A behavior of all entities that have the components in `needs`; it runs once per tick.
 
     Subclass it, set `needs` and `phase`, implement `update`, and pass an instance to
     `World.add_system`.

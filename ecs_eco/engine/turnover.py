@@ -40,7 +40,7 @@ class Births(_OfWorld):
 
 
 class Touched(_OfWorld):
-    """The step after a plain processor, which can move entities or write values that kernels cannot
+    """The check after a plain processor, which can move entities or write values that kernels cannot
     handle."""
 
     def __init__(self, world: LivingWorld, after: Processor) -> None:

@@ -115,7 +115,7 @@ class Pool(Executor):
         if workers < 1:
             raise ValueError(f"workers must be 1 or more, got {workers}")
         self.workers = workers
-        self.at_once = workers + 1  # submitted at a time: no worker waits, and few calls can be lost
+        self.at_once = workers + 1  # calls submitted at a time: no worker waits, and few calls can be lost
         self._processes: ProcessPoolExecutor | None = None
 
     def submit(self, fn: Callable[..., Result], /, *args: Any, **kwargs: Any) -> Future[Result]:

@@ -141,7 +141,7 @@ _RESPONSE = (
     "seed's mean over the other values is computed first."
 )
 _POINTS = "For a hypercube, each point is shown: its mean with the 95% interval over seeds."
-_HEAT = "Means over seeds and all other varied values; cells are empty if no run has a number."
+_HEAT = "Means over seeds and all other varied values; cells are empty if no run has a value."
 
 
 def write_page(sweep: Sweep, rows: Sequence[Row], failed: dict[int, str]) -> Path:
