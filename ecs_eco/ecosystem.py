@@ -73,9 +73,9 @@ class World(SpatialWorld):
     on_death : list of callable
         Hooks that take (table, rows), before the rows are freed.
     on_departure : list of callable
-        Hooks that take (table, rows, numbers of the islands to which migrants leave).
+        Hooks that take (table, rows, numbers of the destination islands).
     on_arrival : list of callable
-        Hooks that take (table, rows, numbers of the islands from which migrants come).
+        Hooks that take (table, rows, numbers of the origin islands).
 
     Notes
     -----
@@ -330,9 +330,9 @@ class World(SpatialWorld):
         name : str
             Name of the column.
         what : str or callable
-            A formula over components, such as "mean(Metabolism.energy)"
-            (`ecs_eco.config.reporter_formula`), or a function of the world that returns a number, or a mapping
-            from species to numbers; None means a missing value. The function must not change the world.
+            A formula over components, such as "mean(Metabolism.energy)" (`ecs_eco.config.reporter_formula`),
+            or a function of the world that returns a number or a mapping from species to numbers; None means
+            a missing value. The function must not change the world.
 
         Raises
         ------

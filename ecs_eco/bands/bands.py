@@ -105,7 +105,7 @@ class Bands(OneBand):
             self._complete(array, self.bounds(n))
 
     def gathered(self, n: int, part: np.ndarray) -> np.ndarray:
-        """Return a whole array [n, …], of which each process has only the rows of its `part(n)`."""
+        """Return the whole array [n, …] when each process has only the rows of its `part(n)`."""
         out = np.empty((n, *part.shape[1:]), part.dtype)
         first, last = self.part(n)
         out[first:last] = part

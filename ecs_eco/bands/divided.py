@@ -68,9 +68,9 @@ class Divided(OneBand):
     Before sensing, the process receives ghosts (copies) of all organisms that its own organisms may sense;
     only its own organisms sense, learn and decide. After moving, organisms that crossed an edge change
     process, and the process receives ghosts of all organisms whose meals and matings could affect its own
-    organisms. Meals and matings are computed both for the process's own organisms and for ghosts, and are
-    correct for its own organisms. Births are sent to all processes; the process whose band contains the
-    position creates the newborn. Ghosts are removed before the tick ends.
+    organisms. Meals and matings are computed both for the process's own organisms and for ghosts, but are
+    reliable only for its own. Births are sent to all processes; the process whose band contains the position
+    creates the newborn. Ghosts are removed before the tick ends.
     """
 
     divided = True

@@ -12,7 +12,7 @@ from ecs_eco.engine.addresses import address_of, column_at
 
 Rows: TypeAlias = int | np.integer | slice | np.ndarray
 BLOCK = 256  # rows per block
-SPARE = 16  # readable numbers after a block: vector loads of the last row extend beyond it
+SPARE = 16  # padding after a block: vector loads of the last row extend beyond it
 
 
 class Blocked:

@@ -126,7 +126,7 @@ class System(Scheduled):
 
         Notes
         -----
-        This method is called for each such table in the order in which tables were added; if tables compete
-        (`competes`), a random order is drawn in each tick.
+        This method is called for each such table in the order in which tables were added or, if they compete
+        (`competes`), in a random order drawn each tick.
         """
         raise NotImplementedError(f"{type(self).__name__} defines neither update(table, world) nor process()")

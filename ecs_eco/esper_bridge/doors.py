@@ -205,7 +205,7 @@ class Events(dict[str, Any]):
 
 
 class Handlers:
-    """Weak references to the handlers for one event, which are called in the order in which they were set.
+    """Weak references to the handlers for one event, called in the order they were set.
 
     A garbage-collected handler is removed no matter which world esper shows, and methods can be removed;
     esper's own sets support neither.

@@ -104,7 +104,7 @@ Jobs = Mapping[Key, Run | Training]
 
 @dataclass(frozen=True)
 class Comparison:
-    """The arms (the unchanged world first), the seeds with which each arm runs, and their folder."""
+    """The arms (the unchanged world first), the seeds of each arm, and their folder."""
 
     folder: Path
     arms: Sequence[Arm]

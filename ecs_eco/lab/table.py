@@ -162,7 +162,7 @@ def write_page(sweep: Sweep, rows: Sequence[Row], failed: dict[int, str]) -> Pat
 
 
 def lines_of(sweep: Sweep, rows: Sequence[Row]) -> tuple[str, ...]:
-    """Return a sentence for each treatment on the number of runs in which all species persist."""
+    """Return, for each treatment, a sentence with the number of runs in which all species persist."""
     out = []
     for treatment, part in group(rows, lambda row: row["treatment"]).items():
         kept = sum(row["persisted"] for row in part)
