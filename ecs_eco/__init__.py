@@ -3,7 +3,7 @@ survival and reproduction.
 
 A world stores its entities in columns; systems act on them, and brains learn while their owners live. This
 module only lists the public names: `from ecs_eco import World, System, component, f32`. They load on first
-use, so importing the package is cheap. docs/explanation/architecture.md describes the folders.
+use, so importing the package is cheap. docs/explanation/architecture.md describes the packages.
 """
 
 import sys
@@ -15,7 +15,7 @@ if (
 ):
     # under `python -m ecs_eco`, before other imports: modules in the current folder must not shadow them
     _here = sys.path.pop(0)
-    if __path__ == [f"{_here}/{__name__}"]:  # keep an uninstalled checkout, which subprocesses need too
+    if __path__ == [f"{_here}/{__name__}"]:  # keep an uninstalled checkout: subprocesses need it, too
         sys.path.append(_here)
 from typing import TYPE_CHECKING
 

@@ -51,7 +51,7 @@ def lazy(package: str, modules: Mapping[str, str], rooms: Sequence[str] = ()) ->
 
 
 def present_name(name: str) -> str | None:
-    """Return the current name of a module with a former name, or None for any other name."""
+    """Return the current name of a module, given its former name; None for any other name."""
     package, _, module = name.rpartition(".")
     if name in FORMER or package not in FORMER:
         return FORMER.get(name)
@@ -59,14 +59,14 @@ def present_name(name: str) -> str | None:
 
 
 def stored_name(component: type[Any]) -> str:
-    """Return the name of a component in checkpoints and digests: the name it had first."""
+    """Return the name of a component in checkpoints and digests: its original name."""
     name = f"{component.__module__.rpartition('.')[0]}.{component.__name__}"
     return next((old for old, now in FORMER.items() if now == name), name).rpartition(".")[2]
 
 
 class Later:
     """A module that is imported when one of its names is first used, for slow imports that few functions
-    need. Add an import under TYPE_CHECKING for the types."""
+    need. For type checkers, also import it under TYPE_CHECKING."""
 
     def __init__(self, name: str) -> None:
         self._name = name

@@ -73,9 +73,9 @@ class World(SpatialWorld):
     on_death : list of callable
         Hooks that take (table, rows), before the rows are freed.
     on_departure : list of callable
-        Hooks that take (table, rows, numbers of the islands to which migrants leave).
+        Hooks that take (table, rows, numbers of the destination islands).
     on_arrival : list of callable
-        Hooks that take (table, rows, numbers of the islands from which migrants come).
+        Hooks that take (table, rows, numbers of the origin islands).
 
     Notes
     -----
@@ -250,7 +250,7 @@ class World(SpatialWorld):
         return table
 
     def intervene(self, what: Any) -> None:
-        """Request an intervention, which is carried out at the start of the next tick.
+        """Request an intervention for the start of the next tick.
 
         Parameters
         ----------
@@ -301,7 +301,8 @@ class World(SpatialWorld):
         Raises
         ------
         ConfigError
-            If values cannot change in a live world; lists all of them, and is raised before anything changes.
+            If values cannot change in a live world. It lists all of them and is raised before anything
+            changes.
 
         Examples
         --------
@@ -329,9 +330,9 @@ class World(SpatialWorld):
         name : str
             Name of the column.
         what : str or callable
-            A formula over components, such as "mean(Metabolism.energy)"
-            (`ecs_eco.config.reporter_formula`), or a function of the world that returns a number, or a mapping
-            from species to numbers; None means a missing value. The function must not change the world.
+            A formula over components, such as "mean(Metabolism.energy)" (`ecs_eco.config.reporter_formula`),
+            or a function of the world that returns a number or a mapping from species to numbers; None means
+            a missing value. The function must not change the world.
 
         Raises
         ------

@@ -1,5 +1,4 @@
-"""One world split across several processes, each of which works on a band of the map and may hold only that
-band.
+"""Split one world across several processes. Each computes one band of the map and can store only that band.
 
 A system declares its divisible work through `world.bands` (`ecs_eco.space.one_band`). To run many worlds, use
 `ecs_eco.lab`. mpi4py is imported only when needed. See docs/explanation/bands.md.

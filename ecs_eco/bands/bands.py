@@ -38,9 +38,9 @@ class Traffic:
 class Bands(OneBand):
     """The processes of an MPI communicator, each with a band of the map, as returned by `divide`.
 
-    A band is a range of whole rows of cells of the neighbor index, chosen so that all bands have about the
-    same number of organisms of the species in question. Work that is not tied to a position, such as
-    gradients, is divided equally."""
+    A band is a range of whole rows of cells of the neighbor index, chosen for each species so that all bands
+    have about the same number of its organisms. Work that is not tied to a position, such as gradients, is
+    divided equally."""
 
     def __init__(self, world: SpatialWorld, comm: Comm, least: int = LEAST) -> None:
         self.comm, self.size, self.rank, self.least = comm, comm.Get_size(), comm.Get_rank(), least
@@ -105,7 +105,7 @@ class Bands(OneBand):
             self._complete(array, self.bounds(n))
 
     def gathered(self, n: int, part: np.ndarray) -> np.ndarray:
-        """Return a whole array [n, …], of which each process has only the rows of its `part(n)`."""
+        """Return the whole array [n, …] when each process has only the rows of its `part(n)`."""
         out = np.empty((n, *part.shape[1:]), part.dtype)
         first, last = self.part(n)
         out[first:last] = part

@@ -52,7 +52,7 @@ def divide(world: World, comm: Comm | None = None, least: int = LEAST, *, state:
         raise RuntimeError(
             f"world {world.name!r}: {comm.Get_size()} processes have {len(digests)} different "
             f"worlds ({', '.join(sorted(d[:200] for d in digests))}); build the same world in "
-            "each process: configuration, seed, policies, learn"
+            "each process, with the same configuration, seed, policies and learn"
         )
     if state:
         bands = Divided(world, comm, widths)

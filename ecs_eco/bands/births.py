@@ -1,5 +1,5 @@
-"""Births and deaths when state is divided: all processes assign the same uids, and each newborn is created by
-one of them."""
+"""Births and deaths when state is divided: all processes assign the same uids, and one process creates each
+newborn."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class _Columns:
 
 
 class Births(Turnover):
-    """Exchange of births and deaths, and of the map of plant sites, which all processes have."""
+    """Exchanges births and deaths, and maintains the map of plant sites in every process."""
 
     def __init__(self, bands: Any, world: SpatialWorld) -> None:
         super().__init__(world)

@@ -68,9 +68,9 @@ class Divided(OneBand):
     Before sensing, the process receives ghosts (copies) of all organisms that its own organisms may sense;
     only its own organisms sense, learn and decide. After moving, organisms that crossed an edge change
     process, and the process receives ghosts of all organisms whose meals and matings could affect its own
-    organisms. Meals and matings are computed both for the process's own organisms and for ghosts, and are
-    correct for its own organisms. Births are sent to all processes; the process whose band contains the
-    position creates the newborn. Ghosts are removed before the tick ends.
+    organisms. Meals and matings are computed both for the process's own organisms and for ghosts, but are
+    reliable only for its own. Births are sent to all processes; the process whose band contains the position
+    creates the newborn. Ghosts are removed before the tick ends.
     """
 
     divided = True
@@ -194,7 +194,7 @@ class Divided(OneBand):
                 nerves.rows, nerves.thoughts = table.rows(), None
 
     def balance(self) -> None:
-        """Move the edges if some bands have a much higher load than other bands."""
+        """Move the edges if the load is very uneven."""
         load = self.wire.total(self._load())
         rows = self.edges.even(load)
         if self.edges.uneven(load) > UNEVEN and (rows != self.edges.rows).any():
@@ -231,8 +231,7 @@ class Divided(OneBand):
 
     @property
     def common(self) -> OneBand:
-        """The processes as a group that shares work on data held by all of them, such as policies and
-        rollouts."""
+        """The processes as a group that shares work on data that each of them holds, such as policies."""
         return self.common_bands
 
     def own(self, index: Index, *outputs: np.ndarray) -> AbstractContextManager[None]:

@@ -1,4 +1,4 @@
-"""Smells in bands: each process updates its own rows of a field, and has copies of the adjacent rows."""
+"""Smells in bands: each process updates its own rows of a field and keeps copies of the adjacent rows."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def halo_of(field: Field, dt: float, noses: float) -> int:
 
 
 def trade(fields: Sequence[BandField], wire: Wire) -> None:
-    """Send each process the rows beyond its own rows that it reads."""
+    """Send each process the rows that it reads from other bands."""
     parts, mine = {}, wire.rank
     for rank in range(wire.size) if fields else ():
         read = [f.rows_for(rank, mine) for f in fields]

@@ -38,8 +38,8 @@ def together(
     `prepare(world)` before the first tick, like `runs.run.run_to_folder`. In the other processes, `build()`
     returns the same world. With `state`, each process holds only a part of that world. Returns the result of
     `lead` and the bands in process 0, and None in the other processes. An error in one process ends all
-    processes with exit code 1, or 2 for an invalid file. If whole worlds come to differ between processes, a
-    RuntimeError is raised."""
+    processes with exit code 1, or 2 for an invalid file. Raises a RuntimeError if each process holds the
+    whole world and these worlds differ at the end."""
     comm = mpi().COMM_WORLD if comm is None else comm
     led: list[World] = []
 
@@ -56,14 +56,14 @@ def together(
     except BaseException as error:
         if led and led[0].stopped and led[0].underway is None:
             _end_of(led[0])
-            raise  # a run that was asked to stop
+            raise  # the run was asked to stop
         _end_all(error, comm)
         raise
 
 
 def _built(build: Callable[[], World], comm: Comm) -> World:
-    """Return the world of a process other than 0; process 0 reports errors first, because most errors occur
-    there, too."""
+    """Build the world in a process other than 0. Process 0 reports errors first, because most occur there,
+    too."""
     try:
         return build()
     except Exception as error:

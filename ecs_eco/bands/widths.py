@@ -22,7 +22,7 @@ SENSES = ("own", "nearest", "touch", "smell", "rays", "property", "light", "temp
 
 
 class Widths(NamedTuple):
-    """Distances that ghosts and rows of fields extend beyond the edges."""
+    """Distances that ghosts and field rows extend beyond the edges."""
 
     sensing: float  # [m] ghosts before sensing: longest sensing range, or flow into this band's fields
     acting: float  # [m] ghosts after moving: all organisms that may affect this band's organisms in this tick
@@ -65,8 +65,8 @@ def widths_of(world: SpatialWorld) -> Widths:
 
 
 def meals_of(world: SpatialWorld, living: list[Table]) -> float:
-    """Return the distance [m] within which ghosts can affect whether a body eats or is eaten: one reach each
-    for its eater, that eater's rivals, and closer items, and one more if an eater can win several items."""
+    """Return the distance [m] within which ghosts can affect whether a body eats or is eaten: one reach for
+    its eater, one for the eater's rivals, one for closer items, and one more if an eater can win several."""
     reach = max(
         (
             largest_of(t) + largest_of(world.tables[food.eats]) + food.reach
@@ -114,8 +114,8 @@ def _ways(tables: list[Table]) -> Iterator[tuple[Table, Any]]:
 
 
 def require_divisible(world: SpatialWorld, size: int) -> Widths:
-    """Return the ghost widths. Raise a ConfigError that lists everything that prevents a division of the
-    world among this many processes."""
+    """Return the ghost widths. Raise a ConfigError that lists every reason why the world cannot be divided
+    among this many processes."""
     problems = [
         Problem(key, f"the state of {what} cannot be divided between processes", allowed=INSTEAD)
         for key, what in (*_of_world(world), *_of_tables(world))
@@ -190,10 +190,10 @@ def _of_table(table: Table) -> Iterator[tuple[str, str]]:
         yield "genome", "with a custom choice of mates" if own else ""
     for sensor in _sensors(table):
         yield "sensors", f"with a sensor of kind {sensor.kind!r}" if sensor.kind not in SENSES else ""
-        yield "sensors", "with a sensor of kin" if getattr(sensor, "kin", None) is not None else ""
+        yield "sensors", "with a sensor for kin" if getattr(sensor, "kin", None) is not None else ""
     if nerves is None:
         return
-    yield "policy", "whose choices come from outside" if nerves.outside is not None else ""
+    yield "policy", "controlled from outside" if nerves.outside is not None else ""
     learner, minds = nerves.learner, nerves.individuals
     yield (
         "policy.network",
@@ -216,7 +216,7 @@ def _of_table(table: Table) -> Iterator[tuple[str, str]]:
 
 
 def require_height(world: SpatialWorld, size: int, least: int, widths: Widths) -> None:
-    """Raise a ConfigError if any band would be lower than the reach of ghosts."""
+    """Raise a ConfigError if any band's height would be less than the reach of ghosts."""
     ny, side = world.space.shape[1], world.space.size[1] / world.space.shape[1]
     if size > 1 and least * size > ny:
         fault = (

@@ -85,7 +85,7 @@ def from_raster(
     ] = None,
     band: Annotated[
         str | None,
-        typer.Option(metavar="N", help="Number of the band, from 1, or its name. Default: the first band."),
+        typer.Option(metavar="N", help="Band number, from 1, or band name. Default: the first band."),
     ] = None,
     cell: Annotated[
         float | None,

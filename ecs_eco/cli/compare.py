@@ -119,7 +119,7 @@ def _do(
     word: str,
     unit: str,
 ) -> None:
-    """Run the remaining training or simulation jobs, with a progress bar, and print why any failed.
+    """Run the remaining training or simulation jobs, with a progress bar, and print why jobs failed.
 
     Ctrl-C ends the command at once; failures end it after the last job.
     """

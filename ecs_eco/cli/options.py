@@ -74,7 +74,7 @@ Divided = Annotated[
     bool,
     typer.Option(
         "--divided",
-        help="Like --bands, but each process stores only its part of the world, which divides memory too.",
+        help="Like --bands, but each process stores only its part of the world, so memory is divided, too.",
     ),
 ]
 On = Annotated[

@@ -200,7 +200,7 @@ def _file(
 
 @contextmanager
 def _writing(path: Path, source: str = "OUT") -> Iterator[None]:
-    """Report a file that cannot be written as a refused argument."""
+    """Report a failure to write the file as an invalid argument."""
     try:
         yield
     except OSError as error:

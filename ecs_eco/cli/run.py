@@ -183,13 +183,13 @@ def resume(
 def _in_bands(
     lead: Callable[..., None], how: How, build: Callable[[], Ecosystem], ticks: int | None, divided: bool
 ) -> None:
-    """Run a world in all processes that mpiexec started: process 0 leads, records and prints exchange
+    """Run a world in all processes started by mpiexec. Process 0 leads, records, and prints exchange
     statistics; the others build the same world. With `divided`, each process stores only part of it."""
     from ecs_eco.bands.run import together
 
     if how.shown is not None:
         fault = "is not possible with --bands: the page's actions would reach only one process"
-        refuse("--watch", fault, "", "only one of these options; you can watch the folder afterwards")
+        refuse("--watch", fault, "", "only one of these options; you can watch the folder afterward")
     led = together(partial(lead, replace(how, workers=None, on=LOCAL)), build, ticks, state=divided)
     if led is None:
         return
@@ -312,7 +312,7 @@ def _resume(
                 "DIR",
                 "is an archipelago; only a single island can be forked",
                 str(folder),
-                "DIR/islands/NAME, which then continues alone",
+                "DIR/islands/NAME, which then runs on its own",
             )
         return _run_islands(Archipelago(folder), folder.name, how, until=until)
     if forks and out is None:
@@ -370,7 +370,7 @@ def command_of(
 
 
 def _has_islands(config: WorldConfig, world: str, how: How, checkpoint_every: int | None) -> bool:
-    """Return whether a world runs as an archipelago; refuse options that do not apply."""
+    """Return whether a world runs as an archipelago; reject options that do not apply."""
     islands = config.archipelago is not None and config.archipelago.here is None
     if islands and (how.shown is not None or checkpoint_every is not None):
         refuse(

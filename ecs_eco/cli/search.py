@@ -59,7 +59,7 @@ def search(
             metavar="NAME", help="trained, random, untrained, train (for each candidate) or train-once."
         ),
     ] = None,
-    training_ticks: Annotated[int | None, number("Ticks of a training.")] = None,
+    training_ticks: Annotated[int | None, number("Ticks of a training run.")] = None,
     confirm_world_seeds: Annotated[
         int | None, number("Number of world seeds for confirmation.", most=1000)
     ] = None,
@@ -183,7 +183,7 @@ def range_of(text: str) -> tuple[str, dict[str, Any]]:
 
 
 def _moved(problem: Problem) -> Problem:
-    """Return a problem; if it is about a range from the command line, name its option, --range."""
+    """Return a problem, attributed to --range if it concerns a range from the command line."""
     if problem.source == "--set" and problem.key[:2] == ("search", "ranges"):
         return problem.moved(source="--range", key=problem.key[2:])
     return problem

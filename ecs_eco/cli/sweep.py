@@ -70,7 +70,7 @@ def resume_sweep(
 
 
 def check_where(on: str, sbatch: Sequence[str]) -> None:
-    """Refuse an unknown engine, and options that belong to a different engine."""
+    """Reject an unknown engine, and options for a different engine."""
     check_engine(on)
     if sbatch and on != SLURM:
         refuse("--sbatch", "applies only to SLURM", sbatch[0], "--on slurm")

@@ -132,7 +132,7 @@ def _work(on: str | None = None, folder: Path | None = None) -> ModuleType:
 
 def settle(on: str | None, folder: Path | None) -> None:
     """Enable portable mode if the folder's sweep was begun in it, or if a new sweep may run on several x86-64
-    machines and ECS_ECO_PORTABLE is not set; end the command if the mode is unavailable."""
+    machines and ECS_ECO_PORTABLE is not set. End the command if the mode is unavailable."""
     noted = mode_of(folder)
     new = noted is None and on in SEVERAL and portable.VARIABLE not in os.environ and portable.possible()
     try:

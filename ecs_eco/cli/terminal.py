@@ -20,7 +20,7 @@ from ecs_eco.engine.errors import CheckpointError, ConfigError, Halted, Recordin
 _CONTROL = re.compile(
     "[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]"
 )
-# exit codes for a negative result or failed work, for refused input and for Ctrl-C
+# exit codes for a negative result or failed work, for rejected input and for Ctrl-C
 FAILED, REFUSED, INTERRUPTED = 1, 2, 130
 
 
@@ -47,7 +47,7 @@ def complain(text: str) -> None:
 
 
 def exits(command: Callable[..., None]) -> Callable[..., None]:
-    """Wrap a command: refused input ends it with code 2 and at most one screen of text, and Ctrl-C ends it
+    """Wrap a command: rejected input ends it with code 2 and at most one screen of text, and Ctrl-C ends it
     with code 130."""
 
     @wraps(command)
@@ -83,12 +83,12 @@ def exits(command: Callable[..., None]) -> Callable[..., None]:
 
 
 def refuse(source: str, fault: str, value: object, allowed: str, near: str = "") -> NoReturn:
-    """Refuse a command-line argument."""
+    """Reject a command-line argument."""
     raise refusal((), fault, value, allowed, near, source)
 
 
 def recorded(folder: Path) -> None:
-    """Refuse a folder without a recorded run."""
+    """Reject a folder without a recorded run."""
     if not (folder / "manifest.json").is_file():
         fault = "has no manifest.json" if folder.is_dir() else "no such folder"
         refuse("DIR", fault, str(folder), "a folder written by `ecs-eco run`")
@@ -113,7 +113,7 @@ def whole(least: int, most: int = 10**12) -> Callable[[str | int], int]:
 
 
 def path_of(text: str | Path) -> Path:
-    """Return the path of a file or folder named on the command line; refuse invalid names."""
+    """Return the path of a file or folder named on the command line; reject invalid names."""
     # surrogates: the name is not UTF-8
     if not str(text).strip() or any(c == "\0" or "\ud800" <= c <= "\udfff" for c in str(text)):
         raise typer.BadParameter(f"{str(text)!r} is not valid; expected: the name of a folder")
@@ -121,8 +121,8 @@ def path_of(text: str | Path) -> Path:
 
 
 class Progress:
-    """A command's progress; called with the number of finished items and the total, both of which it stores.
-    By the first call, everything that the command needs has been loaded."""
+    """A command's progress. Call it with the number of finished items and the total; it stores both. By the
+    first call, the command must have loaded everything that it needs."""
 
     def __init__(self, show: Callable[[int, int], None] | None = None) -> None:
         self.done = self.total = 0

@@ -66,7 +66,7 @@ def _tell(result: dict[str, Any]) -> None:
             + " → ".join(number(sum(v) / len(v)) if v else "–" for v in both)
             for w, both in ends.items()
         )
-        say(f"  {name}: {len(of['tick'])} updates; from the first to the last tenth: {told}")
+        say(f"  {name}: {len(of['tick'])} updates; means of the first and last tenth: {told}")
     for name, by_word in result["against_random"].items():
         for word, of in by_word.items():
             mean, low, high = of["difference"]

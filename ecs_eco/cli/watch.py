@@ -121,7 +121,7 @@ def _names(shown: list[str], sources: list[Live | Replay]) -> tuple[str, str]:
 
 @dataclass(frozen=True)
 class Options:
-    """The options with which live worlds are built."""
+    """The options used to build live worlds."""
 
     changes: list[str]
     ticks: int | None
@@ -165,7 +165,7 @@ class Options:
 
 
 class _Announcer:
-    """Prints the viewer's address, and a new address whenever the previous one has been used."""
+    """Prints the viewer's address, and a new one each time an address has been used."""
 
     def __init__(self, title: str) -> None:
         self.title, self.first = title, True
@@ -185,7 +185,7 @@ class _Announcer:
 
 @contextmanager
 def _port(port: int) -> Iterator[None]:
-    """Refuse a port that is not available."""
+    """Reject a port that is not available."""
     with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as listener:
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:

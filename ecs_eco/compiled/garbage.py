@@ -1,8 +1,8 @@
 """Control of Python's cyclic garbage collector.
 
 By default, it runs after every 700 new objects, and over all objects when their number has grown by a
-quarter. This takes a tenth of the time that a command needs to load its modules, and as long again at the
-end, when everything is torn down. The effort is wasted, because these objects exist until the process ends.
+quarter. This takes a tenth of the time that a command needs to load its modules, and as long again at exit.
+The effort is wasted, because these objects exist until the process ends.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ _usual: list[tuple[int, int, int]] = []
 
 @contextmanager
 def uncollected() -> Iterator[None]:
-    """Disable the collector within this context, for work that creates many lasting objects."""
+    """Disable the collector within this context, for work that creates many long-lived objects."""
     collecting = gc.isenabled()
     gc.disable()
     try:

@@ -1,10 +1,10 @@
 """Threads that help a world's own thread, and stay awake briefly after each task so that they can start the
 next at once.
 
-Waking a sleeping thread takes about 100 µs each way, which is as long as many of the tasks into which a tick
-is divided. A helper therefore polls a counter, without the GIL, for up to a millisecond before it sleeps, and
-so does the thread that waits for it. After the counter changes, it pauses briefly, because the other thread
-still holds the GIL until it enters a kernel, and a thread that finds the GIL taken also goes to sleep.
+Waking a sleeping thread takes about 100 µs in each direction, as long as many of the tasks in a tick. A
+helper therefore polls a counter, without the GIL, for up to a millisecond before it sleeps, and so does the
+thread that waits for it. After the counter changes, it pauses briefly, because the other thread still holds
+the GIL until it enters a kernel, and a thread that finds the GIL taken also goes to sleep.
 
 With `numba_version.plain()`, all threads go to sleep at once.
 """

@@ -34,7 +34,7 @@ def njit(function: Callable[..., Any], *, fastmath: bool | set[str] = False, noa
         A function of arrays and numbers that numba's nopython mode supports. Parameters can be annotated as
         named tuples (`ecs_eco.compiled.views`).
     fastmath : bool or set of str, default False
-        The same as in numba; ignored in the portable mode, because results with it depend on the processor.
+        The same as in numba; ignored in the portable mode, because its results depend on the processor.
     noalias : bool, default False
         A promise that no array to which the kernel writes overlaps another of its arrays. Without this, loops
         that read from computed positions are not vectorized.

@@ -76,7 +76,7 @@ class KernelOnViews:
 
     @property
     def signatures(self) -> list[Any]:
-        """The types of the fields for which the kernel was compiled."""
+        """The field types that the kernel was compiled for."""
         return list(self.on_fields.signatures)
 
 

@@ -1,4 +1,4 @@
-"""Compiled kernels on disk: one sealed file each, in a folder to which no other user can write.
+"""Compiled kernels on disk: one sealed file each, in a folder that no other user can write to.
 
 The files are pickles with machine code, so anyone who can write one can run code here. Moreover, numba trusts
 what it reads, so a damaged file would crash the process. This cache therefore replaces numba's: a file is

@@ -1,4 +1,4 @@
-"""The folder of compiled kernels, to which no other user can write.
+"""The folder of compiled kernels, which no other user can write to.
 
 The files are pickles with machine code, so anyone who can write one can run code here.
 """

@@ -1,12 +1,12 @@
-"""All private names of numba that the package uses; any version of numba can change them.
+"""All of numba's private names that the package uses; any release of numba can change them.
 
-`ecs_eco.compiled.numba_version` lists the versions with which this module was tried; with any other version,
+`ecs_eco.compiled.numba_version` lists the versions that this module was tested with; with any other version,
 `plain` is used instead. This module has three parts: the compilation of kernels, the conversion of compiled
 kernels to bytes and back, and the base classes of `kernel` and `kernel_cache`.
 
 Kernels that Python calls become machine code; all other kernels become bitcode that is linked into them.
 Standard numba also generates machine code for functions that only other kernels call, and then compiles them
-again as part of their callers. Skipping this saves a quarter of the first start.
+again as part of their callers. Skipping this makes the first start a quarter shorter.
 
 To restore a kernel from bytes, standard numba first loads everything needed for compilation, including
 scipy's linear algebra, which takes half a second. A finished kernel needs only its machine code and the
@@ -158,7 +158,7 @@ class InnerLowering(NativeLowering):
 class OuterLower(_Borrowing):
     """numba's lowering for kernels that borrow the arrays that Python passes.
 
-    numba takes a reference to each array from Python and releases it after the call, which is most of the
+    numba takes a reference to each array from Python and releases it after the call. This is most of the
     fixed cost of a kernel with thirty arrays. The caller keeps its arguments alive during the call anyway.
     Arrays are therefore borrowed if the kernel cannot keep any for longer, because it returns no arrays and
     has nowhere to store one.
@@ -176,7 +176,7 @@ class OuterLower(_Borrowing):
 
 @_register(mutates_CFG=True, analysis_only=False)
 class OuterLowering(NativeLowering):
-    """numba's lowering, after which machine code is linked to the environments of all functions in it."""
+    """numba's lowering, which also links machine code to the environments of all functions in it."""
 
     _name = "outer_lowering"
 

@@ -1,10 +1,10 @@
 """The choice of compiler: numba with `numba_private`, which changes numba's internals, or numba's public API
 only.
 
-The package is designed for the first option (`kernel`, `kernel_cache`, `parts`), which works with the
-versions of numba that it was tested with. With any other version, or if ECS_ECO_PLAIN_NUMBA is 1, only the
-public API is used (`plain`): results are the same, but kernels are slower. To try another version, see
-CONTRIBUTING.md, "Try a new numba".
+The package is designed for the first option (`kernel`, `kernel_cache`, `parts`), which is tested with the
+numba versions in `TRIED`. With any other version, or if ECS_ECO_PLAIN_NUMBA is 1, only the public API is used
+(`plain`): results are the same, but kernels are slower. To try another version, see CONTRIBUTING.md, "Try a
+new numba".
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from functools import cache
 from importlib.metadata import version
 
 TRIED = ("0.63", "0.64", "0.65", "0.66", "0.67", "0.68")
-"""The minor versions with which `numba_private` was tried."""
+"""The minor versions that `numba_private` was tested with."""
 VARIABLE = "ECS_ECO_PLAIN_NUMBA"
 
 
@@ -26,7 +26,7 @@ def interpreted() -> bool:
 
 @cache
 def plain() -> bool:
-    """Return whether this process runs without `numba_private`; warn if the reason is an untried version.
+    """Return whether this process runs without `numba_private`; warn if the reason is an untested version.
 
     The variable ECS_ECO_PLAIN_NUMBA overrides the version: 1 for the public API only, 0 to try the installed
     version. Raises ValueError for any other value.
@@ -36,8 +36,9 @@ def plain() -> bool:
         raise ValueError(f"{VARIABLE}={asked}: expected 1, for numba's public API only, or 0")
     if asked == "" and not interpreted() and not _is_tried():
         warnings.warn(
-            f"numba {version('numba')} was not tried with this version of ecs_eco; {_tried()} were. Using numba's "
-            f"public API: results are the same, but kernels are slower. Set {VARIABLE}=1 to silence this warning.",
+            f"numba {version('numba')} was not tested with this version of ecs_eco; {_tried()} were. Using "
+            "numba's public API: results are the same, but kernels are slower. "
+            f"Set {VARIABLE}=1 to silence this warning.",
             RuntimeWarning,
             stacklevel=2,
         )
@@ -45,9 +46,9 @@ def plain() -> bool:
 
 
 def summary() -> str:
-    """Return how kernels are compiled here and which versions were tried, for `ecs-eco doctor`."""
+    """Return how kernels are compiled here and which versions were tested, for `ecs-eco doctor`."""
     how = "with numba's public API only, which is slower" if plain() else "with private names of numba"
-    return f"compiled {how}; tried with {_tried()}"
+    return f"compiled {how}; tested with {_tried()}"
 
 
 def _is_tried() -> bool:

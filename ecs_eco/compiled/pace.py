@@ -8,7 +8,7 @@ from collections import deque
 SAMPLES = 5  # number of ticks over which the median is taken
 WARM = 0.3  # [s] time to ignore after a switch, because threads that have slept are slow at first
 AGAIN, RARELY = 8, 128  # first and longest waiting time before the next trial, relative to a trial's duration
-SLOWER = 1.2  # slowdown since the choice was made above which the other mode is tried sooner
+SLOWER = 1.2  # the other mode is tried sooner if the chosen mode has slowed down by this factor
 SOON = 4  # waiting time before such a trial, relative to a trial's duration
 
 

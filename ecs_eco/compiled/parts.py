@@ -2,11 +2,11 @@
 fork and join with dynamic scheduling, as in OpenMP.
 
 Passing a call to another thread through Python takes at least 25 µs, and 100 µs if one of the two then waits
-for the GIL, which is as long as many of the tasks into which a tick is divided. The calling thread therefore
-writes its arguments, in the kernel's format, to a buffer that the helpers read, with the address of code that
-calls the kernel with them. A job is open while its number is odd. A helper registers as active, then checks
-again whether the job is still open; the thread that closes the job waits until no helper is active. A helper
-can therefore arrive late or not at all; the other threads then do its parts.
+for the GIL, which is as long as many of the tasks in a tick. The calling thread therefore writes its
+arguments, in the kernel's format, to a buffer that the helpers read, with the address of code that calls the
+kernel with them. A job is open while its number is odd. A helper registers as active, then checks again
+whether the job is still open; the thread that closes the job waits until no helper is active. A helper can
+therefore arrive late or not at all; the other threads then do its parts.
 """
 
 from __future__ import annotations
@@ -155,8 +155,8 @@ def serve(record, asked, last, looks, rests):
 
 
 def divided(one: Kernel) -> Kernel:
-    """Return a kernel that does the work of a kernel of (first, last, *arguments) in parts shared with other
-    threads: (record, buffer, address of the buffer, first, last, parts, checks, *arguments) -> whether
+    """Return a kernel that runs a kernel of (first, last, *arguments) in parts shared with other threads. It
+    takes (record, buffer, address of the buffer, first, last, parts, checks, *arguments) and returns whether
     everything is done after this many checks; if not, call `alone` until it is."""
     if one.divided is not None:
         return one.divided

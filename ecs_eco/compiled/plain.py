@@ -1,5 +1,4 @@
-"""Kernels compiled with numba's public API only: the counterpart of `kernel` if `numba_version.plain()` is
-true.
+"""Kernels compiled with numba's public API only: used instead of `kernel` if `numba_version.plain()` is true.
 
 Results are bit-identical, but numba compiles functions twice if other kernels call them, stores compiled
 forms in its own files, does not vectorize loops that `noalias` would permit, and counts references in each

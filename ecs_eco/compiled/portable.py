@@ -21,7 +21,7 @@ from ecs_eco.compiled.numba_version import interpreted
 
 VARIABLE = "ECS_ECO_PORTABLE"
 CPU = "x86-64-v2"
-"""The processor for which kernels are compiled: the oldest on which numpy runs (SSE 4.2, from 2008 on)."""
+"""The processor that kernels are compiled for: the oldest that numpy supports (SSE 4.2, from 2008 on)."""
 
 _LEVELS = "X86_V3 X86_V4 AVX512_ICL AVX512_SPR"  # names of processor-specific code in numpy >= 2.4
 _FEATURES = "SSE41 POPCNT SSE42 AVX F16C FMA3 AVX2 AVX512F AVX512CD AVX512_SKX AVX512_CLX AVX512_CNL " + (
@@ -61,7 +61,7 @@ def possible() -> bool:
 
 
 def target() -> dict[str, str]:
-    """Return the mode, and LLVM's name for the processor for which kernels are compiled."""
+    """Return the mode, and LLVM's name for the processor that kernels are compiled for."""
     if _on:
         return {"mode": mode(), "cpu": CPU}
     from ecs_eco.compiled.processor import processor  # it loads numba

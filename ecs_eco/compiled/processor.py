@@ -1,5 +1,4 @@
-"""The processor for which numba compiles, in LLVM's terms, even if an environment variable selects another
-one."""
+"""The processor that numba compiles for, in LLVM's terms; an environment variable can select another one."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ def _value(which, x, y):
 
 @njit
 def _each(which, x, y, out):
-    """Write a function of each x f64[n], or of x and y, to `out` f64[n]."""
+    """Apply a function to each x f64[n], or to x and y; write the results to `out` f64[n]."""
     for i in range(len(out)):
         out[i] = _value(which, x[i], y[i])
 

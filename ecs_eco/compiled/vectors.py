@@ -60,7 +60,7 @@ def place(
 
 
 def _load(typing: Typing, array: types.Array, at: types.Type) -> tuple[Signature, Emit]:
-    """Return the numbers array[at] … array[at + 15] of a contiguous f32 array; `at` is not checked."""
+    """Return array[at] … array[at + 15] of a contiguous f32 array as a vector; `at` is not checked."""
 
     def make(
         context: CPUContext, builder: ir.IRBuilder, signature: Signature, arguments: Sequence[ir.Value]
@@ -108,7 +108,7 @@ def _repeated(builder: ir.IRBuilder, number: ir.Value) -> ir.Value:
 def _where_less(
     typing: Typing, a: types.Type, b: types.Type, x: types.Type, y: types.Type
 ) -> tuple[Signature, Emit]:
-    """Return the numbers of x where a < b, otherwise the numbers of y."""
+    """Return x where a < b, and y elsewhere."""
 
     def make(
         context: CPUContext, builder: ir.IRBuilder, signature: Signature, arguments: Sequence[ir.Value]
@@ -200,7 +200,7 @@ if interpreted():
         return np.full(LANES, number, np.float32)
 
     def where_less(a: np.ndarray, b: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Return the numbers of x where a < b, otherwise the numbers of y."""
+        """Return x where a < b, and y elsewhere."""
         return np.where(a < b, x, y)
 
     def floor(vector: np.ndarray) -> np.ndarray:

@@ -20,7 +20,7 @@ from ecs_eco.compiled.pace import Pace
 
 if not plain():
     from ecs_eco.compiled.team import Team
-PARALLEL_FROM = 1500  # organisms, at about 30 ns each, below which one thread is faster; 0: divide everything
+PARALLEL_FROM = 1500  # organisms (about 30 ns each) below which one thread is faster; 0: divide everything
 PART = 1000  # organisms per part, at about 30 ns each, so that other threads can do a late thread's work
 MOST_PARTS = 4  # per kernel per thread
 EASE = 8  # Python code runs in one thread at a time, so it needs this many times as many organisms
@@ -98,8 +98,8 @@ class Workers:
         )
 
     def together(self, tables: Iterable[Any], *work: Callable[[], Any]) -> None:
-        """Do independent pieces of work, the first on this thread and the rest on all threads if the
-        tables have many organisms; they must not write to the same data."""
+        """Do independent pieces of work, which must not write to the same data: the first on this thread, the
+        rest on all threads if the tables have many organisms."""
         if not self.parallel or not work or not self._worth(sum(t.n for t in tables) // EASE):
             for piece in work:
                 piece()

@@ -1,5 +1,5 @@
-"""Debug mode (ECS_ECO_DEBUG=1): check the world after each system and name the faulty system. Results stay
-the same. The checks are too slow to be on by default.
+"""Debug mode (ECS_ECO_DEBUG=1): check the world after each system and name the faulty system. Results do not
+change. The checks are too slow to be on by default.
 
 `invariants` checks conditions that must always be true, `comparison` compares the world before and after a
 system, and `watch` runs the checks. Data written into a world from outside is always checked, by

@@ -1,4 +1,4 @@
-"""Heavy columns (brains, rollouts) in blocks of fixed size, so that growth copies nothing."""
+"""Heavy columns (brains, rollouts) stored in fixed-size blocks, so that growing copies nothing."""
 
 from collections.abc import Iterator
 from typing import TypeAlias
@@ -12,7 +12,7 @@ from ecs_eco.engine.addresses import address_of, column_at
 
 Rows: TypeAlias = int | np.integer | slice | np.ndarray
 BLOCK = 256  # rows per block
-SPARE = 16  # readable numbers after a block: vector loads of the last row extend beyond it
+SPARE = 16  # padding after a block: vector loads of the last row extend beyond it
 
 
 class Blocked:
@@ -52,8 +52,7 @@ class Blocked:
         return self
 
     def by_address(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the addresses of the blocks and one block, the form in which kernels take a column that has
-        rows."""
+        """Return the addresses of the blocks, and one block: the form in which kernels take a column."""
         return self.addresses, self.blocks[0]
 
     def copy(self) -> np.ndarray:
@@ -126,7 +125,7 @@ def flat_block_of(row, column):
 
 @njit
 def apart(row, other, column):
-    """Return the distance, in numbers, from one row to another in a column `by_address`."""
+    """Return the distance, in array elements, from one row to another in a column `by_address`."""
     addresses, like = column
     blocks = np.int64(addresses[other // BLOCK]) - np.int64(addresses[row // BLOCK])
     return blocks // like.itemsize + (other % BLOCK - row % BLOCK) * (like.size // BLOCK)

@@ -43,7 +43,7 @@ class Problem:
     """One problem in a configuration."""
 
     key: tuple[str | int, ...]  # location, for example ("species", "deer", "sensors", 1, "target")
-    what: str  # what is wrong, in words
+    what: str  # what is wrong
     value: object = MISSING  # the value in the file
     allowed: str = ""  # what is expected
     nearest: str = ""  # the valid name most similar to the value

@@ -70,7 +70,7 @@ class Type:
         if unknown:
             raise ValueError(
                 f"{where}: the shape {self!r} needs the size {unknown[0]!r}; "
-                f"declared are {sorted(dims) or 'none'}"
+                f"declared: {sorted(dims) or 'none'}"
             )
         return tuple(dims[d] if isinstance(d, str) else d for d in self.shape)
 
@@ -161,7 +161,7 @@ class Columns:
                     f"write into it: {name}[rows] = …"
                 )
         self.__dict__[name] = value
-        Columns.replaced = object()  # done last, so that earlier readers look again
+        Columns.replaced = object()  # last, so that earlier readers look again
 
 
 class Handle:

@@ -17,7 +17,7 @@ TURN = random.LOT + (3 << 8)  # the purpose of draws for the order of tables
 
 
 class System(Scheduled):
-    """A behavior of all entities that have the components in `needs`, carried out once per tick.
+    """A behavior of all entities that have the components in `needs`; it runs once per tick.
 
     Subclass it, set `needs` and `phase`, implement `update`, and pass an instance to
     `World.add_system`.
@@ -126,7 +126,7 @@ class System(Scheduled):
 
         Notes
         -----
-        This method is called for each such table in the order in which tables were added; if tables compete
-        (`competes`), a random order is drawn in each tick.
+        This method is called for each such table in the order in which tables were added or, if they compete
+        (`competes`), in a random order drawn each tick.
         """
         raise NotImplementedError(f"{type(self).__name__} defines neither update(table, world) nor process()")

@@ -505,7 +505,7 @@ class Table(dict[type, Any]):
             self.newborn.clear()
             self.gone.clear()
         self.version += 1
-        if 4 * rows.size > self.n:  # starting afresh is as fast
+        if 4 * rows.size > self.n:  # starting over is as fast
             self.steady = (-1, -1)
         else:
             if rows.size:
@@ -539,7 +539,8 @@ class Table(dict[type, Any]):
         rows = np.asarray(rows, np.int64)
         if not np.array_equal(np.sort(rows), self.rows()):
             raise ValueError(
-                f"table {self.name!r}: reorder takes its {self.n} living rows, each once; got {rows.size} others"
+                f"table {self.name!r}: reorder needs its {self.n} living rows, each once; "
+                f"got {rows.size} that differ"
             )
         rest = np.setdiff1d(np.arange(self.capacity), rows)
         order = np.concatenate([rows, rest])

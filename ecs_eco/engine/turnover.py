@@ -20,7 +20,7 @@ class _OfWorld(Processor):
 
 
 class Deaths(_OfWorld):
-    """The end of the phase `die`, at which rows of dying entities are freed."""
+    """The end of the phase `die`, when rows of dying entities are freed."""
 
     label = "the deaths of the phase die"
 
@@ -30,7 +30,7 @@ class Deaths(_OfWorld):
 
 
 class Births(_OfWorld):
-    """The end of the phase `reproduce`, at which newborns get their rows."""
+    """The end of the phase `reproduce`, when newborns get their rows."""
 
     label = "the births of the phase reproduce"
 
@@ -40,7 +40,7 @@ class Births(_OfWorld):
 
 
 class Touched(_OfWorld):
-    """The step after a plain processor, which can move entities or write values that kernels cannot
+    """The check after a plain processor, which can move entities or write values that kernels cannot
     handle."""
 
     def __init__(self, world: LivingWorld, after: Processor) -> None:

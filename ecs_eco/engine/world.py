@@ -242,8 +242,8 @@ class World:
         name : str
             Name of the table.
         *components : object
-            Components with the newborns' values; other fields have the table's defaults. On a torus, a
-            position beyond the edge is wrapped around.
+            Components with the newborns' values; other fields have the table's defaults. On a torus,
+            positions beyond the edge wrap around.
         n : int, default 1
             Number of newborns.
         parent : int, default 0
@@ -500,10 +500,10 @@ class World:
     # --- births and deaths -----------------------------------------------------------------------------------
 
     def flush(self) -> None:
-        """Carry out all requested deaths, then all requested births.
+        """Apply all requested deaths, then all requested births.
 
-        `run` does this in every tick, at the ends of the phases `die` and `reproduce`. Call it for requests
-        between ticks.
+        `run` does this in every tick, at the ends of the phases `die` and `reproduce`. Call it to apply
+        requests made between ticks.
 
         Examples
         --------

@@ -48,7 +48,7 @@ class Components(dict[type, Any]):
             super().__delitem__(kind)
 
     def clear(self) -> None:
-        """Refuse `esper.clear_database`, which calls this first."""
+        """Reject `esper.clear_database`, which calls this first."""
         esper._entity_count = self.registry.numbers  # `esper.clear_database` has replaced it
         self.registry.refuse(
             "clear_database",
@@ -205,9 +205,9 @@ class Events(dict[str, Any]):
 
 
 class Handlers:
-    """Weak references to the handlers for one event, which are called in the order in which they were set.
+    """Weak references to the handlers for one event, called in the order they were set.
 
-    A garbage-collected handler is removed whichever world esper shows, and methods can be removed;
+    A garbage-collected handler is removed no matter which world esper shows, and methods can be removed;
     esper's own sets support neither.
     """
 

@@ -74,7 +74,7 @@ class Entity(dict[type, Any]):
                     handle._columns, handle._row = new._columns, row
 
     def __setitem__(self, kind: type, thing: object) -> None:
-        """Add a plain object, but refuse a column, for `esper.add_component`."""
+        """Add a plain object, but reject a column, for `esper.add_component`."""
         if not (is_column(kind) or isinstance(thing, Handle)):
             super().__setitem__(kind, thing)
             return

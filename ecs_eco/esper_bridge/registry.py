@@ -307,7 +307,7 @@ class Registry:
             self._changed()
 
     def delete(self, number: int, immediate: bool = False) -> None:
-        """Kill an entity at the end of the phase `die` or, between ticks and if `immediate`, at once. Raises
+        """Kill an entity at the end of the phase `die` or, if `immediate` between ticks, at once. Raises
         KeyError if it is not alive."""
         world, entity = self.world(), self.entities[number]
         if entity.row == WAITING:

@@ -1,4 +1,4 @@
-"""Run an archipelago: all islands run to the next barrier, the manifest is written, and so on."""
+"""Run an archipelago from barrier to barrier, writing its manifest at each one."""
 
 import time
 from collections.abc import Callable, Mapping
@@ -228,9 +228,7 @@ class Archipelago:
         called_with("progress", progress, "done", "total")
         until = self.manifest["ticks"] if until is None else until
         if until < self.tick:
-            raise RecordingError(
-                f"{self.folder}: is already at tick {self.tick}; until {until} is before that"
-            )
+            raise RecordingError(f"{self.folder}: is already at tick {self.tick}, later than until={until}")
         self.manifest |= {"ticks": until, "finished": self.tick >= until}
         start, spent = time.perf_counter(), float(self.manifest["wall_seconds"])
         with Claim(self.folder) if claim is None else nullcontext(), engine(on, workers) as pool:

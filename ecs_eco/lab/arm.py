@@ -1,5 +1,4 @@
-"""Arms of a comparison: the unchanged world and the world under each treatment, with the policies of their
-runs."""
+"""Arms of a comparison: the unchanged world and the world under each treatment, with their policies."""
 
 import hashlib
 import re
@@ -90,7 +89,7 @@ def folder_name(treatment: str) -> str:
 
 
 def problems_of_policies(policies: str, species: Sequence[str], base: Path = Path()) -> Iterator[Problem]:
-    """Yield problems if `policies` is neither a known word nor a folder with a file for each species."""
+    """Yield problems if `policies` is neither a known name nor a folder with a file for each species."""
     allowed = "trained, random, untrained, or a folder written by `ecs-eco train`"
     if policies not in POLICIES and not (base / policies).is_dir():
         fault = "no such folder"
@@ -98,7 +97,7 @@ def problems_of_policies(policies: str, species: Sequence[str], base: Path = Pat
     elif policies not in POLICIES:
         for name in species:
             if not (base / policies / f"{name}.safetensors").is_file():
-                fault = f"{name}.safetensors is missing in the folder"
+                fault = f"{name}.safetensors is missing from the folder"
                 yield Problem(("policies",), fault, policies, allowed)
 
 
@@ -113,7 +112,7 @@ def check_training(arms: Sequence[Arm], training_seeds: int | None, retrain: boo
     treated = [(arm, arm.treatment) for arm in arms if arm.treatment is not None]
     for arm, treatment in treated:
         if treatment.needs_learning and not retrain and not arm.learns:
-            fault = "changes only learning, and nothing learns here"
+            fault = "changes only learning, but nothing learns here"
             raise refusal((), fault, treatment.name, "--retrain --training-seeds N as well", source=OPTION)
     if retrain and training_seeds is None:
         raise refusal((), "nothing is trained", "", "--retrain with --training-seeds N", source="--retrain")
@@ -130,5 +129,5 @@ def check_training(arms: Sequence[Arm], training_seeds: int | None, retrain: boo
         raise refusal((), "no treatment changes a value", "", allowed, source="--retrain")
     for treatment in changed:
         if not retrain and treatment.name.strip().startswith("training."):
-            fault = "changes only the training, but all arms run with the same policies"
+            fault = "changes only training, but all arms run with the same policies"
             raise refusal((), fault, treatment.name, "--retrain as well", source=OPTION)

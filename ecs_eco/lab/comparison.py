@@ -1,4 +1,4 @@
-"""A comparison: a world, unchanged and under treatments, run with the same seeds and stored in one folder. In
+"""A comparison: a world with and without treatments, run with the same seeds and stored in one folder. In
 Python, `compare` does all of this on any executor; `ecs-eco compare` adds a progress bar and a table."""
 
 from collections.abc import Callable, Mapping, Sequence
@@ -42,7 +42,7 @@ class Planned(Container):
     FILE: ClassVar = "plan.json"
     KIND: ClassVar = "comparison"
     COMMAND: ClassVar = "compare"
-    OTHER: ClassVar = "holds another comparison"
+    OTHER: ClassVar = "contains another comparison"
     DECIDES: ClassVar = ("world", "ticks", "training seeds", "retrain")
     GROWS: ClassVar = True
 
@@ -94,7 +94,8 @@ class Training(NamedTuple):
 
     @property
     def done(self) -> bool:
-        """Whether the training is done. Raises ForeignFile if its folder contains another training run."""
+        """Whether the policies are trained. Raises ForeignFile if its folder contains another training
+        run."""
         return is_trained(*self)
 
 
@@ -103,7 +104,7 @@ Jobs = Mapping[Key, Run | Training]
 
 @dataclass(frozen=True)
 class Comparison:
-    """The arms (the unchanged world first), the seeds with which each arm runs, and their folder."""
+    """The arms (the unchanged world first), the seeds of each arm, and their folder."""
 
     folder: Path
     arms: Sequence[Arm]
@@ -260,7 +261,7 @@ def compare(
     workers: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> dict[str, Any]:
-    """Run a world, unchanged and under treatments, with the same seeds, and compare the outcomes.
+    """Run a world with and without treatments, using the same seeds, and compare the outcomes.
 
     Parameters
     ----------

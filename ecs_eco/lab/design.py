@@ -249,7 +249,7 @@ def _vain(file: PlanFile, point: Point) -> Problem | None:
         if key_of(name)[0] == "training" and not file.plan.retrain:
             return Problem(
                 entry.place,
-                "changes only the training, but all jobs run with the same policies",
+                "changes only training, but all jobs run with the same policies",
                 entry.value,
                 "retrain = true as well",
             )

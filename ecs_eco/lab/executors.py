@@ -50,7 +50,7 @@ def executor(on: str = LOCAL, workers: int | None = None) -> Executor:
 
 
 def engine(on: str | Executor = LOCAL, workers: int | None = None) -> AbstractContextManager[Executor]:
-    """Return a context manager for an executor: a new one, or the one that is passed, which keeps running.
+    """Return a context manager for an executor: a new one, or the given one, which stays open.
 
     If an exception leaves the block, a new executor is shut down at once.
     """

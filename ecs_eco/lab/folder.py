@@ -34,7 +34,7 @@ class Manifest(Container):
     FILE: ClassVar = SWEEP
     KIND: ClassVar = "sweep"
     COMMAND: ClassVar = "sweep"
-    OTHER: ClassVar = "holds the sweep of another plan"
+    OTHER: ClassVar = "contains the sweep of another plan"
     DECIDES: ClassVar = ("plan", "jobs")
 
     kind: Literal["sweep"]
@@ -55,7 +55,7 @@ class Manifest(Container):
         known = {None, *(training.name for training in self.trainings)}
         for number, job in enumerate(self.jobs):
             if job.number != number or job.training not in known:
-                raise ValueError(f"jobs.{number}: has a wrong number or an unlisted training")
+                raise ValueError(f"jobs.{number}: has a wrong number or an unlisted training run")
         return self
 
     @classmethod

@@ -1,4 +1,4 @@
-"""Run one island from one barrier to the next, a task that gives the same result if repeated on any machine."""
+"""Run one island from one barrier to the next. Repeating this task gives the same result on any machine."""
 
 import threading
 import time
@@ -29,7 +29,7 @@ OWN = {"uid": np.dtype(np.uint64), "born": np.dtype(np.int64), "to": np.dtype(np
 
 
 def write_migrants(path: Path, archipelago: str, world: World) -> dict[str, dict[str, int]]:
-    """Write to an island's run folder the migrants that leave it before its next tick, with the archipelago's
+    """Write the migrants that leave an island before its next tick to its run folder, with the archipelago's
     hash; return their numbers: species → island → number."""
     islands = world.config.archipelago
     leaving = copied(world)
@@ -233,8 +233,7 @@ def config_of(root: Path, plan: Mapping[str, Any], trust: bool, name: str) -> Wo
 
 
 def _forget_others(path: Path, start: int) -> None:
-    """Remove an island's checkpoints after a tick, which will be written again, and old checkpoints before
-    it."""
+    """Remove an island's checkpoints after a tick, because they will be rewritten, and its older ones."""
     files = sorted((path / "checkpoints").glob(f"tick-*{checkpoint.SUFFIX}"))
     before = [file for file in files if checkpoint.tick_of(file) <= start]
     for file in [file for file in files if file not in before] + before[:-KEEP]:

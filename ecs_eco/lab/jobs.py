@@ -158,7 +158,7 @@ def read_done(sweep: Sweep, number: int) -> dict[str, Any] | None:
     wanted = _identity(sweep, job)
     if different := [key for key, value in wanted.items() if done[key] != value]:
         raise ForeignFile(
-            f"{path}: is from another job ({', '.join(different)}) than {job}; remove its folder"
+            f"{path}: belongs to another job ({', '.join(different)}), not to {job}; remove its folder"
         )
     return done
 
@@ -248,7 +248,8 @@ def _opened(folder: str | Path, allowed: Collection[str]) -> Sweep:
 
 
 def _noting(path: Path, ticks: int) -> Callable[[int, int], None]:
-    """Return a progress function that periodically writes to a file the current tick and when ticks began."""
+    """Return a progress function that periodically writes the current tick and the time of the first tick to
+    a file."""
     last = 0.0
     begin: dict[str, Any] = {"pid": os.getpid(), "host": socket.gethostname(), "ticks": ticks}
 

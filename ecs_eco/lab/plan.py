@@ -35,8 +35,8 @@ class Hypercube(Section):
     """Points spread evenly over any number of ranges."""
 
     points: int = quantity("points", "1", ge=1, le=MOST_JOBS)
-    seed: Seed = about("seed of the points", 0)
-    ranges: dict[str, Range] = about("[low, high] for each number, by dotted key")
+    seed: Seed = about("seed for drawing the points", 0)
+    ranges: dict[str, Range] = about("[low, high] for each value, by dotted key")
 
 
 class Plan(Section):

@@ -44,8 +44,8 @@ def begin_worker() -> None:
 def end_with_parent() -> None:
     """Send SIGTERM to this process when its parent ends; call this when a worker starts.
 
-    A pool's workers hold both ends of the pipe on which they wait: if their parent were killed, they would
-    continue with all queued calls.
+    A pool's workers hold both ends of the pipe they wait on, so if their parent were killed, they would keep
+    running queued calls.
     """
     parent = multiprocessing.parent_process()
     if parent is None:
@@ -75,8 +75,8 @@ def finishing() -> Iterator[None]:
     """Raise KeyboardInterrupt within this context when the worker is asked to end, so that it can save its
     state.
 
-    Outside workers, this has no effect: Ctrl-C raises KeyboardInterrupt anyway, and threads other than the
-    main thread, in which Dask workers run their calls, receive no signals.
+    Outside workers, this has no effect: Ctrl-C raises KeyboardInterrupt anyway, and Dask workers run calls
+    outside the main thread, where no signals arrive.
     """
     if multiprocessing.parent_process() is None or threading.current_thread() is not threading.main_thread():
         yield
@@ -115,7 +115,7 @@ class Pool(Executor):
         if workers < 1:
             raise ValueError(f"workers must be 1 or more, got {workers}")
         self.workers = workers
-        self.at_once = workers + 1  # submitted at a time: no worker waits, and few calls can be lost
+        self.at_once = workers + 1  # calls submitted at a time: no worker waits, and few calls can be lost
         self._processes: ProcessPoolExecutor | None = None
 
     def submit(self, fn: Callable[..., Result], /, *args: Any, **kwargs: Any) -> Future[Result]:

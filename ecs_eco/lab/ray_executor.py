@@ -34,7 +34,7 @@ class WorkerLost(RuntimeError):
 
 
 class Imported(list[str]):
-    """Module folders for Ray's workers: only those of Ray's additions that this process uses. Ray
+    """Module folders for Ray's workers: of those that Ray adds, only the ones that this process uses. Ray
     always adds the current folder, whose modules would shadow all other modules."""
 
     def extend(self, folders: Iterable[str]) -> None:
@@ -139,7 +139,7 @@ class RayExecutor(Executor):
             Thread(target=self._leave, args=(calls,), daemon=True).start()
 
     def terminate(self) -> None:
-        """Ask all calls to stop after writing a last checkpoint. `submit` can be called again afterwards."""
+        """Ask all calls to stop after writing a last checkpoint. `submit` can be called again afterward."""
         stopped = [call.reference for call in tuple(self.calls) if call.cancel()]
         if stopped:
             _, late = self.ray.wait(stopped, num_returns=len(stopped), timeout=GRACE, fetch_local=False)

@@ -77,7 +77,7 @@ def by_point(rows: Sequence[Row], key: str, outcome: Outcome) -> list[Answer]:
 
 
 def interval(rows: Sequence[Row], outcome: Outcome) -> Interval:
-    """Return the mean of an outcome over seeds with its 95% interval, or NaN if no run has a number. Training
+    """Return the mean of an outcome over seeds with its 95% interval, or NaN if no run has a value. Training
     seeds and world seeds are both replicates.
     """
     table = _table(rows, outcome.column)
@@ -116,7 +116,7 @@ def group(rows: Sequence[Row], of: Callable[[Row], Any]) -> dict[Any, list[Row]]
     return parts
 
 
-FEW = 12  # maximum number of values drawn as one point each; with more, each point of the hypercube is drawn
+FEW = 12  # with more values, each point of the hypercube is drawn instead of one point per value
 CELLS = 9 * 9  # maximum number of heat-map cells that show numbers
 LABELS = 48  # maximum number of characters under a panel before labels are rotated
 

@@ -85,7 +85,7 @@ def check_run(folder: Path, manifest: dict[str, Any], arm: Arm, seed: int) -> No
     if different:
         shown = ", ".join(f"{key} {manifest.get(key)}" if key == "seed" else key for key in different)
         raise ForeignFile(
-            f"{folder / 'manifest.json'}: belongs to another run ({shown}) than {arm.name}, seed {seed}; "
+            f"{folder / 'manifest.json'}: belongs to another run ({shown}), not to {arm.name}, seed {seed}; "
             "remove the folder, or choose another with --out"
         )
     if why := portable.other_mode(manifest):

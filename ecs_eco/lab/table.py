@@ -141,7 +141,7 @@ _RESPONSE = (
     "seed's mean over the other values is computed first."
 )
 _POINTS = "For a hypercube, each point is shown: its mean with the 95% interval over seeds."
-_HEAT = "Means over seeds and all other varied values; cells are empty if no run has a number."
+_HEAT = "Means over seeds and all other varied values; cells are empty if no run has a value."
 
 
 def write_page(sweep: Sweep, rows: Sequence[Row], failed: dict[int, str]) -> Path:
@@ -162,7 +162,7 @@ def write_page(sweep: Sweep, rows: Sequence[Row], failed: dict[int, str]) -> Pat
 
 
 def lines_of(sweep: Sweep, rows: Sequence[Row]) -> tuple[str, ...]:
-    """Return a sentence for each treatment on the number of runs in which all species persist."""
+    """Return, for each treatment, a sentence with the number of runs in which all species persist."""
     out = []
     for treatment, part in group(rows, lambda row: row["treatment"]).items():
         kept = sum(row["persisted"] for row in part)

@@ -37,7 +37,7 @@ def train_or_find(
             if not is_trained(folder, config, seed, ticks, verify=verify):
                 if not remove(folder, WRITTEN):
                     raise RecordingError(
-                        f"{folder}: has no {FILE}, but contains files that no training writes; move them "
+                        f"{folder}: has no {FILE}, but contains files that no training run writes; move them "
                         "away, or choose another folder"
                     )
                 _keep(part, folder)
@@ -61,14 +61,14 @@ def is_trained(
         there, here = (
             ", ".join(f"{key} {values.get(key)}" for key in different) for values in (training, wanted)
         )
-        raise ForeignFile(f"{path}: belongs to another training: {there}, not {here}")
+        raise ForeignFile(f"{path}: belongs to another training run: {there}, not {here}")
     hashes = training.get("weights")
     for name in species_with_policy(config):
         file = folder / f"{name}.safetensors"
         if not file.is_file():
             raise RecordingError(f"{file}: is missing; remove its folder to train again")
         if not isinstance(hashes, dict) or hashes.get(name) != hash_of(file):
-            raise ForeignFile(f"{file}: is not the policy written by this training")
+            raise ForeignFile(f"{file}: is not the policy written by this training run")
     return True
 
 

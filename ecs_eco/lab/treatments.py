@@ -111,7 +111,7 @@ def _depends_on_light(config: WorldConfig, name: str) -> bool:
     return bool(re.search(rf"\b{re.escape(light)}\b", happiness.formula))
 
 
-Policies: TypeAlias = str | dict[str, str]  # a word or folder, for all species or by species
+Policies: TypeAlias = str | dict[str, str]  # a name or folder, for all species or by species
 OPTION = "--treatment"  # the option that sets treatments, for error messages
 ABSENT = "no-"  # followed by a species' name: the world without that species
 
@@ -142,7 +142,7 @@ class Treatment:
     summary: str
     changes: Callable[[WorldConfig], dict[str, Any]] | None = None  # values by dotted key
     assignment: str = ""  # KEY=VALUE, if this is the only change
-    policies: Policies = "trained"  # a word for all species, or a dict: species → word
+    policies: Policies = "trained"  # a name for all species, or a dict: species → name
     learn: bool | None = None  # whether policies learn during runs; None: as in the world file
     at_build: bool = False  # whether it is in `ecs_eco.life.treatments`
     needs_learning: bool = False  # whether it has no effect on runs without learning

@@ -145,7 +145,7 @@ def interleaved(groups: Sequence[Sequence[Item]]) -> list[Item]:
     """Return the items of groups, ordered so that at every point, groups and positions within groups have
     advanced as evenly as possible; for groups of equal size, counts differ by at most one."""
     n, most = len(groups), max(map(len, groups), default=0)
-    again = math.lcm(n, most)  # from here on, the same groups would meet the same positions
+    again = math.lcm(n, most)  # after this many items, the same pairs of group and position would recur
     at = ((k % n, (k + k // again) % most) for k in range(n * most))
     return [groups[i][j] for i, j in at if j < len(groups[i])]
 

@@ -1,4 +1,4 @@
-"""Checkpoints: one file with everything that determines a world's future, from which it resumes bit for bit.
+"""Checkpoints: one file with everything that determines a world's future, so that it resumes bit for bit.
 
 A checkpoint is a safetensors file. Its tensors are the columns of living organisms, fields, weights,
 optimizers, rollouts and the state of every other object with `state()`. Its metadata contains `meta` (JSON:

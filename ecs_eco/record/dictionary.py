@@ -194,7 +194,7 @@ def _happiness(table: Table) -> str:
 
 
 def _means(table: Table) -> dict[str, str]:
-    """Return the definition, a mean, of each field that a species smells with several sensors."""
+    """Return the definition of each field that a species smells with several sensors: their mean."""
     noses: dict[str, list[str]] = {}
     for sensor in getattr(table.species.section, "sensors", ()):
         if isinstance(sensor, Smell):

@@ -122,7 +122,7 @@ def leftovers(path: Path) -> list[Path]:
 
 
 def git_commit() -> str | None:
-    """Return the commit of the checkout from which the package runs, or None."""
+    """Return the commit of the checkout that the package runs from, or None."""
     try:
         done = subprocess.run(
             ["git", "rev-parse", "HEAD"],

@@ -49,8 +49,8 @@ def genes_of(table: "Table") -> dict[str, Any] | None:
     and one of the following: `values`, one for each codon in order; the numeric `range` of its codons; or the
     number of `weights` in a network. It has `dominance` if there are two strings, and `whole` if its values
     are integers. `derived` traits, if any, have a `formula` over genes and the limits `low` and `high`. If
-    the length of strings varies, a gene has a `promoter` that precedes its letters instead of a position, the
-    rule `doubled` for several copies, and the value `without` any copy; the genome has `longest` and the
+    strings vary in length, a gene has no position but a `promoter` that precedes its letters, the rule
+    `doubled` for several copies, and the value `without` any copy; the genome has `longest` and the
     `separator` between two strings.
     """
     layout: Any = getattr(table.species.heredity, "layout", None)

@@ -104,7 +104,7 @@ class LearningPages:
 
     @property
     def words(self) -> dict[str, list[str]]:
-        """Return the words that numbers in columns stand for: column → words."""
+        """Return the strings that numbers in columns stand for: column → strings."""
         return {"species": self.names, "action": self.actions}
 
     def flush(self, sink: Callable[[str, dict[str, np.ndarray]], None] | None) -> None:

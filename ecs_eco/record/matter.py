@@ -56,7 +56,7 @@ class MatterPages:
 
     @property
     def words(self) -> dict[str, list[str]]:
-        """Return the words that numbers in columns stand for: column → words."""
+        """Return the strings that numbers in columns stand for: column → strings."""
         return {"holder": self.books.names, "substance": self.substances}
 
     def flush(self, sink: Callable[[str, dict[str, np.ndarray]], None] | None) -> None:

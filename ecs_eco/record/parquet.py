@@ -79,7 +79,7 @@ def to_numpy(column: pa.ChunkedArray) -> np.ndarray:
 
 
 def to_codes(column: pa.ChunkedArray) -> tuple[list[str], np.ndarray]:
-    """Return the distinct words of a text column without nulls, and the index of each row's word."""
+    """Return the distinct strings of a text column without nulls, and the index of each row's string."""
     column = column.cast(pa.string()).combine_chunks().dictionary_encode()
     if isinstance(column, pa.ChunkedArray):
         column = column.combine_chunks()

@@ -98,6 +98,6 @@ def load_plain(
             except (ImportError, AttributeError) as error:
                 module = name.partition(":")[0]
                 raise CheckpointError(
-                    f"{where}: organism {uid} has a component {name}, and {module} does not have: {error}"
+                    f"{where}: organism {uid} has a component {name}, which is not in {module}: {error}"
                 ) from None
             esper.add_component(world.entity(int(uid)), kind.restore(under(arrays, f"plain/{i}/")))

@@ -416,7 +416,7 @@ class Recorder(System):
         return self.learning.series("actions")
 
     def words(self, kind: str) -> dict[str, list[str]]:
-        """Return the words that numbers in the columns of a kind of block stand for: column → words."""
+        """Return the strings that numbers in one kind of block stand for: column → strings."""
         if kind in MIGRATION and self.migrations is not None:
             return self.learning.words | self.migrations.words
         return self._pages[kind].words if kind in self._pages else self.learning.words

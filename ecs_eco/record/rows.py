@@ -100,9 +100,9 @@ def note_deaths(
     died: np.ndarray,
     into: Rows | None,
 ) -> None:
-    """Add the losses of dying organisms in rows i64[k] to page f64[species, columns] of the ledger, and,
-    within a tick, also their flows; between ticks, the page already contains the flows. Count their causes in
-    `died` i32[256]; record them in `into`. `columns` contains the addresses from the table's `noted_of`."""
+    """Add the losses of dying organisms in rows i64[k] to page f64[species, columns] of the ledger. Within a
+    tick, also add their flows; between ticks, the page already contains these. Count their causes in `died`
+    i32[256]; record them in `into`. `columns` contains the addresses from the table's `noted_of`."""
     first = 0 if ticking else len(FLOWS)
     if rows.size > SUMMED and Metabolism in table:
         m = table[Metabolism]

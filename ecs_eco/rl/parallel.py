@@ -193,9 +193,8 @@ class Parallel(Shown, ParallelEnv):
         self.agents = []
 
     def _see(self, sensed: Sensed, before: dict[int, Agent]) -> tuple[np.ndarray, bool]:
-        """Make all sensing organisms agents, in order of uid; return their observations f32[n,
-        channels], and whether the episode ends here because its time is up or the pool has run out of names; in
-        that case, newborns are omitted."""
+        """Make all sensing organisms agents, in order of uid. Return their observations f32[n, channels] and
+        whether the episode ends here: its time is up, or the pool has no name left. If so, omit newborns."""
         order = np.argsort(sensed.uid)
         uids = sensed.uid[order].tolist()
         if self.pool is not None:

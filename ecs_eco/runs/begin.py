@@ -153,7 +153,7 @@ def config_of(
 
 
 def policies_as_json(policies: Policies) -> Any:
-    """Return the initial policies in JSON form: a word or a folder, or a dict of these by species."""
+    """Return the initial policies in JSON form: a name or a folder, or a dict of these by species."""
     return (
         {name: str(source) for name, source in policies.items()}
         if isinstance(policies, Mapping)

@@ -1,4 +1,4 @@
-"""Repeats a recorded run from the same start, with all interventions that were carried out."""
+"""Repeats a recorded run from its start, with all interventions that were carried out."""
 
 from __future__ import annotations
 

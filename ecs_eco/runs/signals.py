@@ -15,8 +15,8 @@ from ecs_eco.ecosystem import World
 def stopping(world: World) -> Iterator[Callable[[], None]]:
     """Make SIGINT and SIGTERM stop the world at the end of its tick; a second signal stops it at once.
 
-    Yields a function to call afterwards if the world had already ended: it passes the signals on to
-    previously installed handlers, such as the handler that ends a worker.
+    Yields a function to call afterward if the world had already ended: it passes the signals on to previously
+    installed handlers, such as the handler that ends a worker.
     """
     world.stopping = world.stopped = False
     if threading.current_thread() is not threading.main_thread():

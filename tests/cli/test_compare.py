@@ -114,7 +114,7 @@ def test_a_folder_is_gone_on_with_by_the_same_comparison_alone(here: Path) -> No
     output = invoke(
         "--training-seeds", "2", "--ticks", "11", "--set", "species.deer.count=9", "--out", "out", code=2
     )
-    assert "holds another comparison: ticks, the arm world" in output
+    assert "contains another comparison: ticks, the arm world" in output
     (out / "plan.json").write_text("[")
     assert "plan.json: is damaged" in invoke("--ticks", "11", "--out", "out", code=2)
 
@@ -124,8 +124,8 @@ def test_a_folder_is_gone_on_with_by_the_same_comparison_alone(here: Path) -> No
     [
         (["--retrain"], "nothing is trained"),
         (["--training-seeds", "2", "--retrain"], "no treatment changes a value"),
-        (["--training-seeds", "2", "--treatment", "training.average=0.5"], "changes only the training"),
-        (["--training-seeds", "2", "--control", "training.average=0.5"], "changes only the training"),
+        (["--training-seeds", "2", "--treatment", "training.average=0.5"], "changes only training"),
+        (["--training-seeds", "2", "--control", "training.average=0.5"], "changes only training"),
         (["--training-seeds", "0"], "an integer from 1"),
         (["--training-seeds", "2", "--policies", "random"], "only one of these options"),
         (["--policies", "nowhere"], "no such folder"),

@@ -40,7 +40,7 @@ def test_it_says_what_results_depend_on():
         "GB",
         "browser",
         "threads",
-        "tried with numba",
+        "tested with numba",
     ):
         assert word in result.output, word
     assert "Self-test" not in result.output

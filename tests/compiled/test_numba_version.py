@@ -52,14 +52,14 @@ def installed(monkeypatch, number):
 def test_a_version_that_was_tried_compiles_with_private_names(monkeypatch, number):
     installed(monkeypatch, number)
     assert not plain()
-    assert f"with private names of numba; tried with numba {TRIED[0]}" in summary()
+    assert f"with private names of numba; tested with numba {TRIED[0]}" in summary()
 
 
 @pytest.mark.parametrize("number", ["0.61.2", "0.680.0", "1.0.0"])
 def test_an_untried_version_compiles_plainly_and_says_so_once(monkeypatch, number):
     installed(monkeypatch, number)
     with pytest.warns(
-        RuntimeWarning, match=rf"numba {number} was not tried .* {TRIED[-1]} were.*{VARIABLE}=1"
+        RuntimeWarning, match=rf"numba {number} was not tested .* {TRIED[-1]} were.*{VARIABLE}=1"
     ):
         assert plain()
     with warnings.catch_warnings():

@@ -110,7 +110,7 @@ def test_a_size_that_nobody_gave_is_named():
     with pytest.raises(
         ValueError,
         match=r"Fur.rings in table 'cat': "
-        r"the shape uint8\[legs\] needs the size 'legs'; declared are none",
+        r"the shape uint8\[legs\] needs the size 'legs'; declared: none",
     ):
         Table("cat", (Fur,))
 

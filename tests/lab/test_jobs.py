@@ -86,7 +86,7 @@ def test_what_is_done_of_another_job_is_refused(tmp_path: Path) -> None:
     run_job(sweep.folder, 0)
     sweep.job_folder(1).mkdir()
     (sweep.job_folder(0) / "done.json").rename(sweep.job_folder(1) / "done.json")
-    with pytest.raises(ForeignFile, match=r"is from another job \(number, world_seed\)"):
+    with pytest.raises(ForeignFile, match=r"belongs to another job \(number, world_seed\)"):
         run_job(sweep.folder, 1)
     (sweep.job_folder(0) / "run").rename(sweep.job_folder(2))
     with pytest.raises(ConfigError, match=r"no such job; expected: a number from 0 to 3"):

@@ -54,7 +54,7 @@ def test_a_run_of_another_seed_or_arm_is_refused(tmp_path: Path) -> None:
     arm = Arm("world", load("predator-prey", FEW))
     run_to_folder(arm.config, seed=1, ticks=2, out=tmp_path / "run", report=False)
     assert has_run(tmp_path / "run", 2, arm, 1)
-    with pytest.raises(ForeignFile, match="belongs to another run \\(seed 1\\) than world, seed 2"):
+    with pytest.raises(ForeignFile, match="belongs to another run \\(seed 1\\), not to world, seed 2"):
         has_run(tmp_path / "run", 2, arm, 2)
-    with pytest.raises(ForeignFile, match="belongs to another run \\(learn\\) than world, seed 1"):
+    with pytest.raises(ForeignFile, match="belongs to another run \\(learn\\), not to world, seed 1"):
         has_run(tmp_path / "run", 2, replace(arm, learn=True), 1)

@@ -62,7 +62,7 @@ def test_a_sweep_that_is_done_is_left_and_one_of_another_plan_refused(tmp_path: 
     run_sweep(plan, tmp_path / "out", workers=1)
     assert run_sweep(plan, tmp_path / "out", workers=1).done == []
     plan.write_text(PLAN.replace("world_seeds = 2", "world_seeds = 3"))
-    with pytest.raises(ForeignFile, match="holds the sweep of another plan: world_seeds differs"):
+    with pytest.raises(ForeignFile, match="contains the sweep of another plan: world_seeds differs"):
         run_sweep(plan, tmp_path / "out", workers=1)
 
 

@@ -39,13 +39,15 @@ def test_a_training_is_done_once_and_found_afterwards(config, tmp_path: Path) ->
 
 def test_another_training_is_refused(config, tmp_path: Path) -> None:
     folder = train_or_find(tmp_path / "seed-1", config, 1)
-    with pytest.raises(ForeignFile, match="belongs to another training: seed 1, not seed 2"):
+    with pytest.raises(ForeignFile, match="belongs to another training run: seed 1, not seed 2"):
         train_or_find(folder, config, 2)
-    with pytest.raises(ForeignFile, match="belongs to another training: ticks 3, not ticks 4"):
+    with pytest.raises(ForeignFile, match="belongs to another training run: ticks 3, not ticks 4"):
         train_or_find(folder, config, 1, ticks=4)
     assert is_trained(folder, config, 2, verify=False)
     (folder / "deer.safetensors").write_bytes(b"another policy")
-    with pytest.raises(ForeignFile, match=r"deer\.safetensors: is not the policy written by this training"):
+    with pytest.raises(
+        ForeignFile, match=r"deer\.safetensors: is not the policy written by this training run"
+    ):
         is_trained(folder, config, 1)
 
 
@@ -61,7 +63,7 @@ def test_nothing_but_the_rest_of_a_training_is_removed(config, tmp_path: Path) -
     folder.mkdir()
     (folder / "thesis.txt").write_text("mine")
     with pytest.raises(
-        RecordingError, match=r"seed-1: has no training\.json, but contains files that no training writes"
+        RecordingError, match=r"seed-1: has no training\.json, but contains files that no training run writes"
     ):
         train_or_find(folder, config, 1)
     assert (folder / "thesis.txt").read_text() == "mine"

@@ -171,7 +171,7 @@ def test_reorder_refuses_what_are_not_the_living_rows():
     world.spawn("ant", n=3)
     world.flush()
     for rows in ([0, 1], [0, 1, 1], [0, 1, 5]):
-        with pytest.raises(ValueError, match="reorder takes its 3 living rows, each once"):
+        with pytest.raises(ValueError, match="reorder needs its 3 living rows, each once"):
             table.reorder(np.array(rows))
 
 

@@ -1,4 +1,4 @@
-"""Search for values with which a world persists: candidates, evaluation, optimizer, importance.
+"""Search for values that let a world persist: candidates, evaluation, optimizer, importance.
 
 The settings of a search are in the world file (`ecs_eco.config.models.search`); statistics of single runs
 belong in `ecs_eco.analysis`.

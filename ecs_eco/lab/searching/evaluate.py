@@ -1,5 +1,5 @@
-"""Evaluate a candidate in its own process, stage by stage until it is hopeless. Outcomes depend only on its
-values and seeds; the stage that it reaches also depends on earlier candidates."""
+"""Evaluate a candidate in its own process, stage by stage, and stop once it is hopeless. Outcomes depend only
+on its values and seeds; the stage that it reaches also depends on earlier candidates."""
 
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -133,7 +133,7 @@ def evaluate(job: Job) -> dict[str, Any]:
 
 
 class Life:
-    """One run of a candidate, which is continued in later stages."""
+    """One run of a candidate, continued in later stages."""
 
     def __init__(self, config: WorldConfig, job: Job, cell: tuple[int, int]) -> None:
         self.config, self.job, self.cell = config, job, cell

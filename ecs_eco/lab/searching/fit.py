@@ -1,4 +1,4 @@
-"""Compare a run with the measurements in its world's [data] by a few statistics of each."""
+"""Compare a few statistics of a run with those of the measurements in its world's [data]."""
 
 import hashlib
 from collections.abc import Mapping

@@ -126,17 +126,17 @@ def posterior_blocks(sampler: Sampler, result: dict[str, Any], folder: Path) -> 
         drawn(
             marginals(parameters, kept, sampler.plan.start),
             folder / "posterior.svg",
-            "Posterior density of each number on the scale of its range, with "
+            "Posterior density of each parameter on the scale of its range, with "
             "the median and central 90%; the gray line is the prior density.",
         )
     ]
     if len(parameters) > 1:
-        caption = "Pairs of numbers; the area of a dot shows the weight of a candidate."
+        caption = "Pairs of parameters; the area of a dot shows the weight of a candidate."
         shown.append(drawn(pairs(parameters, kept), folder / "posterior-pairs.svg", caption))
     return [
         "<h2>Posterior</h2>",
         told,
-        table(["number", "range", "median", "central 90%"], numbers),
+        table(["parameter", "range", "median", "central 90%"], numbers),
         *shown,
         table(["statistic", "measured", "median of the runs", "central 90%"], statistics),
     ]

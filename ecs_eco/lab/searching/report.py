@@ -49,9 +49,9 @@ def write_page(search: Search, result: dict[str, Any]) -> None:
         *sampled,
         "<h2>The best worlds</h2>",
         _best_table(search, result),
-        "<h2>Course of the search</h2>",
+        "<h2>Progress of the search</h2>",
         drawn(course, folder / "history.svg", caption),
-        "<h2>Importance of the numbers</h2>",
+        "<h2>Importance of the parameters</h2>",
         *_important(search, result, folder),
     ]
     write_text(search.out / "search.html", page(f"Search: {title}", *blocks))
@@ -108,7 +108,7 @@ def _confirmed(result: dict[str, Any], folder: Path) -> list[str]:
 
 
 def _lost(lives: Runs) -> str:
-    """Return the species that died out first, and in how many runs each did."""
+    """Return the species that died out first, with the number of runs for each."""
     extinct = [r["extinct"] for r in lives if r["extinct"] is not None]
     return ", ".join(f"{name} {extinct.count(name)}" for name in dict.fromkeys(extinct)) or "–"
 
@@ -126,7 +126,7 @@ def _best_table(search: Search, result: dict[str, Any]) -> str:
     ]
     for label, score in (("score", "score"), ("score on further seeds", "finals")):
         rows.append([label, "", "", *("–" if b[score] is None else number(b[score]) for b in best)])
-    return table(["number", "range", "as written", *(f"best-{i}" for i in range(1, len(best) + 1))], rows)
+    return table(["parameter", "range", "as written", *(f"best-{i}" for i in range(1, len(best) + 1))], rows)
 
 
 def _important(search: Search, result: dict[str, Any], folder: Path) -> list[str]:
@@ -136,9 +136,9 @@ def _important(search: Search, result: dict[str, Any], folder: Path) -> list[str
     shares = [Importance(name, **numbers) for name, numbers in result["importance"]["numbers"].items()]
     worse, best, start = ranks([merit(e) for e in entries]), search.best()["values"], plan.start
     text = (
-        f"Based on {len(entries)} candidates. A number is important if the best candidates are distributed "
-        "over its range differently from all candidates. A bar that does not pass its line is consistent "
-        "with chance."
+        f"Based on {len(entries)} candidates. A parameter is important if the distribution of the "
+        "best candidates over its range differs from that of all candidates. A bar that does not reach its "
+        "line is consistent with chance."
     )
     blocks = [
         f"<p>{text}</p>",
@@ -150,7 +150,7 @@ def _important(search: Search, result: dict[str, Any], folder: Path) -> list[str
         drawn(
             figures.scatter(plan.parameters, entries, worse, start, best),
             folder / "dependence.svg",
-            "Rank of each candidate against each of its numbers; the best candidates are at the top.",
+            "Rank of each candidate against each of its parameters; the best candidates are at the top.",
         ),
     ]
     if len(plan.parameters) > 1:
@@ -158,7 +158,9 @@ def _important(search: Search, result: dict[str, Any], folder: Path) -> list[str
         pairs = figures.pairs(plan.parameters, entries, worse, order, best, start)
         blocks.append(
             drawn(
-                pairs, folder / "pairs.svg", "Pairs of the most important numbers; each dot is a candidate."
+                pairs,
+                folder / "pairs.svg",
+                "Pairs of the most important parameters; each dot is a candidate.",
             )
         )
     return blocks
@@ -230,7 +232,8 @@ def _best_so_far(entries: Runs) -> list[list[float]]:
 
 
 def confirmation(search: Search, candidate: int) -> dict[str, Any]:
-    """Return the runs on fresh seeds, and in how many all species survived, with Wilson's 95% interval."""
+    """Return the runs on fresh seeds and the number in which all species survived, with Wilson's 95%
+    interval."""
     entries = [e for e in search.journal.of("confirmation") if e["candidate"] == candidate]
     runs = [
         run
@@ -258,7 +261,7 @@ def _words(entry: dict[str, Any], result: dict[str, Any]) -> str:
     """Describe the performance of a candidate."""
     runs = entry["stages"][-1]["runs"] if entry["stages"] else []
     if result["optimiser"] in SAMPLERS:
-        return f"similarity to the measurements {max(0.0, entry['score'] - 1):.3f}, of 1"
+        return f"similarity to the measurements: {max(0.0, entry['score'] - 1):.3f} of 1"
     words = (
         f"all species survived in {sum(r['extinct'] is None for r in runs)} of {len(runs)} runs of the search"
     )

@@ -48,7 +48,7 @@ def search(
     trials : int, optional
         Number of candidates after which the search ends.
     cpu : float, optional
-        CPU seconds, used by candidates, after which the search ends.
+        CPU time of candidates [s] after which the search ends.
     workers : int, optional
         Number of processes; default: 2.
     optimiser : str, default "gp"
@@ -85,7 +85,7 @@ def search(
     if optimiser in SAMPLERS:
         if plan.fit is None:
             allowed = 'a world with [data], and [search] objective = "data"'
-            fault = "samples numbers that fit measurements, but the world has none"
+            fault = "samples values that fit measurements, but the world has none"
             raise refusal((), fault, optimiser, allowed, source="--optimiser")
         plan = plan.sampling()
     with ours(out) as claim:

@@ -185,7 +185,7 @@ class Sampler:
 
 
 def statistics_of(entry: dict[str, Any]) -> dict[str, float] | None:
-    """Return the statistics of a candidate's run, or None if the candidate was refused or a species died
+    """Return the statistics of a candidate's run, or None if the candidate was rejected or a species died
     out."""
     runs = entry["stages"][-1]["runs"] if entry["stages"] else []
     return runs[-1].get("statistics") if runs else None
