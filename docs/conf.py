@@ -61,7 +61,7 @@ EXAMPLE = re.compile(r"(^ *>>> .*?(?:\n *\n|\Z))", re.MULTILINE | re.DOTALL)
 
 
 def as_rst(_app: Any, _what: str, _name: str, _thing: Any, _options: Any, lines: list[str]) -> None:
-    """Convert a docstring, whose only markup is `code` spans and examples, to reStructuredText."""
+    """Convert a docstring to reStructuredText; its only markup is `code` spans and examples."""
     parts = EXAMPLE.split("\n".join(lines))
     parts[::2] = [_escaped(TYPE.sub(r"\1 : `\2`", part)) for part in parts[::2]]
     lines[:] = "".join(parts).split("\n")
