@@ -131,7 +131,7 @@ def _do(
         if isinstance(error, BrokenExecutor):
             complain(
                 f"A worker process was killed (out of memory?). Unfinished {unit} are lost; "
-                "finished {unit} are complete."
+                f"finished {unit} are complete."
             )
         else:
             complain(f"{key}: {type(error).__name__}: {error}")
