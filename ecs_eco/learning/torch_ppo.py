@@ -1,9 +1,9 @@
 """Proximal policy optimization (Schulman et al. 2017) for any torch module, in a population whose members are
 born and die while it learns.
 
-learner.py goes through the rollout; here, `_step` takes one optimizer step; `_replay` repeats the module's
-decisions, along stored sequences if it has memory; `ppo_loss` computes the loss. The requirements for modules
-are in module_brain.py.
+learner.py goes through the rollout. Here, `_step` takes one optimizer step, `_replay` repeats the module's
+decisions (along stored sequences if it has memory), and `ppo_loss` computes the loss. The requirements for
+modules are in module_brain.py.
 """
 
 from __future__ import annotations

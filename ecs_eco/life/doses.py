@@ -44,8 +44,8 @@ def dose_field(world: SpatialWorld, name: str, amount: float, region: Region | N
 def dose_bodies(
     world: SpatialWorld, table: Table, substance: str, amount: float, region: Region | None
 ) -> None:
-    """Give each living body of a table in a region an amount [mol] of a substance, or remove an amount, at
-    most the body's content."""
+    """Add an amount [mol] of a substance to each living body of a table in a region, or remove up to the
+    body's content."""
     if substance not in world.substances or Chemistry not in table:
         raise UnknownName(
             unknown_name(

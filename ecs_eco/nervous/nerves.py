@@ -161,7 +161,7 @@ class Nerves:
         return amounts
 
     def reading(self, name: str, x: np.ndarray) -> np.ndarray:
-        """Return the value of a name in a formula, which stands for a channel or the mean of several: f32[n]."""
+        """Return the value of a name in a formula, a channel or the mean of several channels: f32[n]."""
         return mean_of(x, self.readings[name])
 
     # --- inference and learning, shared or individual --------------------------------------------------------
@@ -226,7 +226,7 @@ class Nerves:
             raise FloatingPointError(
                 f"{table.name}, tick {world.tick}: the policy of organism "
                 f"{table.uid[self.rows[i]]} gives {[float(v) for v in logits[i]]} "
-                f"({mad.size} such of {len(self.rows)}); {why}"
+                f"({mad.size} of {len(self.rows)} organisms are affected); {why}"
             )
 
     def react(self, table: Table) -> np.ndarray | None:

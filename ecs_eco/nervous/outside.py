@@ -152,5 +152,5 @@ def _problems(
         value = values[i, g].item()
         fault = "not a number" if value != value else "no such option" if options else "out of range"
         key = table.name, int(table.uid[rows[i]]), groups[g]
-        problems.append(Problem(key, f"{fault} (of {int(wrong.sum())} such)", value, allowed, source=source))
+        problems.append(Problem(key, f"{fault} ({int(wrong.sum())} in all)", value, allowed, source=source))
     return problems
