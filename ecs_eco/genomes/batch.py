@@ -246,7 +246,8 @@ class VariableOperators(Operators):
 
     @property
     def genes(self) -> tuple[Any, ...]:
-        """Return the parameters with which kernels find genes: blank, words, word length, letters, spans."""
+        """Return the parameters that kernels need to find genes: blank, words, word length, letters,
+        spans."""
         layout = self.layout
         return layout.blank, layout.words, layout.word, len(layout.alphabet), layout.spans
 

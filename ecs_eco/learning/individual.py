@@ -183,8 +183,8 @@ class Individuals(PlainNetwork):
         self, experience: Columns, rows: np.ndarray, uid: np.ndarray, born: np.ndarray, tick: int
     ) -> np.ndarray:
         """Return which animals' rollouts are complete: bool[n]. An animal's first rollout ends at an age
-        drawn from the uid, later ones when they are full, so about 1 / horizon of the animals learn in each
-        tick, even if all were born in the same tick.
+        drawn from the uid; later ones end when they are full. About 1 / horizon of the animals therefore
+        learn in each tick, even if all were born in the same tick.
         """
         due = np.empty(len(rows), np.bool_)
         kernels.full_rollouts(experience.length, rows, uid, born, tick, self.ppo.horizon, due)

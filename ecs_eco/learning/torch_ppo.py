@@ -35,8 +35,8 @@ class TorchLearner(RolloutLearner):
 
     Notes
     -----
-    The steps of a tick are: sense; record the last actions' outcomes with `rollout.credit`, `end` and `cut`;
-    if `full`, `update` with the values of the new observations; decide; `rollout.store`.
+    In each tick: sense; record the last actions' outcomes with `rollout.credit`, `end` and `cut`;
+    if `full`, call `update` with the values of the new observations; decide; call `rollout.store`.
     """
 
     def __init__(self, brain: Any, ppo: PPO, seed: int, workers: int = 1) -> None:

@@ -302,7 +302,7 @@ class Awaited:
                 nerves.outside.note(nerves, world.tables[name])
 
     def finish(self, world: SpatialWorld) -> None:
-        """Continue the tick if no species is waiting anymore."""
+        """Continue the tick once no species is waiting."""
         outside = [nerves.outside for _, nerves in self._waiting(world)]
         pending = [one for one in outside if isinstance(one, Pending)]
         if all(one.given is not None for one in pending):

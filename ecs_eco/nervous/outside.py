@@ -88,7 +88,7 @@ def options_of(nerves: Nerves) -> dict[str, tuple[str, ...]]:
 
 
 def taken(nerves: Nerves, table: Table, rows: np.ndarray, chosen: ArrayLike, source: str) -> Answer:
-    """Return choices [k, groups] for rows i64[k] in the form in which they are executed.
+    """Return choices [k, groups] for rows i64[k] in executable form.
 
     `chosen` has a column for each group in `options_of`: the index of an option or, for a continuous group, a
     number within its range. Raises a ConfigError that names the organism, the group, the value and the

@@ -66,7 +66,7 @@ class Spread(System):
     each, so growth is logistic.
 
     In each tick, a free site draws a site at random, anywhere or within `dispersal`, with probability
-    rate·dt, and receives a seed if there is a plant on it; with probability seed_rain·dt it receives a seed
+    rate·dt, and receives a seed if a plant grows there; with probability seed_rain·dt, a seed falls on it
     from the seed rain. If seeds fall anywhere on uniform ground and newborns bear seeds like other plants, dt
     is replaced by the time that makes the share of taken sites follow exactly the logistic curve for the
     plants' mean rate. The share of a plant's seeds that sprout depends on its genes and is smaller the more
@@ -266,8 +266,8 @@ def seeds(table: Table, own: Number, rate: float) -> tuple[float, np.ndarray]:
 
 
 def as_logistic(table: Table, rate: float, rain: float, vigour: np.ndarray, p: float, time: float) -> float:
-    """Return how long seeds must fall at the current rate to take as many free sites as dp/dt = (mean p +
-    rain)(1 − p), solved exactly, does in `time` [s]; at most until there is a seed on every site."""
+    """Return how long seeds must fall at the current rate to take as many free sites as the exact solution of
+    dp/dt = (mean p + rain)(1 − p) does in `time` [s]; at most until there is a seed on every site."""
     mean = rate if vigour is EVEN or table.n == 0 else rate * share(table, vigour)
     both, falls = mean + rain, mean * p + rain
     left = scalars.exp(-both * time)
