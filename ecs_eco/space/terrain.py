@@ -263,7 +263,7 @@ class Terrain:
             or not all((np.abs(line) <= far).all() for line in near)
         ):
             raise ValueError(
-                f"fences have corners {corners.tolist()[:4]} … in fences of {lengths.tolist()[:4]} … corners; "
+                f"fences have corners {corners.tolist()[:4]} …, {lengths.tolist()[:4]} … per fence; "
                 f"expected two finite numbers per corner, up to {far:g} m"
             )
         self.ground[...] = state["ground"]
