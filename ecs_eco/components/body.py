@@ -5,10 +5,10 @@ from ecs_eco.engine.schema import component, f32
 
 @component
 class Body:
-    """The size of a body (the paper's conformation) and its mass: a sphere, or a disc on a plane, unless the
-    component Shape defines another shape.
+    """The size of a body (the paper's conformation) and its mass. Bodies are spheres, or discs on a plane,
+    unless the component Shape defines another shape.
 
-    The radius of a capsule is measured across it; a box has the radius of the smallest sphere around it.
+    A capsule's radius is measured across it; a box has the radius of its smallest enclosing sphere.
     """
 
     radius: f32.within(0, 1e30) = 0.5  # [m] radius of the body

@@ -5,6 +5,6 @@ from ecs_eco.engine.schema import component, u64
 
 @component
 class Carrier:
-    """The animal that has picked up an object, which moves along with the animal."""
+    """The animal that carries an object; the object moves with it."""
 
     uid: u64 = 0  # uid; 0: none

@@ -11,5 +11,5 @@ class Gestation:
     due: i64 = 0  # tick of the birth
     father: u64 = 0  # uid
     sperm: u8["loci"].within(0, "highest letter") = 0  # the father's genome
-    energy: f32 = 0.0  # [energy] that the father contributed to the litter
-    rest: i64 = 0  # tick from which it can mate again
+    energy: f32 = 0.0  # [energy] contributed to the litter by the father
+    rest: i64 = 0  # first tick in which it can mate again

@@ -9,8 +9,8 @@ class LifeHistory:
     and death)."""
 
     age_max: f32 = 3.0e38  # [s] age at which it dies
-    age_min: f32 = 0.0  # [s] age from which it is fertile
-    energy_min: f32 = 0.0  # [energy] that it needs to reproduce
-    energy_given: f32 = 0.0  # [energy] of each newborn
+    age_min: f32 = 0.0  # [s] age at which fertility begins
+    energy_min: f32 = 0.0  # [energy] needed to reproduce
+    energy_given: f32 = 0.0  # [energy] given to each newborn
     litter: f32.within(0, 65_535) = 1.0  # litter size, rounded
     choice: u8.within(0, 3) = 0  # choice of mate: 0 nearest, 1 random, 2 richest, 3 oldest

@@ -11,7 +11,7 @@ class Sensor:
     It is read-only and computed on access; genes write to `Senses` instead.
     """
 
-    # in units of each sensor, in the order of `table.species.nerves.channels`; NaN before the first sensing
+    # in units of each sensor, in the order of `table.species.nerves.channels`; NaN until it first senses
     readings: f32["channels"] = 0.0
     radius: f32["sensors"] = 0.0  # [m] range of each sensor; 0: no range
     forward: f32["sensors"] = 0.0  # [radii of the body] position of each sensor

@@ -5,8 +5,8 @@ from ecs_eco.engine.schema import component, f32
 
 @component
 class Shape:
-    """A box with rounded edges, in units of Body.radius, so that a growing body keeps its shape: rounding
-    alone gives a sphere, a length with rounding gives a capsule, and a box has no rounding. Length is along the
+    """A box with rounded edges, in units of Body.radius, so that a growing body keeps its shape. A sphere has
+    only a rounding, a capsule has a length and a rounding, and a box has no rounding. Length is along the
     heading, width across it, and height vertical."""
 
     half_length: f32.within(0, 1e6) = 0.0  # [radii of the body] of the inner box, without its rounding

@@ -1,4 +1,4 @@
-"""The size to which an organism grows."""
+"""The adult size of an organism."""
 
 from ecs_eco.engine.schema import component, f32
 

@@ -1,4 +1,5 @@
-"""The finite alphabet of a genome (Definition 3 in the paper): letters in texts, and u8 numbers in columns."""
+"""The finite alphabet of a genome (Definition 3 in the paper), written as letters in text and as u8 numbers
+in columns."""
 
 import numpy as np
 

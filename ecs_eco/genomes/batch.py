@@ -1,4 +1,4 @@
-"""Births: children's genomes are created from their parents' genomes, in batches or one by one."""
+"""Create children's genomes from their parents' genomes, in batches or one by one."""
 
 import random
 from collections.abc import Callable
@@ -69,7 +69,7 @@ class Operators:
         if not 0 <= chance <= 1:
             raise ValueError(f"mate: chance = {chance}; expected 0 to 1")
         self.toolbox, self.layout, self.chance, self.mutation = toolbox, layout, chance, True
-        # mutate, and each locus' probability, low and up
+        # the operator, and each locus' mutation probability, lowest and highest letter
         self._loci: tuple[Any, np.ndarray, np.ndarray, np.ndarray] | None = None
         self._seen: dict[str, tuple[Any, Callable[..., Any], dict[str, Any]]] = {}
         for word in ("mate", "mutate") if mates else ("mutate",):
@@ -163,7 +163,7 @@ class Operators:
     def _take(
         self, string: np.ndarray, loci: np.ndarray | slice, letters: np.ndarray, before: int | None
     ) -> None:
-        """Write new letters to loci of a string that had the letters `before` there (None: before a
+        """Write new letters to some loci of a string; `before` is the old number of letters there (None:
         crossover)."""
         string[loci] = letters
 
@@ -222,7 +222,7 @@ class VariableOperators(Operators):
     duplicated or lost, and letters inserted or deleted, with the section's probabilities; finally, `mutate`
     is applied.
 
-    A change that would make a string empty or longer than `longest` is not made but is counted in `at_limit`
+    A change that would make a string empty or longer than `longest` is skipped and counted in `at_limit`
     i64[5]: crossings, duplications, losses, insertions and deletions.
     """
 
@@ -246,7 +246,8 @@ class VariableOperators(Operators):
 
     @property
     def genes(self) -> tuple[Any, ...]:
-        """Return the parameters with which kernels find genes: blank, words, word length, letters, spans."""
+        """Return the parameters that kernels need to find genes: blank, words, word length, letters,
+        spans."""
         layout = self.layout
         return layout.blank, layout.words, layout.word, len(layout.alphabet), layout.spans
 
@@ -304,7 +305,7 @@ class VariableOperators(Operators):
 
 
 def way_of(function: Callable[..., Any]) -> int | None:
-    """Return the number of the method by which a DEAP operator mutates letters; None for other operators."""
+    """Return the number of the mutation method that a DEAP operator uses; None for other operators."""
     from deap import tools
 
     ways = (tools.mutUniformInt, tools.mutFlipBit, tools.mutShuffleIndexes)

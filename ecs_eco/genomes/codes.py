@@ -26,8 +26,7 @@ class Codons:
         self.length = n * gene.letters
 
     def read(self, loci: np.ndarray, start: int) -> np.ndarray:
-        """Return the numbers i64[n, codons] that are coded in u8[n, loci], in the string that begins at
-        `start`."""
+        """Return the numbers i64[n, codons] coded by u8[n, loci] in the string that begins at `start`."""
         out = np.empty((len(loci), self.n), np.int64)
         kernels.read_codons(
             loci, start + self.first, self.gene.letters, self.size, self.gene.code == "gray", out

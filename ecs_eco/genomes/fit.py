@@ -12,7 +12,7 @@ from ecs_eco.genomes.later import kernels
 
 BATCH = 512
 RATE = 1e-2  # initial learning rate of Adam; it falls to 0
-HELD_OUT = 4096  # number of samples for the error
+HELD_OUT = 4096  # number of samples used to measure the error
 
 
 @dataclass(frozen=True)
@@ -119,7 +119,7 @@ def fit_network(
     Parameters
     ----------
     function : callable
-        Takes readings f32[n, n_inputs]; a reflex returns (n, actions), of which only the signs matter; a
+        Takes readings f32[n, n_inputs]. A reflex returns (n, actions), of which only the signs matter; a
         happiness function returns (n,).
     n_inputs : int
         Number of channels.

@@ -20,8 +20,8 @@ class Heredity:
     """The columns that one species' newborns inherit.
 
     `targets` maps a gene's name to the (component, field, index or None) to which its value is written.
-    `derived` contains the formula and the trait of each derived trait, after those that its formula reads.
-    `mutation`, `expression` and `shuffled` are switches for treatments: without expression, genes are
+    `derived` contains each derived trait's formula and trait, ordered so that a formula reads only earlier
+    ones. `mutation`, `expression` and `shuffled` are switches for treatments. Without expression, genes are
     inherited and mutate but have no effect; if shuffled, a newborn's genes come from random living members
     instead of its parents. Founders have random letters, unless `alike` is given: a row u8[loci], and which
     of its letters all founders share, bool[loci].

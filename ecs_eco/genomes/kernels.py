@@ -13,7 +13,7 @@ from ecs_eco.engine.random import draw, mix
 # purposes of a birth's draws
 ORDER, CROSS, POINT_1, POINT_2, SWAP, MUTATE, LETTER, FOUND = range(1, 9)
 SALT = 16  # distance between purposes
-UNIFORM, FLIP, SHUFFLE = range(3)  # methods by which a letter mutates
+UNIFORM, FLIP, SHUFFLE = range(3)  # mutation methods
 
 
 @njit
@@ -77,7 +77,7 @@ def letters_of(keys, size, out):
 
 @njit
 def cross_points(first, second, swapped, crossed, keys, salt, points, out):
-    """Copy `first` u8[n, loci], but `second` beyond one point or between two points; `swapped` rows exchange
+    """Copy `first` u8[n, loci], with `second` beyond one point or between two points; `swapped` rows exchange
     the two."""
     n = first.shape[1]
     for birth in range(keys.size):
@@ -101,7 +101,7 @@ def cross_points(first, second, swapped, crossed, keys, salt, points, out):
 
 @njit
 def cross_uniform(first, second, swapped, crossed, keys, salt, chance, out):
-    """Copy `first` u8[n, loci], but take each locus from `second` with the same probability; `swapped` rows
+    """Copy `first` u8[n, loci], but take each locus from `second` with probability `chance`; `swapped` rows
     exchange the two."""
     for birth in range(keys.size):
         key = mix(keys[birth])

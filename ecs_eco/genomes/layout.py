@@ -94,7 +94,7 @@ class Layout:
             _code(gene, first, size, (traits or {}).get(gene.trait or ""), shapes)
             for gene, (first, _) in zip(genes, at, strict=True)
         )
-        self.length = self.begin = loci or max(stop for _, stop in at)  # of one string, and of a founder's
+        self.length = self.begin = loci or max(stop for _, stop in at)  # of a string, and of a founder's
         self.founder = list(range(len(self.genes)))  # the genes of a founder's string, in order
         self.row = self.length * ploidy  # letters per organism
         self.highest = len(self.alphabet) - 1  # numbers in a row
@@ -316,8 +316,8 @@ class Layout:
     def random(self, keys: np.ndarray) -> np.ndarray:
         """Return genomes of founders, with letters drawn uniformly.
 
-        If strings vary in length, each gene has the number of copies given by its `copies`, and letters are
-        drawn after promoters and up to `loci`.
+        If strings vary in length, each gene has as many copies as its key `copies` specifies; promoters are
+        fixed, and all other letters up to `loci` are drawn.
 
         Parameters
         ----------

@@ -95,8 +95,8 @@ _From: Any = with_keyword(
 
 
 class Derived(_From, own=LETTERS):  # type: ignore[call-arg]
-    """A trait without letters, computed from genes by a formula, which allows one gene to have several
-    effects. Values beyond the trait's limits are set to the nearest limit, and integers are rounded."""
+    """A trait without letters, computed from genes by a formula; it lets one gene have several effects.
+    Values beyond the trait's limits are set to the nearest limit, and integers are rounded."""
 
     trait: str | None = about(
         "the species' key whose value it replaces; default: the key that ends with NAME", None

@@ -302,7 +302,7 @@ def _string(word: str, name: str, genome: Sequence[Any], length: int | None, siz
     at, letter = next((i, x) for i, x in enumerate(genome) if not (_is_whole(x) and 0 <= x < size))
     allowed = f"whole numbers from 0 to {size - 1}"
     raise ValueError(
-        f"{word}: {name} puts {letter!r} at position {at}, which is not a letter; expected {allowed}"
+        f"{word}: {name} puts {letter!r}, which is not a letter, at position {at}; expected {allowed}"
     )
 
 

@@ -145,7 +145,7 @@ def _of_weights(key: Key, gene: Gene, shapes: Mapping[str, Shapes]) -> Iterator[
     yield from _of_range(key, gene, None)
     if shapes_of(gene, shapes) is None:
         allowed = 'trait = "policy.weights", or shapes = {gene: [...]}'
-        yield Problem((*key, "form"), "the network for which it codes is unknown", gene.form, allowed)
+        yield Problem((*key, "form"), "the network that it codes for is unknown", gene.form, allowed)
 
 
 def _of_value(key: Key, gene: Gene, size: int, trait: Trait | None) -> Iterator[Problem]:

@@ -13,7 +13,7 @@ from ecs_eco.genomes.models import Gene, GenomeSection
 from ecs_eco.genomes.problems import n_codons
 from ecs_eco.genomes.traits import Shapes, Trait
 
-MOST_WORDS = 2**16  # maximum number of possible words as long as the longest promoter
+MOST_WORDS = 2**16  # maximum number of words as long as the longest promoter
 LONGEST = 1_000_000  # maximum number of letters in a string of variable length
 RARE = 64  # with default promoters, a gene begins about once in this many random letters
 MOST_LETTERS = 254  # letters in an alphabet; two more numbers mark string ends and, in texts, separators

@@ -13,11 +13,11 @@ class UnequalCrossover:
     """A crossover for strings of a layout: `mate(a, b, slip)` exchanges the parts of two lists of letter
     numbers, starting at the promoter of a gene.
 
-    The strings are cut at a gene of `a` and its counterpart in `b`: the copy of the same gene that has the
-    same rank among the copies in its string or, with probability `slip`, any copy of the gene, as when
-    chromosomes are misaligned. All pairs of counterparts are equally likely. If the strings share no gene,
-    nothing happens. Both lists are changed in place and returned. For all births in a tick at once,
-    `Operators` instead uses a kernel with the same distribution.
+    The strings are cut at a gene of `a` and its counterpart in `b`. The counterpart is the copy of the gene
+    with the same rank or, with probability `slip`, any copy, as when chromosomes are misaligned. All pairs of
+    counterparts are equally likely. If the strings share no gene, nothing happens. Both lists are changed in
+    place and returned. For all births in a tick at once, `Operators` instead uses a kernel with the same
+    distribution.
     """
 
     __name__ = "cxUnequal"

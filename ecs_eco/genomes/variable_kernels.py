@@ -2,9 +2,9 @@
 
 The blank is the number after the last letter's. Genes are found by their promoters: `words` i16[size ** k]
 contains the gene whose promoter begins each word of k letters, and `spans` i64[genes] the number of letters
-in a copy, including its promoter. A change that would make a string empty or longer than `longest` is not
-made but is counted in `at_limit` i64[5]: crossings, duplications, losses, insertions, deletions. Draws work
-as in `kernels`.
+in a copy, including its promoter. A change that would make a string empty or longer than `longest` is skipped
+and counted in `at_limit` i64[5]: crossings, duplications, losses, insertions, deletions. Draws work as in
+`kernels`.
 """
 
 import numpy as np

@@ -33,7 +33,7 @@ class PlainNetwork:
     first.
     """
 
-    memory = 0  # number of values that are kept between decisions
+    memory = 0  # number of values kept between decisions
     by_row = True  # rows are independent, bit for bit, so processes can share them
 
     def __init__(
@@ -117,8 +117,8 @@ class Brain(PlainNetwork, PolicyNetwork):
 
     Notes
     -----
-    Weights are orthogonal (Saxe et al. 2014), drawn from Philox keyed by (seed, layer). The gain is sqrt(2),
-    but 0.01 for the policy head and 1 for the value head.
+    Weights are orthogonal (Saxe et al. 2014), drawn from Philox keyed by (seed, layer). The gain is 0.01 for
+    the policy head, 1 for the value head and sqrt(2) elsewhere.
 
     Examples
     --------

@@ -6,7 +6,7 @@ import numpy as np
 
 from ecs_eco.learning.arithmetic import exp, fused_njit, log, lone_fused_njit
 
-BLOCK = 128  # rows transposed at once
+BLOCK = 128  # rows transposed together
 
 
 @lone_fused_njit

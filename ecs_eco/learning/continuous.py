@@ -1,10 +1,10 @@
 """Continuous actions: numbers drawn from normal distributions whose means and standard deviations the network
 outputs.
 
-In a network's `groups`, each continuous action is `CONTINUOUS`, follows all categorical groups and has two
-outputs: the mean, and the natural logarithm of the standard deviation, clipped to LEAST … MOST. Numbers are
-measured from the middle of the action's range in units of half its width, so its limits are −1 and 1. If a
-number is beyond a limit, the limit is executed, but learning uses the number drawn.
+In a network's `groups`, each continuous action appears as `CONTINUOUS`, after all categorical groups. It has
+two outputs: the mean, and the natural logarithm of the standard deviation, clipped to LEAST … MOST. Numbers
+are measured from the middle of the action's range in units of half its width, so its limits are −1 and 1. If
+a number is beyond a limit, the limit is executed, but learning uses the number drawn.
 
 In the built-in network, the log standard deviation is a bias, a single learned number for all observations:
 if a whole layer's weights could also change it, it would fall many times faster than the mean improves.

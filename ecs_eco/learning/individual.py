@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from ecs_eco.engine.blocks import Blocked
     from ecs_eco.engine.schema import Columns
 
-WEIGHTS = 170  # weights processed (in learning, forward and backward) in `split`'s 30 ns per organism
+WEIGHTS = 170  # weights processed (forward and backward in learning) in 30 ns, the unit of `split`'s `work`
 
 
 class Animals(NamedTuple):
@@ -102,8 +102,8 @@ class Individuals(PlainNetwork):
     def draw(self, who: np.ndarray, key: int | np.uint64) -> np.ndarray:
         """Return random networks f32[k, size] for newborns, determined by the key and `who` u64[k].
 
-        Weights are normally distributed with standard deviation gain / sqrt(inputs); the gain is sqrt(2), but
-        0.01 for the logits and 1 for the value. Biases are zero.
+        Weights are normally distributed with standard deviation gain / sqrt(inputs); the gain is 0.01 for the
+        logits, 1 for the value and sqrt(2) elsewhere. Biases are zero.
         """
         deviations = np.zeros(self.size, np.float32)
         for matrix in self.views(deviations)[::2]:
@@ -171,7 +171,7 @@ class Individuals(PlainNetwork):
             horizon = self.ppo.horizon
             raise ValueError(
                 f"{full} of {len(rows)} rollouts already have {horizon} transitions: "
-                "first `learn` from those that are `due`"
+                "call `learn` for those that are `due` first"
             )
 
     def credit(self, experience: Columns, rows: np.ndarray, reward: np.ndarray) -> None:
@@ -183,8 +183,8 @@ class Individuals(PlainNetwork):
         self, experience: Columns, rows: np.ndarray, uid: np.ndarray, born: np.ndarray, tick: int
     ) -> np.ndarray:
         """Return which animals' rollouts are complete: bool[n]. An animal's first rollout ends at an age
-        drawn from the uid, later ones when they are full, so about 1 / horizon of the animals learn in each
-        tick, even if all were born in the same tick.
+        drawn from the uid; later ones end when they are full. About 1 / horizon of the animals therefore
+        learn in each tick, even if all were born in the same tick.
         """
         due = np.empty(len(rows), np.bool_)
         kernels.full_rollouts(experience.length, rows, uid, born, tick, self.ppo.horizon, due)
@@ -207,8 +207,8 @@ class Individuals(PlainNetwork):
         are the values of the animals' current states.
 
         `plasticity` contains their learning rates, discounts and entropy coefficients, each f32[n] or a
-        number shared by all animals; None: use `ppo`. `own` contains other hyperparameters by name, [n] each,
-        for the built-in network. `memory` f32[n, memory] is their memory at the beginning of their rollouts,
+        number shared by all animals; None: use `ppo`. `own` contains other hyperparameters by name, [n] each
+        (built-in network only). `memory` f32[n, memory] is their memory at the beginning of their rollouts,
         `numbers` f32[n, horizon, n_numbers] their draws for continuous actions. An animal with a learning
         rate of 0 discards its rollout and does not change. Returns means over the animals that learned, named
         as in `Learner.update`, and their number, n_animals. Raises FloatingPointError if a gradient is not

@@ -226,8 +226,8 @@ class IndividualModules(Individuals):
         return torch.cat([o[0] for o in outputs]), torch.cat([o[1] for o in outputs])
 
     def _try(self) -> None:
-        """Choose to run one animal at a time if torch cannot run several together. Raises ValueError if such
-        a network cannot learn at all."""
+        """Switch to running one animal at a time if torch cannot run several together. Raises ValueError if
+        such a network cannot learn at all."""
         n, horizon = 2, 3
         weights, memory = np.zeros((n, self.size), np.float32), np.zeros((n, self.memory), np.float32)
         seen, zeros = np.zeros((n, horizon, self.n_observations), np.float32), torch.zeros(n, horizon)
@@ -246,7 +246,7 @@ class IndividualModules(Individuals):
                     # vmap warns about operations that it would run one by one
                     warnings.simplefilter("error", UserWarning)
                     each(grad_and_value(self._loss, has_aux=True))(self.brain.tensor(weights), blank)
-                    with torch.no_grad():  # can use different operations
+                    with torch.no_grad():  # inference can use different operations
                         self._think(weights, seen[:, 0], memory)
                 return
             except Exception as error:

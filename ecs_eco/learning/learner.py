@@ -47,7 +47,7 @@ class RolloutLearner:
         rows : array of int64, shape (n,)
             Rows of living organisms.
         values : array of float32, shape (n,)
-            Values of their current observations, which estimate the rest of their lives.
+            Values of their current observations, which estimate their future rewards.
 
         Returns
         -------

@@ -207,7 +207,7 @@ def group_softmax(
     logits, exponentials, low, high, g, mean_logit, inverse_sum, choices, weight, start, log_ratio, terms
 ):
     """Write the exponentials of a group's logits (which are at most 0), 1 / their sum, and the
-    probability-weighted mean logit; add the log-probability of the choice to `log_ratio` and the entropy
+    probability-weighted mean logit. Add the log-probability of the choice to `log_ratio` and the entropy
     [nat] to the terms."""
     zero, one = np.float32(0), np.float32(1)
     for i in range(len(log_ratio)):

@@ -26,8 +26,8 @@ class MLP(nn.Module):
 
     Notes
     -----
-    Weights are orthogonal (Saxe et al. 2014). The gain is sqrt(2), but 0.01 for the policy head and 1 for the
-    value head.
+    Weights are orthogonal (Saxe et al. 2014). The gain is 0.01 for the policy head, 1 for the value head and
+    sqrt(2) elsewhere.
 
     Examples
     --------

@@ -22,7 +22,7 @@ class PolicyNetwork:
     offsets: np.ndarray
     n_numbers: int  # continuous groups
     n_logits: int  # outputs
-    memory: int  # number of values that are kept between decisions
+    memory: int  # number of values kept between decisions
     by_row: bool  # whether rows are independent, bit for bit, so processes can share them
     called: str  # in errors
 

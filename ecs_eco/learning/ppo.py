@@ -101,7 +101,7 @@ class Learner(RolloutLearner):
 
 
 def _checkpoint_row(brain: Brain, moment: np.ndarray) -> np.ndarray:
-    """Return a moment of all weights in the form in which checkpoints store it."""
+    """Return a moment of all weights in the form stored in checkpoints."""
     kept = np.zeros(sum(_whole_lines(math.prod(shape)) for shape in brain.shapes), np.float32)
     for part, place in zip(brain.views(moment), _checkpoint_views(brain, kept), strict=True):
         place[...] = part

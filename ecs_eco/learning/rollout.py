@@ -168,8 +168,8 @@ class Rollout:
         self.end(rows, rest.astype(np.float32))
 
     def advantages(self, rows: np.ndarray, values: np.ndarray, gae_lambda: float) -> None:
-        """Fill in the advantages (Schulman et al. 2016, eq. 16); values f32[n] estimate the future of the
-        living organisms in `rows`."""
+        """Fill in the advantages (Schulman et al. 2016, eq. 16); values f32[n] estimate the future rewards of
+        the living organisms in `rows`."""
         self._cover(rows)
         later = np.full(len(self.last), np.nan, np.float32)
         later[rows] = values
@@ -185,7 +185,7 @@ class Rollout:
 
     @classmethod
     def joined(cls, parts: Sequence[Rollout]) -> Rollout:
-        """Merge several logs whose advantages are known into one log, whose row numbers are meaningless."""
+        """Merge several logs with known advantages into one, whose row numbers are meaningless."""
         first = parts[0]
         out = cls(
             first._observations.shape[1],

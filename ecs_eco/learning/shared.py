@@ -1,4 +1,5 @@
-"""One learner for several worlds: each collects its own rollout, and one update learns from all of them.
+"""One learner for several worlds: each world collects its own rollout, and one update learns from all of
+them.
 
 An update therefore never depends on the conditions in a single world (a certain prey density, a certain hour
 of the day).
@@ -48,7 +49,8 @@ class Share:
         return self.rollout.ticks >= self.together.learner.ppo.horizon
 
     def update(self, rows: np.ndarray, values: np.ndarray) -> dict[str, float] | None:
-        """Submit the full rollout; `values` f32[n] estimate the future of living organisms, `rows` i64[n]."""
+        """Submit the full rollout; `values` f32[n] estimate the future rewards of living organisms, `rows`
+        i64[n]."""
         self.rollout.advantages(rows, values, self.together.learner.ppo.gae_lambda)
         self.ready, self.rollout = self.rollout, self._spare
         self.rollout.clear()

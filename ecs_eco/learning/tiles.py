@@ -9,7 +9,7 @@ from __future__ import annotations
 from ecs_eco.compiled.vectors import LANES, WIDE, every, load, store
 from ecs_eco.learning.arithmetic import fused_njit
 
-ROWS = 4  # per tile: with two registers each, as many sums as AVX2 needs in flight
+ROWS = 4  # rows per tile: with two registers per row, as many sums as AVX2 needs in flight
 
 
 @fused_njit

@@ -1,9 +1,9 @@
 """Proximal policy optimization (Schulman et al. 2017) for any torch module, in a population whose members are
 born and die while it learns.
 
-learner.py goes through the rollout; here, `_step` takes one optimizer step; `_replay` repeats the module's
-decisions, along stored sequences if it has memory; `ppo_loss` computes the loss. The requirements for modules
-are in module_brain.py.
+learner.py goes through the rollout. Here, `_step` takes one optimizer step, `_replay` repeats the module's
+decisions (along stored sequences if it has memory), and `ppo_loss` computes the loss. The requirements for
+modules are in module_brain.py.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ class TorchLearner(RolloutLearner):
 
     Notes
     -----
-    The steps of a tick are: sense; record the last actions' outcomes with `rollout.credit`, `end` and `cut`;
-    if `full`, `update` with the values of the new observations; decide; `rollout.store`.
+    In each tick: sense; record the last actions' outcomes with `rollout.credit`, `end` and `cut`;
+    if `full`, call `update` with the values of the new observations; decide; call `rollout.store`.
     """
 
     def __init__(self, brain: Any, ppo: PPO, seed: int, workers: int = 1) -> None:

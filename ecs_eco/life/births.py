@@ -189,7 +189,8 @@ def litters_of(
 def any_brood(
     table: Table, world: SpatialWorld, way: AnyBearing, parents: np.ndarray, litters: Litters, n: int
 ) -> tuple[Brood, np.ndarray]:
-    """Return those of the `n` newborns that have a position, and each parent's number of newborns i64[k]."""
+    """Return the newborns, of `n`, for which a position was found, and each parent's number of newborns
+    i64[k]."""
     which, identity = np.empty(n, np.int64), np.empty(n, np.uint64)
     name(litters.uid, litters.number, which, identity)
     where = around(table, way, parents[which]) if litters.around is None else litters.around.of(which)

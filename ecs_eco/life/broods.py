@@ -62,9 +62,8 @@ def small_brood(
     given: np.ndarray,
     n: int,
 ) -> tuple[Brood, np.ndarray] | None:
-    """Return the `n` newborns of parents in rows i64[k], given the arguments of `bring_forth`, except those
-    without a free position, and each parent's number of newborns i64[k]; None if another method must find
-    positions."""
+    """Return the newborns (of `n`) that have a free position, and how many each parent in rows i64[k] has,
+    i64[k], given the arguments of `bring_forth`. Return None if another method must find positions."""
     dispersal, spacing = range_of(table, way)
     others = None if isinstance(spacing, np.ndarray) else in_the_way(table, world, n, spacing > 0)
     if others is None:

@@ -22,7 +22,7 @@ BROUGHT = "brought_in"
 
 def dose_field(world: SpatialWorld, name: str, amount: float, region: Region | None) -> None:
     """Distribute an amount [mol] evenly over the cells of a field whose centers are in a region, or over all
-    cells; if the region contains no cell center, the cell at its middle gets everything. No cell falls below
+    cells. If the region contains no cell center, the cell at its middle gets everything. No cell falls below
     0.
 
     For a smell without a substance, the amount is in the smell's own unit. Raises UnknownName for an unknown
@@ -44,8 +44,8 @@ def dose_field(world: SpatialWorld, name: str, amount: float, region: Region | N
 def dose_bodies(
     world: SpatialWorld, table: Table, substance: str, amount: float, region: Region | None
 ) -> None:
-    """Give each living body of a table in a region an amount [mol] of a substance, or remove an amount, at
-    most the body's content."""
+    """Add an amount [mol] of a substance to each living body of a table in a region, or remove up to the
+    body's content."""
     if substance not in world.substances or Chemistry not in table:
         raise UnknownName(
             unknown_name(

@@ -38,7 +38,8 @@ def newcomers(
     """Return the columns of newcomers of a species or object type, drawn for `identity` u64[k]; plants
     without a site are left out.
 
-    They all appear at `place` [m], or at random positions in the region `within` or anywhere.
+    They all appear at `place` [m] if it is given; otherwise at random positions, in the region `within` if
+    given.
     """
     values = scatter(table, world, identity, within)
     way = getattr(kind, "reproduction", None)

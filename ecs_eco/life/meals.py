@@ -135,9 +135,9 @@ def courses(key: np.uint64, mine: list[Meals]) -> list[Meals]:
 
 
 def in_order(key: np.uint64, eaten: list[Meals]) -> Iterator[tuple[Meals, np.ndarray, np.ndarray]]:
-    """Yield meals with the entries of eaters and items i64[k], ordered so that animals eat before they are
-    eaten: if any eater dies, the nearest meals come first, with ties broken at random; otherwise the given
-    order is kept."""
+    """Yield meals with the entries of eaters and items i64[k], in an order in which animals eat before they
+    are eaten. If any eater dies, the nearest meals come first, with ties broken at random; otherwise, the
+    given order is kept."""
     items = [np.flatnonzero(meals.best >= 0) for meals in eaten]
     eaters = [meals.best[item] for meals, item in zip(eaten, items, strict=True)]
     if not any(
@@ -182,8 +182,8 @@ def win(target, distance2, uid, food_uid, key, best):
 
 @njit
 def void(target, distance2, uid, food_uid, key, hunter, hunter_distance2, hunter_uid, best):
-    """Remove meals from `best` whose eaters are themselves eaten, by `hunter` i32[eaters], in a nearer meal,
-    or in an equally near one with a lower draw."""
+    """Remove from `best` the meals whose eaters are themselves eaten, by `hunter` i32[eaters], in a nearer
+    meal, or in an equally near one with a lower draw."""
     for i in range(target.size):
         j, h = target[i], hunter[i]
         if (
@@ -217,7 +217,7 @@ def prefer(best, distance2, uid, food_uid, key, kind, first, least, item):
 
 @njit
 def postpone(best, kind, first, later):
-    """Move meals that are not their eater's first to `later` i32[foods]; return their number."""
+    """Move each meal that is not its eater's first to `later` i32[foods]; return how many were moved."""
     n = 0
     for j in range(best.size):
         later[j] = -1
@@ -229,7 +229,7 @@ def postpone(best, kind, first, later):
 
 @njit
 def hungry(best, rows, killed, digesting, energy, until):
-    """Remove eaters from `best` that can no longer eat; return how many eaters remain."""
+    """Remove from `best` the eaters that can no longer eat; return how many remain."""
     n = 0
     for j in range(best.size):
         i = best[j]

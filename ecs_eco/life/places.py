@@ -97,8 +97,8 @@ def find_places(table: Table, world: SpatialWorld, where: Around, identity: np.n
 def _forbidden(
     table: Table, world: SpatialWorld, where: Around, who: np.ndarray, out: np.ndarray, free: np.ndarray
 ) -> np.ndarray:
-    """Return, for the position of each newborn in `who` i64[n], whether a member of its species is too near,
-    and whether a body occupies it: bool[2, n]; false for positions in other processes."""
+    """Return whether each newborn in `who` i64[n] is too near to a member of its species, and whether a body
+    occupies its position: bool[2, n]; false for positions in other processes."""
     space, own, spacing = world.space, world.index(table), where.spacing
     asked, forbidden = free, np.zeros((2, who.size), np.bool_)
     if world.bands.divided:
@@ -226,7 +226,7 @@ def keep_apart(
     out: np.ndarray,
 ) -> int:
     """Accept the position of each newborn i in `homeless` (out[i, 3] = 1) if it is free and not crowded, and
-    no other newborn of this tick has a position within `spacing`; move newborns whose position is occupied by
+    no other newborn of this tick has a position within `spacing`. Move newborns whose position is occupied by
     a body to the front of `homeless`, and return their number."""
     n = 0
     for k in range(homeless.size):

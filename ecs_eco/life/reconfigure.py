@@ -65,7 +65,7 @@ def reconfigure(world: SpatialWorld, config: WorldSource, learners: Iterable[str
     if problems := refused(old, new) + kept_elsewhere(world, new):
         n = len(problems)
         raise ConfigError(
-            problems, f"the world {world.name!r} lives: {n} value{'s' if n > 1 else ''} cannot change"
+            problems, f"{n} value{'s' if n > 1 else ''} cannot change in the live world {world.name!r}"
         )
     with whole(world, "a change of values"):
         set_parameters(world, new)

@@ -20,16 +20,16 @@ TINY = np.float32(1e-30)  # [kg]
 
 
 def of_newborn(table: Table, values: Values, n: int) -> Values:
-    """Return the masses and radii of `n` newborns whose other columns are `values`, where they differ from
-    `values` and from the species' values."""
+    """Return the masses and radii of `n` newborns whose other columns are `values`, omitting columns that
+    keep the species' values or those in `values`."""
     way, at = table.species.growth, table.species.traits.get("growth.newborn")
     share = 1.0 if way is None else way.newborn if at is None else values[Traits, "value"][:, at]
     return _bodies(table, values, n, share)
 
 
 def of_adults(table: Table, values: Values, n: int) -> Values:
-    """Return the masses and radii of `n` adults whose other columns are `values`, where they differ from
-    `values` and from the species' values."""
+    """Return the masses and radii of `n` adults whose other columns are `values`, omitting columns that keep
+    the species' values or those in `values`."""
     return _bodies(table, values, n, 1.0)
 
 
@@ -73,8 +73,8 @@ def of_size(table: Table, store: Any) -> Any:
 
 
 def _bodies(table: Table, values: Values, n: int, share: Any) -> Values:
-    """Return bodies with the shape of an adult and a share of its mass; the mass of adults is density ×
-    volume if radius is heritable and mass is not."""
+    """Return bodies shaped like adults but with a share of their mass. Adult mass is density × volume if the
+    radius is heritable and the mass is not."""
     grows = table.species.growth is not None
     adult: type = Stature if grows else Body
     out: Values = {}

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 NONE_LEFT = np.float32(0.0)
 LEAST_ENERGY = {True: NONE_LEFT, False: np.float32(-np.inf)}
-"""The minimum energy of organisms, by whether their species falls into torpor."""
+"""The minimum energy of organisms: True for species that fall into torpor, False for all others."""
 
 
 def awake(table: Table) -> np.ndarray:

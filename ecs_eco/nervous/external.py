@@ -196,7 +196,7 @@ class External:
         """
         self._open()
         if not self._awaited.halves.begun:
-            raise RuntimeError(f'world.external("{self.species}"): act follows observe')
+            raise RuntimeError(f'world.external("{self.species}"): call `observe` before `act`')
         nerves, pending, table = self._nerves, self._pending, self._table
         source = f"act, tick {self.world.tick}"
         if uid is None:
@@ -270,7 +270,7 @@ class External:
         every = "at most" * self._pending.some or "exactly"
         return Problem(
             (self.species, "uid"),
-            f"{fault} ({len(uids)} such)",
+            f"{fault} ({len(uids)} in all)",
             listed(map(str, uids.tolist())),
             f"{every} one action for each of the {len(self._pending.uid)} {self.species} that "
             "`observe` returned",
@@ -302,7 +302,7 @@ class Awaited:
                 nerves.outside.note(nerves, world.tables[name])
 
     def finish(self, world: SpatialWorld) -> None:
-        """Continue the tick if no species is waiting anymore."""
+        """Continue the tick once no species is waiting."""
         outside = [nerves.outside for _, nerves in self._waiting(world)]
         pending = [one for one in outside if isinstance(one, Pending)]
         if all(one.given is not None for one in pending):

@@ -37,8 +37,8 @@ class _Unknown(Exception):
 
 
 def steps_of(text: str, readings: Mapping[str, tuple[int, ...]]) -> Steps | None:
-    """Return the steps of a formula that `compile_formula` has accepted; None if a part of it has no step,
-    for example a function of the C library, which a kernel would not reproduce bit for bit."""
+    """Return the steps of a formula that `compile_formula` has accepted. Return None if a part has no step,
+    such as a C library function, which a kernel would not reproduce bit for bit."""
     try:
         steps = list(_steps(ast.parse(" ".join(text.split("\n")).strip(), mode="eval").body, readings))
     except (_Unknown, RecursionError):

@@ -29,9 +29,8 @@ class Nerves:
 
     `groups` maps a group to its actions; `actions` lists them in the order of y, z and the decision. `rows`
     i64[n] and `x` f32[n, channels] are the organisms that sensed, in canonical order, and their observations;
-    `sensed` contains the same observations by uid, for observers of the world, and is empty while sensing is
-    under way.
-    Each network is optional: without a reflex network, y is 0; without a policy, z is 0; without a happiness
+    `sensed` gives observers of the world the same observations by uid; it is empty during sensing. Each
+    network is optional: without a reflex network, y is 0; without a policy, z is 0; without a happiness
     network, the reward is 0. The policy is one `brain` for all members, trained by `learner`, or one brain
     per individual (`individuals`), stored in the columns of Policy and Experience. `ranges` are the limits of
     the continuous groups, each of which has a single action with the group's name.
@@ -161,7 +160,7 @@ class Nerves:
         return amounts
 
     def reading(self, name: str, x: np.ndarray) -> np.ndarray:
-        """Return the value of a name in a formula, which stands for a channel or the mean of several: f32[n]."""
+        """Return the value of a name in a formula, a channel or the mean of several channels: f32[n]."""
         return mean_of(x, self.readings[name])
 
     # --- inference and learning, shared or individual --------------------------------------------------------
@@ -226,7 +225,7 @@ class Nerves:
             raise FloatingPointError(
                 f"{table.name}, tick {world.tick}: the policy of organism "
                 f"{table.uid[self.rows[i]]} gives {[float(v) for v in logits[i]]} "
-                f"({mad.size} such of {len(self.rows)}); {why}"
+                f"({mad.size} of {len(self.rows)} organisms are affected); {why}"
             )
 
     def react(self, table: Table) -> np.ndarray | None:
@@ -359,7 +358,7 @@ class Nerves:
         return out
 
     def by_uid(self, rows: np.ndarray) -> dict[str, np.ndarray]:
-        """Return a `state()` in which organisms are given by uid, not by row; `rows` i64[n] are the living
+        """Return a `state()` that identifies organisms by uid instead of row; `rows` i64[n] are the living
         rows in uid order."""
         if self.learner is None:
             return self.state()

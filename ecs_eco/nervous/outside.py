@@ -88,7 +88,7 @@ def options_of(nerves: Nerves) -> dict[str, tuple[str, ...]]:
 
 
 def taken(nerves: Nerves, table: Table, rows: np.ndarray, chosen: ArrayLike, source: str) -> Answer:
-    """Return choices [k, groups] for rows i64[k] in the form in which they are executed.
+    """Return choices [k, groups] for rows i64[k] in executable form.
 
     `chosen` has a column for each group in `options_of`: the index of an option or, for a continuous group, a
     number within its range. Raises a ConfigError that names the organism, the group, the value and the
@@ -152,5 +152,5 @@ def _problems(
         value = values[i, g].item()
         fault = "not a number" if value != value else "no such option" if options else "out of range"
         key = table.name, int(table.uid[rows[i]]), groups[g]
-        problems.append(Problem(key, f"{fault} (of {int(wrong.sum())} such)", value, allowed, source=source))
+        problems.append(Problem(key, f"{fault} ({int(wrong.sum())} in all)", value, allowed, source=source))
     return problems

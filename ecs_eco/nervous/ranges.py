@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 class Ranges:
     """The limits of each continuous action, in the order of Motor's columns.
 
-    Built from group: ((lowest, highest), column of its action in the decision, number if no choice is made;
-    None: the number nearest to 0).
+    Built from a dict: group → ((lowest, highest), column of its action in the decision, number if no choice
+    is made). If that number is None, the one nearest to 0 is used.
     """
 
     def __init__(self, ranges: Mapping[str, tuple[tuple[float, float], int, Any]]) -> None:

@@ -46,7 +46,7 @@ def _check_map(
     _check_form(name, values, shape, low.dtype)
     if first_outside((values.reshape(-1),), 0, values.size, ONE, low, high) >= 0:
         cell = tuple(int(i) for i in np.argwhere(~((values >= low[0]) & (values <= high[0])))[0])
-        raise ValueError(f"{name} is {values[cell]} in the cell {cell}; expected: {allowed}")
+        raise ValueError(f"{name} is {values[cell]} in cell {cell}; expected: {allowed}")
 
 
 def _check_form(name: str, values: np.ndarray, shape: tuple[int, ...], dtype: np.dtype) -> None:

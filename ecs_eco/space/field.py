@@ -189,7 +189,7 @@ def _flow(
     torus: bool,
 ) -> None:
     """Add amounts to the source, scale the source and the field by their remaining shares, and diffuse the
-    sum in steps that alternate between two arrays; after an odd number of steps, the result is in `other`."""
+    sum in steps that alternate between two arrays. After an odd number of steps, the result is in `other`."""
     _deposit(source, places, amount, inverse)
     for k in range(value.shape[0]):
         for j in range(value.shape[1]):

@@ -1,7 +1,7 @@
-"""Checks of values set outside a tick: values must be finite and within their limits; invalid values are
-wrapped or moved into range where possible, and otherwise rejected with an error that names them.
+"""Checks of values set outside a tick, which must be finite and within their limits.
 
-They apply to everything that is not written by a system within a tick: spawned organisms, values written to
+Invalid values are wrapped or moved into range where possible; otherwise, an error names them. The checks
+apply to everything that is not written by a system within a tick: spawned organisms, values written to
 columns, handles, fields and ground between ticks, checkpoints and interventions. Positions beyond the edge of
 a torus are wrapped, and so are headings; a position on a wall is moved just inside it. No values are checked
 within a tick: kernels stay within their arrays whatever the values are, and debug mode reports the system

@@ -226,9 +226,9 @@ def image_of(dx, dy, space, image):
 
 @njit
 def touching(form, i, other, e, dx, dy, dz, space):
-    """Return the distance [m] between the surfaces of two bodies, the shorter way around on a torus and
-    negative if they overlap, and the vector from the center of i to its point nearest to e. (dx, dy, dz) [m]
-    is the center of i relative to the center of e."""
+    """Return the distance [m] between the surfaces of two bodies (the shorter way around on a torus, negative
+    if they overlap), and the vector from the center of i to its point nearest to e. (dx, dy, dz) [m] is the
+    center of i relative to the center of e."""
     images, best, wx, wy, wz = 2 if space.torus else 1, np.inf, 0.0, 0.0, 0.0
     r = np.float64(form[i, ROUND])
     for image in range(images * images):

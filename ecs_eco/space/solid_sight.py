@@ -109,8 +109,8 @@ def nearest_in_sight(
     found: Found,
 ) -> None:
     """Write, for each seeker, the nearest point of the nearest target in the field of view that no sphere,
-    capsule, box, rock or hill hides; the entry found is the seeker's own, or −1 if there is no target.
-    `spheres` and `solids` are opaque."""
+    capsule, box, rock or hill hides. The entry written is the seeker's own index, or −1 if there is no
+    target. `spheres` and `solids` are opaque."""
     ox, oy, oz, ou, cos, sin = seekers
     form, uid, radius, (target, distance2) = targets.form, targets.uid, sight.radius, found
     seen, near = np.zeros(len(form) + 1, np.int64), np.empty(len(form), np.int64)

@@ -58,7 +58,7 @@ class Terrain:
         self.height = np.zeros((ny, nx), np.float32)
         self.ground = np.zeros((ny, nx), np.uint8)
         self.inverse = np.array([nx / space.size[0], ny / space.size[1]], np.float32)
-        self.declared = True  # in the world file; otherwise an intervention created the ground and stores it
+        self.declared = True  # in the world file; otherwise, an intervention created and stores the ground
         self.fences: list[np.ndarray] = []  # corners of each fence, f64[k, 2] [m]
         self.roads: list[Road] = []
         self.land: LandMaps | None = None  # set for real land; see ecs_eco.space.land
@@ -157,7 +157,7 @@ class Terrain:
         ]
         if corners is not None and not same:
             raise ValueError(
-                f"there is no fence along {np.asarray(corners).tolist()}; there are {len(self.fences)} others"
+                f"there is no fence along {np.asarray(corners).tolist()}; other fences: {len(self.fences)}"
             )
         gone = same if corners is None else same[:1]
         self.fences = [f for i, f in enumerate(self.fences) if i not in gone]
@@ -206,7 +206,7 @@ class Terrain:
         same = [i for i, road in enumerate(self.roads) if corners is None or np.array_equal(road[0], corners)]
         if corners is not None and not same:
             raise ValueError(
-                f"there is no road along {np.asarray(corners).tolist()}; there are {len(self.roads)} others"
+                f"there is no road along {np.asarray(corners).tolist()}; other roads: {len(self.roads)}"
             )
         gone = same if corners is None else same[:1]
         self.roads = [road for i, road in enumerate(self.roads) if i not in gone]
@@ -248,7 +248,9 @@ class Terrain:
     def load(self, state: Mapping[str, np.ndarray]) -> None:
         """Load a `state()`. Raises a ValueError if the ground has a different size."""
         if state["ground"].shape != self.ground.shape:
-            raise ValueError(f"terrain has {self.ground.shape} cells, its state {state['ground'].shape}")
+            raise ValueError(
+                f"terrain has {self.ground.shape} cells, but its state has {state['ground'].shape}"
+            )
         corners, lengths, far = state["corners"], state["lengths"], 4 * max(self.space.size)
         rows = np.abs(lengths)
         lines = np.split(corners, np.cumsum(rows)[:-1]) if len(rows) else []
@@ -261,8 +263,8 @@ class Terrain:
             or not all((np.abs(line) <= far).all() for line in near)
         ):
             raise ValueError(
-                f"fences have corners {corners.tolist()[:4]} …, {lengths.tolist()[:4]} … of each fence; "
-                f"expected two finite numbers each, up to {far:g} m"
+                f"fences have corners {corners.tolist()[:4]} …, {lengths.tolist()[:4]} … per fence; "
+                f"expected two finite numbers per corner, up to {far:g} m"
             )
         self.ground[...] = state["ground"]
         self.fences = [line.copy() for line, n in zip(lines, lengths, strict=True) if n > 0]
@@ -348,8 +350,8 @@ def _hills(
 
 @njit
 def closed_between(x, y, dx, dy, ground, space):
-    """Return whether a fence, rock or water begins along the displacement (dx, dy), other than one at its
-    start; checks every half cell."""
+    """Return whether a fence, rock or water other than one at the start begins along the displacement (dx,
+    dy); checks every half cell."""
     on = ground_at(ground, x, y)
     steps = half_cells(np.sqrt(dx * dx + dy * dy), ground.inverse, space.lengths)
     for s in range(1, steps + 1):

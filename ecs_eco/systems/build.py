@@ -26,8 +26,8 @@ TURN = random.LOT + (2 << 8)  # purpose of the draws that decide which animal bu
 
 
 class Build(System):
-    """An animal that decides to build and has more energy than the cost builds an object at its position,
-    such as a nest, a dam or a honey store.
+    """An animal that decides to build and has more energy than the cost builds an object, such as a nest, a
+    dam or a honey store, at its position.
 
     The animal pays the cost, and the object receives the energy defined for its type. New objects respect the
     minimum spacing and the maximum number; if too many animals want to build, random draws decide which of

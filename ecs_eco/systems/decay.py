@@ -21,7 +21,7 @@ CAUSE = "decayed"
 
 
 class Decay(System):
-    """Objects that hold energy lose a share of it per second, as heat and to microorganisms, which are not
+    """Objects that hold energy lose a share of it per second to heat and to microorganisms, which are not
     modeled: dE/dt = −decay E (Olson 1963). After a given time, they vanish."""
 
     needs = (Metabolism,)

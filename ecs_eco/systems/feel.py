@@ -83,7 +83,7 @@ def _source(nerves: Nerves, table: Table) -> tuple[np.ndarray, Steps, np.float32
 @njit
 def feel(first, last, rows, x, operation, operand, height, least, happiness, reward, awake):
     """Store the happiness of entries first … last − 1 (the result of a formula's steps, raised to at least
-    `least`) and the reward, its change; the reward is 0 for an organism's first happiness value."""
+    `least`) and the reward, which is its change, or 0 for an organism's first happiness value."""
     pile = np.empty((height + 1, BLOCK), x.dtype)
     for start in range(first, last, BLOCK):
         size = min(BLOCK, last - start)

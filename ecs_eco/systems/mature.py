@@ -39,9 +39,9 @@ class Mature(System):
     and out of season.
 
     When a share u of the time from maturity to the end of fertility has passed, fertility is proportional to
-    u^(3 m) (1 − u)^(3 (1 − m)), a beta curve with its peak at m; m = 1/3 gives Brass's polynomial u (1 − u)²
-    (Brass 1975, Gage 2001). The season multiplies fertility by exp(κ (cos 2π(t − season) − 1)), the von Mises
-    curve, where t is the elapsed share of the year and κ = 1/(2π width)².
+    u^(3 m) (1 − u)^(3 (1 − m)), a beta curve with its peak at m. With m = 1/3, this is Brass's polynomial u
+    (1 − u)² (Brass 1975, Gage 2001). The season multiplies fertility by exp(κ (cos 2π(t − season) − 1)), the
+    von Mises curve, where t is the elapsed share of the year and κ = 1/(2π width)².
     """
 
     needs = (Biology,)

@@ -28,7 +28,7 @@ class Metabolise(System):
     before it starves. An organism that can fall into torpor burns no more than it has.
 
     If mass is heritable, directly or through radius and density, or if the young grow, the basal rate scales
-    with mass to the power of 3/4 (Kleiber 1932): large bodies burn more in total, but less per kilogram.
+    with mass to the power of 3/4 (Kleiber 1932). Large bodies then burn more in total, but less per kilogram.
     """
 
     needs = (Metabolism,)

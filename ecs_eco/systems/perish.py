@@ -30,7 +30,7 @@ class Perish(System):
     """An organism dies when one of its properties leaves the range in which it can live. Each end of each
     range is a separate cause of death.
 
-    The reward at death is the minimum minus the last happiness value.
+    The reward at death is the minimum happiness minus the last happiness value.
     """
 
     phase = "die"

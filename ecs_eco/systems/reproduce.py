@@ -28,11 +28,11 @@ class Reproduce(System):
     """A parent that is well fed and old enough gives birth at a given rate and pays the newborn's energy; it
     gives birth several times in a tick if it stays well fed.
 
-    The newborn appears at a random unoccupied position (`anywhere`, or within `dispersal` of the
-    parent); if another member of its species lives within `spacing`, the birth fails and costs nothing. A
-    litter is limited to the number of newborns that the parent can pay for without its energy falling to 0.
-    Immigrants, created like founders, also arrive. If `max_count` is reached, the remaining slots are
-    shared at random among newborns and immigrants.
+    The newborn appears at a random unoccupied position (`anywhere`, or within `dispersal` of the parent). If
+    another member of its species lives within `spacing`, the birth fails and costs nothing. A litter is
+    limited to the number of newborns that the parent can pay for without its energy falling to 0. Immigrants,
+    created like founders, also arrive. If `max_count` is reached, the remaining slots are shared at random
+    among newborns and immigrants.
     """
 
     needs = (Position, Body, Metabolism, Biology)

@@ -1,4 +1,4 @@
-"""The systems of a tick by phase, in the order in which they run."""
+"""The systems of a tick by phase, in running order."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ births."""
 
 
 def schedule(respawn: bool = False, tables: Iterable[Table] | None = None) -> list[System]:
-    """Return new systems for a world, in the order in which they run in a tick.
+    """Return new systems for a world, in the order they run in a tick.
 
     Parameters
     ----------

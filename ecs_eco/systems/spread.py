@@ -66,15 +66,15 @@ class Spread(System):
     each, so growth is logistic.
 
     In each tick, a free site draws a site at random, anywhere or within `dispersal`, with probability
-    rate·dt, and receives a seed if there is a plant on it; with probability seed_rain·dt it receives a seed
+    rate·dt, and receives a seed if a plant grows there; with probability seed_rain·dt, a seed falls on it
     from the seed rain. If seeds fall anywhere on uniform ground and newborns bear seeds like other plants, dt
-    is replaced by the time that makes the share of taken sites follow the logistic curve for the plants' mean
-    rate exactly. The share of a plant's seeds that sprout depends on its genes and is smaller the more it
-    spends on defense. A site is closed if rock or water covers its center; if they cover a plant's position
-    within an open site, the plant grows at the center instead. Land-cover classes multiply both rates. Seeds
-    need neither light nor substances to sprout, unless plants are born with substances from the soil: then a
-    seed sprouts only if the soil holds enough. If substances are scarce or `max_count` is reached, random
-    draws decide which seeds sprout.
+    is replaced by the time that makes the share of taken sites follow exactly the logistic curve for the
+    plants' mean rate. The share of a plant's seeds that sprout depends on its genes and is smaller the more
+    it spends on defense. A site is closed if rock or water covers its center; if they cover a plant's
+    position within an open site, the plant grows at the center instead. Land-cover classes multiply both
+    rates. Seeds need neither light nor substances to sprout, unless plants are born with substances from the
+    soil: then a seed sprouts only if the soil holds enough. If substances are scarce or `max_count` is
+    reached, random draws decide which seeds sprout.
     """
 
     needs = (Position, Metabolism)
@@ -266,8 +266,8 @@ def seeds(table: Table, own: Number, rate: float) -> tuple[float, np.ndarray]:
 
 
 def as_logistic(table: Table, rate: float, rain: float, vigour: np.ndarray, p: float, time: float) -> float:
-    """Return how long seeds must fall at the current rate to take as many free sites as dp/dt = (mean p +
-    rain)(1 − p), solved exactly, does in `time` [s]; at most until there is a seed on every site."""
+    """Return how long seeds must fall at the current rate to take as many free sites as the exact solution of
+    dp/dt = (mean p + rain)(1 − p) does in `time` [s]; at most until there is a seed on every site."""
     mean = rate if vigour is EVEN or table.n == 0 else rate * share(table, vigour)
     both, falls = mean + rain, mean * p + rain
     left = scalars.exp(-both * time)

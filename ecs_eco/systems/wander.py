@@ -1,4 +1,4 @@
-"""Animals that do not decide to turn wander."""
+"""Animals wander unless they decide to turn."""
 
 from __future__ import annotations
 

@@ -234,7 +234,7 @@ def test_a_letter_outside_the_alphabet_that_first_comes_in_a_birth_is_named() ->
     births = operators(layout, None, (rare, {}))
     with pytest.raises(
         ValueError,
-        match="mutate: rare puts 4 at position 7, which is not a letter; expected whole numbers from 0 to 3",
+        match="mutate: rare puts 4, which is not a letter, at position 7; expected whole numbers from 0 to 3",
     ):
         births.offspring(np.ones((1, 8), np.uint8), None, KEYS[:1])
 

@@ -238,7 +238,7 @@ REFUSED = [
         {"traits": {SIGN.name: SIGN}},
         "expected: -1 to 1",
     ),
-    ([G | {"form": "direct"}], {}, "network for which it codes is unknown"),
+    ([G | {"form": "direct"}], {}, "network that it codes for is unknown"),
     ([G | {"form": "cosine"}], {"shapes": {"g": [(2, 2)]}}, "is missing: the number for each matrix"),
     ([G | {"form": "direct", "coefficients": 3}], {"shapes": {"g": [(2, 2)]}}, "every weight has a codon"),
     (

@@ -118,7 +118,7 @@ def test_rows_may_come_in_any_order_with_their_uids(meadow):
 @pytest.mark.parametrize(
     ("uids", "says"),
     [
-        (lambda uid: uid[:-1], r"no action \(1 such\)"),
+        (lambda uid: uid[:-1], r"no action \(1 in all\)"),
         (lambda uid: np.append(uid, 999_999), "999999.*\n.*dead, or of another species"),
         (lambda uid: np.append(uid, uid[0]), "given twice"),
     ],
@@ -191,7 +191,7 @@ def test_species_that_nobody_can_decide_for_are_refused(alike, meadow):
     learner = meadow(options={"learn": True}, **POLICY)
     with pytest.raises(ConfigError, match="is learning from its own choices"):
         learner.external("deer")
-    with pytest.raises(RuntimeError, match="act follows observe"):
+    with pytest.raises(RuntimeError, match="call `observe` before `act`"):
         alike[0].external("deer").act(np.zeros((1, 2)))
 
 

@@ -27,7 +27,7 @@ def test_a_field_holds_finite_numbers(world, value):
     world.fields["smell"].value[0, 2, 3] = value
     with pytest.raises(
         ValueError,
-        match=rf"field 'smell': value is {value} in the cell \(0, 2, 3\); "
+        match=rf"field 'smell': value is {value} in cell \(0, 2, 3\); "
         r"expected: finite numbers",
     ):
         world.run(1)
@@ -51,14 +51,14 @@ def test_a_field_is_not_replaced_by_one_of_another_form(world, part, array):
 def test_heights_are_finite_and_ground_is_of_a_kind_that_there_is(world):
     world.terrain.height[5, 9] = np.nan
     with pytest.raises(
-        ValueError, match=r"terrain: height is nan in the cell \(5, 9\); expected: finite numbers \[m\]"
+        ValueError, match=r"terrain: height is nan in cell \(5, 9\); expected: finite numbers \[m\]"
     ):
         world.run(1)
     world.terrain.height[5, 9] = 0
     world.terrain.ground[1, 0] = 4
     with pytest.raises(
         ValueError,
-        match=r"terrain: ground is 4 in the cell \(1, 0\); expected: 0 open, "
+        match=r"terrain: ground is 4 in cell \(1, 0\); expected: 0 open, "
         r"1 water, 2 rock, 3 fence",
     ):
         world.run(1)

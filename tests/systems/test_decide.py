@@ -89,7 +89,7 @@ def test_a_policy_that_is_no_number_stops_with_species_tick_and_organism(meadow)
         uid = int(deer.uid[deer.species.nerves.rows[0]])
         with pytest.raises(
             FloatingPointError,
-            match=f"deer, tick 3: the policy of organism [0-9]+ gives.*2 such of 2.*{word}",
+            match=f"deer, tick 3: the policy of organism [0-9]+ gives.*2 of 2 organisms are affected.*{word}",
         ) as error:
             world.run(1)
         assert str(uid) in str(error.value) or len(deer) == 2

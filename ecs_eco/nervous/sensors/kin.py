@@ -54,9 +54,9 @@ def nearest_kin(
     cos_half_fov: Number,
     split: Callable[..., None],
 ) -> Found:
-    """Return the entry of the relative (or, without a relation, of any member) nearest to each seeker's
-    position x, y, z f32[n] [m], −1 if there is none, and the squared distance: i32[n], f32[n] [m²]. The
-    search is limited to the distance `own` f32[n] [m] and the field of view; ties go to the lower uid.
+    """Return the entry i32[n] (−1: none) of the relative nearest to each seeker's position x, y, z f32[n]
+    [m], and the squared distance f32[n] [m²]. Without a relation, any member counts. The search is limited to
+    the distance `own` f32[n] [m] and the field of view; ties go to the lower uid.
     """
     found = Found(np.full(seekers.n, -1, np.int32), np.full(seekers.n, np.inf, np.float32))
     if seekers.n and targets.n:

@@ -142,9 +142,9 @@ def look(
     hiding: tuple[tuple[str, ...], tuple[str, ...]],
     found: Found,
 ) -> Places:
-    """Return, for each seeker, the point of the nearest body of a kind that is nearest to the seeker's eye,
-    if some bodies are capsules or boxes; write its entry, which is i for seeker i, or −1 if it sees none.
-    `hiding` are the kinds of bodies that block sight."""
+    """Return the nearest point of the nearest body of a kind for each seeker's eye, if some bodies are
+    capsules or boxes. Seeker i's entry becomes i, or −1 if it sees none. `hiding` are the kinds of bodies
+    that block sight."""
     n = found.entry.size
     places = Places(*(np.zeros(n, np.float32) for _ in range(3)))
     world.split(

@@ -90,7 +90,7 @@ class Plain(NamedTuple):
 
     made_from: tuple[Any, ...] = ()  # valid until these values change
     others: tuple[tuple[Sense, int], ...] = ()
-    arrays: tuple[np.ndarray, ...] = ()  # keep the arrays alive
+    arrays: tuple[np.ndarray, ...] = ()  # kept so that addresses stay valid
     addresses: np.ndarray = np.empty(0, np.uint64)
     steps: np.ndarray = np.empty(0, np.int64)  # stride between rows
     sizes: np.ndarray = np.empty(0, np.int64)  # number of elements from the first row to the last

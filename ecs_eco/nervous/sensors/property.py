@@ -31,8 +31,9 @@ def feel_property(
     number: int = 0,
     kin: str | None = None,
 ) -> Sense:
-    """Feel a property of bodies of some kinds around a point on the organism's own body, which is excluded: Σ
-    weight × (value − zero)/scale or, as a mean, this sum divided by Σ weight; 0 if there are no bodies.
+    """Feel a property of bodies of some kinds around a point on the organism's own body, which is excluded.
+    The reading is Σ weight × (value − zero)/scale or, as a mean, this sum divided by Σ weight; it is 0 if
+    there are no bodies.
 
     A body is included if its center is nearer than `radius` [m]. Its weight at distance d is 1 with decay
     "none", 1 − d/radius with "linear", and 1/d² [1/m²] with "inverse_square", where d is at least its own

@@ -77,7 +77,7 @@ def place_of(
     """Return the position of a sensor on each body: x, y, z f32[n] [m].
 
     `at` is forward, to the left and, optionally, up, in radii of the body, unless organisms have individual
-    values; for a capsule or box, in halves of its length, width and height.
+    values; for a capsule or box, the units are half its length, width and height.
     """
     x, y, z = seekers.index.x, seekers.index.y, seekers.index.z
     own = number in table.species.own_places
@@ -98,7 +98,7 @@ def place_of(
 
 def nose(seekers: Seekers, forward: Number, left: Number, space: Space) -> tuple[np.ndarray, np.ndarray]:
     """Return x and y f32[n] of a point on each body, given in radii forward and to the left; for a capsule or
-    box, in halves of its length and width."""
+    box, the units are half its length and width."""
     radius: Any = seekers.radius
     if seekers.half is not None:
         forward, left, radius = forward * seekers.half[0], left * seekers.half[1], np.float32(1)
