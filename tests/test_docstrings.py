@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import ecs_eco
-from tools.api_pages import DATA, entries, is_public, pages, thing_of
+from tools.api_pages import DATA, WHOLE, entries, is_public, pages, thing_of
 
 ROOT = Path(__file__).parents[1]
 ENTRIES = list(dict.fromkeys(entries()))
@@ -85,7 +85,7 @@ def test_every_function_and_method_of_a_page_has_its_parameters_and_an_example(p
         text, example = inspect.getdoc(thing) or "", (inspect.getdoc(found.get(owner)) or "")
         if inspect.signature(thing).parameters.keys() - {"self", "_"} and "Parameters\n---" not in text:
             missing.append(f"{label}: Parameters")
-        if ">>> " not in text and f".{name}(" not in example.partition("Examples\n---")[2]:
+        if ">>> " not in text and not re.search(rf"\b{name}\(", example.partition("Examples\n---")[2]):
             missing.append(f"{label}: Examples")
     assert missing == []
 
@@ -108,16 +108,17 @@ def test_every_parameter_that_a_docstring_names_is_one_of_the_function():
 
 
 def documented(entries: list[tuple[str, str, str]] = WITHOUT_EXTRAS) -> list[tuple[str, object]]:
-    """Functions, classes and public methods of the API, each with a label."""
+    """Functions, classes and public methods that the pages show, each with a label."""
     found: dict[int, tuple[str, object]] = {}
-    for _, module, name in entries:
+    for page, module, name in entries:
         thing = thing_of(module, name)
         if not callable(thing):
             continue
-        found[id(thing)] = f"{module}.{name}", thing
-        if inspect.isclass(thing):
-            methods = [(n, m) for n, m in public_members(thing) if callable(m) and is_public(m)]
-            found |= {id(getattr(m, "__func__", m)): (f"{module}.{name}.{n}", m) for n, m in methods}
+        found.setdefault(id(thing), (f"{module}.{name}", thing))
+        if inspect.isclass(thing) and page != "systems" and not issubclass(thing, Exception):
+            for n, m in public_members(thing):
+                if callable(m) and is_public(m) and (n in vars(thing) or name in WHOLE):
+                    found.setdefault(id(getattr(m, "__func__", m)), (f"{module}.{name}.{n}", m))
     return list(found.values())
 
 

@@ -12,6 +12,7 @@ from importlib import import_module
 
 MEMBERS = "   :members:\n   :show-inheritance:\n"
 INHERITED = "   :inherited-members: object\n"
+WHOLE = {"World", "Brain", "ModuleBrain", "Learner", "TorchLearner", "Lineage"}  # with inherited members
 SECTION = re.compile(r"^[A-Z]\w+\n-{3,}$", re.MULTILINE)
 TYPES = ("boolean", "f32", "f64", "i8", "i16", "i32", "i64", "u8", "u16", "u32", "u64")
 API: dict[str, tuple[str, str, tuple[str, ...]]] = {  # page: (title, opening, names as `module:name`)
@@ -65,9 +66,6 @@ API: dict[str, tuple[str, str, tuple[str, ...]]] = {  # page: (title, opening, n
             "ecs_eco.lab:*",
             "ecs_eco.lab.folder:read_sweep",
             "ecs_eco.lab.table:collect",
-            "ecs_eco.lab.searching.fit:Fit",
-            "ecs_eco.lab.searching.sampler:Sampler",
-            "ecs_eco.lab.searching.sampler:Population",
             "ecs_eco.lab.searching.sampler:weighted_quantiles",
         ),
     ),
@@ -209,9 +207,7 @@ def _entry(module: str, name: str) -> str:
         return _directive("autoexception", f"{module}.{name}", "")
     if inspect.isclass(thing):
         members = "" if module.endswith(".systems") else MEMBERS
-        return _directive(
-            "autoclass", f"{module}.{name}", members + INHERITED * (name in ("World", "Brain", "ModuleBrain", "Lineage"))
-        )
+        return _directive("autoclass", f"{module}.{name}", members + INHERITED * (name in WHOLE))
     return _directive("autofunction", f"{module}.{name}", "")  # also for extras, which autodoc mocks
 
 

@@ -93,7 +93,8 @@ def depth_cycle(series: Series, species: str) -> DepthCycle | None:
     >>> config = {"sun": {"day": 24, "start": 0.0}, "space": {"size": [9, 9, 60]}}
     >>> series = load_series({"krill": np.full(96, 50)})
     >>> depth = 30 - 10 * np.cos(2 * np.pi * np.arange(96) / 24)
-    >>> series = replace(series, manifest={"config": config}, columns=series.columns | {"depth_mean": depth[:, None]})
+    >>> columns = series.columns | {"depth_mean": depth[:, None]}
+    >>> series = replace(series, manifest={"config": config}, columns=columns)
     >>> round(depth_cycle(series, "krill").fit.amplitude, 3)
     10.0
     """
@@ -134,7 +135,8 @@ def day_by_hour(series: Series, species: str) -> np.ndarray:
     >>> config = {"sun": {"day": 24, "start": 0.0}, "space": {"size": [9, 9, 60]}}
     >>> series = load_series({"krill": np.full(96, 50)})
     >>> depth = 30 - 10 * np.cos(2 * np.pi * np.arange(96) / 24)
-    >>> series = replace(series, manifest={"config": config}, columns=series.columns | {"depth_mean": depth[:, None]})
+    >>> columns = series.columns | {"depth_mean": depth[:, None]}
+    >>> series = replace(series, manifest={"config": config}, columns=columns)
     >>> day_by_hour(series, "krill")[[0, 12]].round(3).tolist()
     [20.0, 40.0]
     """

@@ -171,8 +171,8 @@ def phase(series: Series, pairs: Sequence[tuple[str, str]]) -> Figure:
     >>> from ecs_eco.analysis import figures
     >>> from ecs_eco.analysis.runs import load_series
     >>> series = load_series({"hare": [10, 12, 9], "lynx": [3, 3, 0]})
-    >>> figures.phase(series, [("hare", "lynx")]).axes[0].get_title()
-    'hare and lynx'
+    >>> figures.phase(series, [("hare", "lynx")]).axes[0].get_ylabel()
+    'lynx'
     """
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import ListedColormap, Normalize
@@ -270,8 +270,8 @@ def lags(
     >>> from ecs_eco.analysis.runs import load_series
     >>> t = 2 * np.pi * np.arange(400) / 50
     >>> series = load_series({"hare": 9 + np.sin(t), "lynx": 9 - np.cos(t)})
-    >>> figures.lags(series, [("hare", "lynx")], period=50).axes[0].get_title()
-    'hare → lynx'
+    >>> figures.lags(series, [("hare", "lynx")], period=50).axes[0].get_xlabel()
+    'lynx behind hare [periods]'
     """
     figure, axes = panels(1, len(pairs), 3.6 * len(pairs) + 0.6, 3.2, sharey=True)
     for ax, (a, b) in zip(axes[0], pairs, strict=True):

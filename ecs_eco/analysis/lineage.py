@@ -145,7 +145,7 @@ class Lineage(Pedigree):
     True
     >>> goats.frequencies("goat", "red", every=10).share.shape, goats.values("red").shape == goats.uid.shape
     ((3, 2), True)
-    >>> goats.course("goat", "red", every=10).mean[0] < 0, goats.generation_time("goat") > 1
+    >>> bool(goats.course("goat", "red", every=10).mean[0] < 0), goats.generation_time("goat") > 1
     (True, True)
     >>> goats.selection("goat", "red", "-1").samples
     30
