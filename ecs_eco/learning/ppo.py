@@ -40,8 +40,8 @@ class Learner(RolloutLearner):
     >>> import numpy as np
     >>> from ecs_eco.learning import PPO, Brain, Learner
     >>> learner = Learner(Brain(3, groups=(2,)), PPO(horizon=8), seed=1)
-    >>> learner.full, learner.update(np.zeros(1, np.int64), np.zeros(1, np.float32))
-    (False, None)
+    >>> learner.full, learner.update(np.zeros(1, np.int64), np.zeros(1, np.float32))["n_transitions"]
+    (False, 0)
     """
 
     brain: Brain

@@ -133,7 +133,7 @@ class External:
     >>> for tick in range(3):
     ...     sensed = deer.observe()
     ...     deer.act(np.full((len(sensed.uid), len(deer.options)), 1))
-    >>> world.tick, deer.save("meadow.ckpt")
+    >>> world.tick, deer.save("meadow.ckpt").name
     (3, 'meadow.ckpt')
     >>> deer.close()
     """
