@@ -466,6 +466,12 @@ class World(SpatialWorld):
         Notes
         -----
         The page is served from 127.0.0.1, so a notebook must run on your machine.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> world = World.from_config("predator-prey", seed=1)
+        >>> world.view(ticks=500, speed=20)  # doctest: +SKIP
         """
         return _above("view")(self, ticks, **how)
 

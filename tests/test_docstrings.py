@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import ecs_eco
-from tools.api_pages import API, DATA, entries, is_public, pages, thing_of
+from tools.api_pages import DATA, WHOLE, entries, is_public, pages, thing_of
 
 ROOT = Path(__file__).parents[1]
 ENTRIES = list(dict.fromkeys(entries()))
@@ -74,14 +74,20 @@ def test_world_shows_what_users_call_and_nothing_that_only_the_package_calls():
     assert hidden == {"report"}, "document them with sections, or begin their names with an underscore"
 
 
-@pytest.mark.parametrize("page", API)
-def test_the_functions_and_methods_of_a_page_are_documented_in_full(page):
-    bare = []
-    for _, module, name in [entry for entry in WITHOUT_EXTRAS if entry[0] == page]:
-        thing = thing_of(module, name)
-        if inspect.isroutine(thing) and not is_public(thing):
-            bare.append(f"{module}.{name}")
-    assert bare == []
+@pytest.mark.parametrize("page", sorted({page for page, _, _ in ENTRIES}))
+def test_every_function_and_method_of_a_page_has_its_parameters_and_an_example(page):
+    found = dict(documented([entry for entry in WITHOUT_EXTRAS if entry[0] == page]))
+    missing = []
+    for label, thing in found.items():
+        owner, _, name = label.rpartition(".")
+        if inspect.isclass(thing) or name in DATA:
+            continue
+        text, example = inspect.getdoc(thing) or "", (inspect.getdoc(found.get(owner)) or "")
+        if inspect.signature(thing).parameters.keys() - {"self", "_"} and "Parameters\n---" not in text:
+            missing.append(f"{label}: Parameters")
+        if ">>> " not in text and not re.search(rf"\b{name}\(", example.partition("Examples\n---")[2]):
+            missing.append(f"{label}: Examples")
+    assert missing == []
 
 
 def test_every_parameter_that_a_docstring_names_is_one_of_the_function():
@@ -101,17 +107,18 @@ def test_every_parameter_that_a_docstring_names_is_one_of_the_function():
     assert wrong == []
 
 
-def documented() -> list[tuple[str, object]]:
-    """Functions, classes and public methods of the API, each with a label."""
+def documented(entries: list[tuple[str, str, str]] = WITHOUT_EXTRAS) -> list[tuple[str, object]]:
+    """Functions, classes and public methods that the pages show, each with a label."""
     found: dict[int, tuple[str, object]] = {}
-    for _, module, name in WITHOUT_EXTRAS:
+    for page, module, name in entries:
         thing = thing_of(module, name)
-        if not callable(thing) or not inspect.getdoc(thing):
+        if not callable(thing):
             continue
-        found[id(thing)] = f"{module}.{name}", thing
-        if inspect.isclass(thing):
-            methods = [(n, m) for n, m in public_members(thing) if callable(m) and is_public(m)]
-            found |= {id(getattr(m, "__func__", m)): (f"{module}.{name}.{n}", m) for n, m in methods}
+        found.setdefault(id(thing), (f"{module}.{name}", thing))
+        if inspect.isclass(thing) and page != "systems" and not issubclass(thing, Exception):
+            for n, m in public_members(thing):
+                if callable(m) and is_public(m) and (n in vars(thing) or name in WHOLE):
+                    found.setdefault(id(getattr(m, "__func__", m)), (f"{module}.{name}.{n}", m))
     return list(found.values())
 
 

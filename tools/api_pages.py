@@ -9,10 +9,10 @@ import inspect
 import re
 from collections.abc import Iterator
 from importlib import import_module
-from typing import Any
 
 MEMBERS = "   :members:\n   :show-inheritance:\n"
 INHERITED = "   :inherited-members: object\n"
+WHOLE = {"World", "Brain", "ModuleBrain", "Learner", "TorchLearner", "Lineage"}  # with inherited members
 SECTION = re.compile(r"^[A-Z]\w+\n-{3,}$", re.MULTILINE)
 TYPES = ("boolean", "f32", "f64", "i8", "i16", "i32", "i64", "u8", "u16", "u32", "u64")
 API: dict[str, tuple[str, str, tuple[str, ...]]] = {  # page: (title, opening, names as `module:name`)
@@ -66,9 +66,6 @@ API: dict[str, tuple[str, str, tuple[str, ...]]] = {  # page: (title, opening, n
             "ecs_eco.lab:*",
             "ecs_eco.lab.folder:read_sweep",
             "ecs_eco.lab.table:collect",
-            "ecs_eco.lab.searching.fit:Fit",
-            "ecs_eco.lab.searching.sampler:Sampler",
-            "ecs_eco.lab.searching.sampler:Population",
             "ecs_eco.lab.searching.sampler:weighted_quantiles",
         ),
     ),
@@ -122,24 +119,25 @@ API: dict[str, tuple[str, str, tuple[str, ...]]] = {  # page: (title, opening, n
         ("ecs_eco.testing:*",),
     ),
 }
-ANALYSIS = (  # modules; after a colon, the names, if the module itself defines no public names
-    "why:write_why,explain",
+ANALYSIS = (  # module: names; other names serve the package's own reports
+    "why:write_why",
     "report:write_report",
     "nervous_figure:draw_nervous_system,save",
-    "cycles",
-    "extinction",
-    "lineage",
-    "pedigree",
-    "survival",
-    "spectrum",
-    "rhythm",
-    "depth",
-    "carriers",
-    "signature",
-    "against",
-    "compare",
-    "seed_grid",
-    "figures",
+    "cycles:Lag,CycleStatistics,living_stretch,cycle_statistics,lag,median_lag_interval,cross_correlation,"
+    "Surrogates,cross_seed_surrogates",
+    "extinction:Decline,decline,declines,lifetime,opening",
+    "lineage:Lineage",
+    "survival:Interval,SurvivalCurve,kaplan_meier,log_rank,wilson,difference_of_shares,bootstrap_difference",
+    "spectrum:thin,transform,detrend,spectrum,Peak,spectral_peak",
+    "rhythm:Cosinor,cosinor,p_of_days",
+    "depth:DepthCycle,depth_cycle,day_by_hour",
+    "carriers:Frequencies,carriers",
+    "genes:Course,Selection,log_odds_slope,haldanes",
+    "signature:Cycle,cycle,period_of",
+    "compare:compare",
+    "seed_grid:VarianceShares,components,variance_shares,mean_interval,effective_runs,share_interval,"
+    "share_difference",
+    "figures:populations,over_time,phase,spectra,lags,deaths,energy,survival,save,save_svg",
 )
 
 
@@ -209,9 +207,7 @@ def _entry(module: str, name: str) -> str:
         return _directive("autoexception", f"{module}.{name}", "")
     if inspect.isclass(thing):
         members = "" if module.endswith(".systems") else MEMBERS
-        return _directive(
-            "autoclass", f"{module}.{name}", members + INHERITED * (name in ("World", "Brain", "ModuleBrain"))
-        )
+        return _directive("autoclass", f"{module}.{name}", members + INHERITED * (name in WHOLE))
     return _directive("autofunction", f"{module}.{name}", "")  # also for extras, which autodoc mocks
 
 
@@ -233,8 +229,7 @@ def _types() -> str:
 def _phenomena() -> Iterator[tuple[str, list[tuple[str, str]]]]:
     for entry in ANALYSIS:
         name, _, chosen = entry.partition(":")
-        module = f"ecs_eco.analysis.{name}"
-        yield name, [(module, one) for one in (chosen.split(",") if chosen else _own(module))]
+        yield name, [(f"ecs_eco.analysis.{name}", one) for one in chosen.split(",")]
 
 
 def _analysis() -> str:
@@ -247,18 +242,6 @@ def _analysis() -> str:
         head = doc.strip().partition("\n\n")[0].replace("\n", " ")
         parts += [f"## {name}\n\n{head}", *(_entry(*entry) for entry in names)]
     return "\n\n".join(parts) + "\n"
-
-
-def _own(module: str) -> list[str]:
-    """Return the public classes and functions that a module defines, in source order."""
-    there: dict[str, Any] = vars(import_module(module))
-    return [
-        name
-        for name, thing in there.items()
-        if not name.startswith("_")
-        and (inspect.isclass(thing) or inspect.isfunction(thing))
-        and thing.__module__ == module
-    ]
 
 
 def index() -> str:

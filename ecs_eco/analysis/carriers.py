@@ -28,6 +28,15 @@ class Frequencies:
     `n` i64[samples] counts all living organisms. With several strings (ploidy 2) or several copies of a gene,
     an organism counts once for each value that it carries; an organism without the gene is not counted.
     `copies` i64[samples, values] counts strings, or copies of the gene, instead of organisms.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ecs_eco.analysis.carriers import Frequencies
+    >>> count = np.array([[3, 1], [2, 2]])
+    >>> red = Frequencies("red", np.array([0, 10]), ("0", "1"), count, np.array([4, 4]), count)
+    >>> red.of("1").tolist(), red.share[:, 1].tolist()
+    ([1, 2], [0.25, 0.5])
     """
 
     gene: str
@@ -250,6 +259,24 @@ def carriers(genes: Sequence[Frequencies], title: str = "") -> Figure:
 
     Organisms with the value of the first codon do not count as carriers. A gene with more than two values has
     one line for each value after the first.
+
+    Parameters
+    ----------
+    genes : sequence of Frequencies
+    title : str, default ""
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ecs_eco.analysis.carriers import Frequencies, carriers
+    >>> count = np.array([[3, 1], [2, 2]])
+    >>> red = Frequencies("red", np.array([0, 10]), ("0", "1"), count, np.array([4, 4]), count)
+    >>> carriers([red]).axes[0].get_ylabel()
+    'number of carriers'
     """
     figure, ((ax,),) = panels(1, 1, 9, 3.6)
     lines = lines_of(genes)

@@ -72,6 +72,13 @@ def compare(
     See Also
     --------
     ecs_eco.lab.compare : also runs the arms.
+
+    Examples
+    --------
+    >>> from ecs_eco.analysis.compare import compare
+    >>> one, other = {"hare": [9, 8, 7], "lynx": [2, 1, 0]}, {"hare": [9, 9, 8], "lynx": [2, 2, 1]}
+    >>> compare({"alone": [one], "fed": [other]})["opening"]["fed"]
+    'All species persisted in 1 of 1 run (100%).'
     """
     loaded, names = _load(arms, species)
     curves = {

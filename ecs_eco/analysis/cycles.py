@@ -32,7 +32,17 @@ class Lag:
 
 @dataclass(frozen=True)
 class CycleStatistics:
-    """The cycles of one run; `as_dict` converts them to JSON types."""
+    """The cycles of one run; `as_dict` converts them to JSON types.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ecs_eco.analysis.cycles import cycle_statistics
+    >>> hares = 100 + 50 * np.sin(2 * np.pi * np.arange(2000) / 100)
+    >>> statistics = cycle_statistics({"hare": hares}, n_boot=99)
+    >>> statistics.cycling(), statistics.as_dict()["enough"]
+    (('hare',), True)
+    """
 
     species: tuple[str, ...]
     ticks: int  # length of the analyzed stretch: after the start, before the first extinction
@@ -81,8 +91,26 @@ class CycleStatistics:
 
 
 def living_stretch(series: Series, skip: float = 0.1) -> np.ndarray:
-    """Return population sizes (ticks, species) before the first extinction, skipping a fraction `skip` of the
-    run at its start."""
+    """Return population sizes after the start of a run and before its first extinction.
+
+    Parameters
+    ----------
+    series : Series
+    skip : float, default 0.1
+        Fraction of the run to skip at the start.
+
+    Returns
+    -------
+    array of float64, shape (ticks, species)
+        Only species that were ever present.
+
+    Examples
+    --------
+    >>> from ecs_eco.analysis.cycles import living_stretch
+    >>> from ecs_eco.analysis.runs import load_series
+    >>> living_stretch(load_series({"hare": [10, 12, 9, 0]}), skip=0.25).ravel().tolist()
+    [12.0, 9.0]
+    """
     n = series.n[:, series.present]
     gone = np.flatnonzero((n == 0).any(1))
     end = gone[0] if len(gone) else len(n)
@@ -170,10 +198,32 @@ def _asked(series: Series, names: Sequence[str], period_of: Sequence[str] | None
 
 
 def lag(a: np.ndarray, b: np.ndarray, period: float, *, n_boot: int = 999, seed: int = 0) -> Lag:
-    """Return the lag of b behind a: the phase of their cross-spectrum in the band around `period` [samples].
+    """Return the lag of b behind a: the phase of their cross-spectrum in the band around `period`.
 
-    The interval (circular block bootstrap with blocks of three periods, and Student's t) has 90% coverage
-    with 10 to 20 periods.
+    Parameters
+    ----------
+    a, b : array of float, shape (samples,)
+        Logarithms of simultaneous population sizes.
+    period : float
+        Period around which the series are filtered [samples].
+    n_boot : int, default 999
+        Number of bootstrap samples.
+    seed : int, default 0
+        Random seed for the bootstrap.
+
+    Returns
+    -------
+    Lag
+        The interval (circular block bootstrap with blocks of three periods, and Student's t) has 90% coverage
+        with 10 to 20 periods.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ecs_eco.analysis.cycles import lag
+    >>> t = np.arange(1000) / 50
+    >>> round(lag(np.sin(2 * np.pi * t), np.sin(2 * np.pi * (t - 0.25)), period=50).share, 2)
+    0.25
     """
     from scipy.special import ndtri, stdtrit  # slow to import, though faster than scipy.stats
 
@@ -200,8 +250,24 @@ def median_lag_interval(lags: Sequence[float], level: float = 0.95) -> dict[str,
     """Return the circular median of lags over seeds with a distribution-free interval between order
     statistics.
 
-    The interval is the narrowest that covers `level`; if none does, it is the full range (`coverage` 0.97 for
-    six seeds).
+    Parameters
+    ----------
+    lags : sequence of float, shape (seeds,)
+        Lags as fractions of the period.
+    level : float, default 0.95
+
+    Returns
+    -------
+    dict
+        `n`, `median`, `low`, `high` and `coverage`. The interval is the narrowest that covers `level`; if none
+        does, it is the full range (`coverage` 0.97 for six seeds). Without lags, the values are NaN.
+
+    Examples
+    --------
+    >>> from ecs_eco.analysis.cycles import median_lag_interval
+    >>> found = median_lag_interval([0.2, 0.22, 0.24, 0.26, 0.28])
+    >>> round(found["median"], 2), round(found["low"], 2), round(found["high"], 2)
+    (0.24, 0.2, 0.28)
     """
     from scipy.special import bdtr
 
@@ -224,7 +290,29 @@ def median_lag_interval(lags: Sequence[float], level: float = 0.95) -> dict[str,
 
 
 def cross_correlation(a: np.ndarray, b: np.ndarray, reach: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lags −reach … reach [samples], and the correlations of detrended a(t) with b(t + lag)."""
+    """Return the correlations of detrended a(t) with b(t + lag).
+
+    Parameters
+    ----------
+    a, b : array of float, shape (samples,)
+    reach : int
+        Largest lag [samples].
+
+    Returns
+    -------
+    lags : array of int, shape (k,)
+        From −reach to reach.
+    correlations : array of float64, shape (k,)
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ecs_eco.analysis.cycles import cross_correlation
+    >>> a = np.random.default_rng(1).standard_normal(100)
+    >>> lags, correlations = cross_correlation(a, np.roll(a, 3), reach=5)
+    >>> lags[correlations.argmax()].item()
+    3
+    """
     a, b = detrend(np.asarray(a, float)), detrend(np.asarray(b, float))
     n = len(a)
     full = np.fft.irfft(np.fft.rfft(a, 2 * n).conj() * np.fft.rfft(b, 2 * n), 2 * n)
@@ -259,10 +347,42 @@ def cross_seed_surrogates(
 ) -> Surrogates:
     """Test whether a and b from the same run are coupled more strongly than a from run i and b from run j.
 
-    All runs are truncated to the length of the shortest stretch before an extinction and filtered around one
-    period (by default the median of their clearest peaks). p comes from a permutation test over the pairings
-    of runs, which is exact for up to seven runs. With n runs, p is at least 1/n!, so a significant result
-    needs at least four runs.
+    All runs are truncated to the length of the shortest stretch before an extinction.
+
+    Parameters
+    ----------
+    runs : sequence
+        At least 4 runs, one per seed: anything that `load_series` accepts.
+    a, b : str
+        Two species.
+    period : float, optional
+        Period around which all runs are filtered [ticks]; default: the median of their clearest peaks.
+    skip : float, default 0.1
+        Fraction of each run to skip at the start.
+    n_shuffles : int, default 9999
+        Number of random pairings of more than seven runs.
+    seed : int, default 0
+        Random seed for the pairings.
+
+    Returns
+    -------
+    Surrogates
+        p comes from a permutation test over the pairings of runs, which is exact for up to seven runs. It is at
+        least 1/n! for n runs.
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than 4 runs, or the shortest run covers fewer than two periods.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ecs_eco.analysis.cycles import cross_seed_surrogates
+    >>> x = np.random.default_rng(0).normal(100, 9, (5, 400))
+    >>> runs = [{"hare": n, "lynx": np.roll(n, 5)} for n in x]
+    >>> cross_seed_surrogates(runs, "hare", "lynx", period=20).p <= 0.05
+    True
     """
     if len(runs) < 4:
         raise ValueError(

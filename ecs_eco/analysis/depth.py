@@ -71,7 +71,33 @@ def surface_light(series: Series, ticks: np.ndarray | None = None) -> np.ndarray
 
 
 def depth_cycle(series: Series, species: str) -> DepthCycle | None:
-    """Return the daily cycle of a species' mean depth, or None if it lived for less than two whole days."""
+    """Return the daily cycle of a species' mean depth.
+
+    Parameters
+    ----------
+    series : Series
+        A run with a sun and water.
+    species : str
+
+    Returns
+    -------
+    DepthCycle or None
+        None if the species lived for less than two whole days.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from dataclasses import replace
+    >>> from ecs_eco.analysis.depth import depth_cycle
+    >>> from ecs_eco.analysis.runs import load_series
+    >>> config = {"sun": {"day": 24, "start": 0.0}, "space": {"size": [9, 9, 60]}}
+    >>> series = load_series({"krill": np.full(96, 50)})
+    >>> depth = 30 - 10 * np.cos(2 * np.pi * np.arange(96) / 24)
+    >>> columns = series.columns | {"depth_mean": depth[:, None]}
+    >>> series = replace(series, manifest={"config": config}, columns=columns)
+    >>> round(depth_cycle(series, "krill").fit.amplitude, 3)
+    10.0
+    """
     day = day_of(series)
     lived = series.of(species) > 0
     end = len(lived) if lived.all() else int(np.argmin(lived))
@@ -87,8 +113,33 @@ def depth_cycle(series: Series, species: str) -> DepthCycle | None:
 
 
 def day_by_hour(series: Series, species: str) -> np.ndarray:
-    """Return a species' mean depth [m] by hour, f64[HOURS], excluding the first day; it is NaN if the species
-    was absent."""
+    """Return a species' mean depth by hour of the day, excluding the first day.
+
+    Parameters
+    ----------
+    series : Series
+        A run with a sun and water.
+    species : str
+
+    Returns
+    -------
+    array of float64, shape (24,)
+        [m]; NaN for hours in which the species was absent.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from dataclasses import replace
+    >>> from ecs_eco.analysis.depth import day_by_hour
+    >>> from ecs_eco.analysis.runs import load_series
+    >>> config = {"sun": {"day": 24, "start": 0.0}, "space": {"size": [9, 9, 60]}}
+    >>> series = load_series({"krill": np.full(96, 50)})
+    >>> depth = 30 - 10 * np.cos(2 * np.pi * np.arange(96) / 24)
+    >>> columns = series.columns | {"depth_mean": depth[:, None]}
+    >>> series = replace(series, manifest={"config": config}, columns=columns)
+    >>> day_by_hour(series, "krill")[[0, 12]].round(3).tolist()
+    [20.0, 40.0]
+    """
     lived = (series.of(species) > 0) & (series.ticks >= series.ticks[0] + day_of(series))
     hour = _part_of_day(series, series.ticks[lived])
     n = np.bincount(hour, minlength=HOURS)

@@ -32,7 +32,31 @@ class Decline:
 
 
 def decline(series: Series, species: str) -> Decline | None:
-    """Return the decline of a species, or None if it is alive at the end or was never present."""
+    """Return the decline of a species to its extinction.
+
+    Parameters
+    ----------
+    series : Series
+    species : str
+
+    Returns
+    -------
+    Decline or None
+        None if the species is alive at the end or was never present.
+
+    Raises
+    ------
+    KeyError
+        If the species is unknown.
+
+    Examples
+    --------
+    >>> from ecs_eco.analysis.extinction import decline
+    >>> from ecs_eco.analysis.runs import load_series
+    >>> series = load_series({"hare": [10, 12, 9], "lynx": [4, 3, 0]})
+    >>> decline(series, "lynx").tick, decline(series, "hare")
+    (2, None)
+    """
     i, n = series.index(species), series.of(species)
     if np.isnan(series.extinct[i]) or not series.present[i]:
         return None
@@ -49,13 +73,50 @@ def decline(series: Series, species: str) -> Decline | None:
 
 
 def declines(series: Series) -> list[Decline]:
-    """Return the declines of a run's extinct species in chronological order."""
+    """Return the declines of a run's extinct species in chronological order.
+
+    Parameters
+    ----------
+    series : Series
+
+    Returns
+    -------
+    list of Decline
+
+    Examples
+    --------
+    >>> from ecs_eco.analysis.extinction import declines
+    >>> from ecs_eco.analysis.runs import load_series
+    >>> series = load_series({"hare": [10, 12, 9], "lynx": [4, 3, 0]})
+    >>> [end.species for end in declines(series)]
+    ['lynx']
+    """
     all_declines = [d for s in series.species if (d := decline(series, s)) is not None]
     return sorted(all_declines, key=lambda d: d.tick)
 
 
 def lifetime(series: Series) -> tuple[float, bool]:
-    """Return the ticks to the first extinction and True, or the length of the run and False."""
+    """Return the time to a run's first extinction.
+
+    Parameters
+    ----------
+    series : Series
+
+    Returns
+    -------
+    ticks : float
+        Time to the first extinction, or the length of the run.
+    died : bool
+        Whether a species died out.
+
+    Examples
+    --------
+    >>> from ecs_eco.analysis.extinction import lifetime
+    >>> from ecs_eco.analysis.runs import load_series
+    >>> series = load_series({"hare": [10, 12, 9], "lynx": [4, 3, 0]})
+    >>> lifetime(series)
+    (2.0, True)
+    """
     gone = series.extinct[series.present]
     if np.isnan(gone).all():
         return float(series.length), False
@@ -63,8 +124,26 @@ def lifetime(series: Series) -> tuple[float, bool]:
 
 
 def opening(series: Series) -> list[str]:
-    """Return the opening of a run's report, one sentence per item: whether all species persisted and, if not,
-    which died out, when and why."""
+    """Return the opening of a run's report: whether all species persisted and, if not, which died out, when and
+    why.
+
+    Parameters
+    ----------
+    series : Series
+
+    Returns
+    -------
+    list of str
+        One sentence per item.
+
+    Examples
+    --------
+    >>> from ecs_eco.analysis.extinction import opening
+    >>> from ecs_eco.analysis.runs import load_series
+    >>> series = load_series({"hare": [10, 12, 9], "lynx": [4, 3, 0]})
+    >>> opening(series)[0]
+    '1 of 2 species died out; hare persisted to tick 3.'
+    """
     lived = series.there
     if not lived:
         return ["No species had a living member at the end of any tick."]

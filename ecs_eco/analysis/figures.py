@@ -35,7 +35,24 @@ from ecs_eco.engine.errors import shortened, unknown_name
 @styled
 def populations(series: Series) -> Figure:
     """Plot population sizes over time; a species more than four times as numerous as any other has its own
-    axis."""
+    axis.
+
+    Parameters
+    ----------
+    series : Series
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Examples
+    --------
+    >>> from ecs_eco.analysis import figures
+    >>> from ecs_eco.analysis.runs import load_series
+    >>> series = load_series({"hare": [10, 12, 9], "lynx": [3, 3, 0]})
+    >>> figures.populations(series).axes[0].get_xlabel()
+    'tick'
+    """
     figure, ((ax,),) = panels(1, 1, 9, 3.6)
     hue, top = colors_of(series), series.n.max(0, initial=0)
     rest = np.sort(top)[:-1].max(initial=0)
@@ -101,7 +118,25 @@ def plot(world: Any, column: str = "n", species: Sequence[str] | None = None) ->
 
 @styled
 def over_time(series: Series, column: str) -> Figure:
-    """Plot a column over time, with one line for each species that has values."""
+    """Plot a column over time, with one line for each species that has values.
+
+    Parameters
+    ----------
+    series : Series
+    column : str
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Examples
+    --------
+    >>> from ecs_eco.analysis import figures
+    >>> from ecs_eco.analysis.runs import load_series
+    >>> series = load_series({"hare": [10, 12, 9], "lynx": [3, 3, 0]})
+    >>> figures.over_time(series, "n").axes[0].get_ylabel()
+    'n'
+    """
     figure, ((ax,),) = panels(1, 1, 9, 3.6)
     hue = colors_of(series)
     for name in series.species:
@@ -119,7 +154,26 @@ def over_time(series: Series, column: str) -> Figure:
 @styled
 def phase(series: Series, pairs: Sequence[tuple[str, str]]) -> Figure:
     """Plot trajectories of pairs of species (prey on x, consumer on y), colored by time and smoothed over 1%
-    of the run."""
+    of the run.
+
+    Parameters
+    ----------
+    series : Series
+    pairs : sequence of (str, str)
+        Prey and consumer.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Examples
+    --------
+    >>> from ecs_eco.analysis import figures
+    >>> from ecs_eco.analysis.runs import load_series
+    >>> series = load_series({"hare": [10, 12, 9], "lynx": [3, 3, 0]})
+    >>> figures.phase(series, [("hare", "lynx")]).axes[0].get_ylabel()
+    'lynx'
+    """
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import ListedColormap, Normalize
 
@@ -142,7 +196,28 @@ def phase(series: Series, pairs: Sequence[tuple[str, str]]) -> Figure:
 @styled
 def spectra(peaks: Mapping[str, Peak], hue: Mapping[str, str] | None = None) -> Figure:
     """Plot each species' spectrum, the fitted red noise, and the level that the noise exceeds in 1 of 20
-    cases."""
+    cases.
+
+    Parameters
+    ----------
+    peaks : mapping of str to Peak
+        By species, from `spectral_peak`.
+    hue : mapping of str to str, optional
+        Color of each species; default: the palette.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ecs_eco.analysis import figures
+    >>> from ecs_eco.analysis.spectrum import spectral_peak
+    >>> peak = spectral_peak(9 + np.sin(2 * np.pi * np.arange(1000) / 50), n_boot=99)
+    >>> figures.spectra({"hare": peak}).axes[0].get_xlabel()
+    'period [ticks]'
+    """
     figure, axes = panels(1, len(peaks), 3.5 * len(peaks) + 0.6, 3.4)
     hue = hue or colors(list(peaks))
     for ax, (s, peak) in zip(axes[0], peaks.items(), strict=True):
@@ -173,8 +248,31 @@ def lags(
     period: float,
     surrogates: Mapping[str, Surrogates] | None = None,
 ) -> Figure:
-    """Plot the cross-correlation of each pair ("a→b") within ± one period, with the band of cross-seed pairs,
-    if any."""
+    """Plot the cross-correlation of each pair within ± one period, with the band of cross-seed pairs, if any.
+
+    Parameters
+    ----------
+    series : Series
+    pairs : sequence of (str, str)
+    period : float
+        [ticks]
+    surrogates : mapping of str to Surrogates, optional
+        By pair, "a→b".
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ecs_eco.analysis import figures
+    >>> from ecs_eco.analysis.runs import load_series
+    >>> t = 2 * np.pi * np.arange(400) / 50
+    >>> series = load_series({"hare": 9 + np.sin(t), "lynx": 9 - np.cos(t)})
+    >>> figures.lags(series, [("hare", "lynx")], period=50).axes[0].get_xlabel()
+    'lynx behind hare [periods]'
+    """
     figure, axes = panels(1, len(pairs), 3.6 * len(pairs) + 0.6, 3.2, sharey=True)
     for ax, (a, b) in zip(axes[0], pairs, strict=True):
         band = (surrogates or {}).get(f"{a}→{b}")
@@ -209,7 +307,25 @@ def binned(series: Series, columns: np.ndarray, bins: int = 120) -> tuple[np.nda
 
 @styled
 def deaths(series: Series) -> Figure:
-    """Plot deaths per tick by cause, stacked, with a panel for each species that had deaths."""
+    """Plot deaths per tick by cause, stacked, with a panel for each species that had deaths.
+
+    Parameters
+    ----------
+    series : Series
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Examples
+    --------
+    >>> from ecs_eco import World
+    >>> from ecs_eco.analysis import figures
+    >>> from ecs_eco.analysis.runs import load_series
+    >>> series = load_series(World.from_config("predator-prey", policies="random").run(3).series())
+    >>> figures.deaths(series).axes[-1].get_xlabel()
+    'tick'
+    """
     counts = np.stack([series.columns[DIED + c] for c in series.causes], -1)  # (ticks, species, causes)
     shown = [i for i in range(len(series.species)) if counts[:, i].any()]
     used = [j for j in range(len(series.causes)) if counts[..., j].any()]
@@ -240,7 +356,25 @@ FLOWS = (
 
 @styled
 def energy(series: Series) -> Figure:
-    """Plot each species' energy flows per tick: inflows above zero, outflows below, and the net flow."""
+    """Plot each species' energy flows per tick: inflows above zero, outflows below, and the net flow.
+
+    Parameters
+    ----------
+    series : Series
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Examples
+    --------
+    >>> from ecs_eco import World
+    >>> from ecs_eco.analysis import figures
+    >>> from ecs_eco.analysis.runs import load_series
+    >>> series = load_series(World.from_config("predator-prey", policies="random").run(3).series())
+    >>> figures.energy(series).axes[-1].get_xlabel()
+    'tick'
+    """
     figure, axes = panels(len(series.species), 1, 9, 2.1 * len(series.species) + 0.6, sharex=True)
     for ax, (i, s) in zip(axes[:, 0], enumerate(series.species), strict=True):
         for sign in (1, -1):
@@ -302,7 +436,27 @@ def _apart(xy: np.ndarray, wide: float) -> np.ndarray:
 
 @styled
 def survival(curves: Mapping[str, SurvivalCurve], until: float, title: str = "") -> Figure:
-    """Plot the Kaplan–Meier curve of each group with its 95% band."""
+    """Plot the Kaplan–Meier curve of each group with its 95% band.
+
+    Parameters
+    ----------
+    curves : mapping of str to SurvivalCurve
+        By group.
+    until : float
+        End of the time axis [ticks].
+    title : str, default ""
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Examples
+    --------
+    >>> from ecs_eco.analysis import figures
+    >>> from ecs_eco.analysis.survival import kaplan_meier
+    >>> figures.survival({"hare": kaplan_meier([2.0, 3.0], [True, False])}, until=4).axes[0].get_ylabel()
+    'fraction surviving'
+    """
     figure, ((ax,),) = panels(1, 1, 7, 3.4)
     for k, (name, curve) in enumerate(curves.items()):
         time = np.append(curve.time, max(until, curve.time[-1]))

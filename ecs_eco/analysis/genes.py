@@ -148,12 +148,34 @@ def generation_time(lineage: Pedigree, species: str) -> float:
 
 def log_odds_slope(frequency: np.ndarray, time: np.ndarray, n: np.ndarray | float = 1.0) -> float:
     """Return the slope of ln(p / (1 − p)) over time, by least squares with weights n p (1 − p), the inverse
-    variance of the log odds of n copies (Berkson 1944); the result is NaN unless both alleles are present at
-    two or more time points.
+    variance of the log odds of n copies (Berkson 1944).
 
+    Parameters
+    ----------
+    frequency : array of float, shape (times,)
+        Frequency of one allele.
+    time : array of float, shape (times,)
+    n : array of float or float, default 1
+        Number of copies at each time.
+
+    Returns
+    -------
+    float
+        NaN unless both alleles are present at two or more times.
+
+    Notes
+    -----
     If a type grows as exp(m₁ t) and all other types as exp(m₂ t), the slope is m₁ − m₂; with non-overlapping
     generations and fitnesses of 1 + s and 1, it is ln(1 + s) per generation (Crow and Kimura 1970, An
     introduction to population genetics theory, chapter 5). Lost and fixed alleles have zero weight.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ecs_eco.analysis.genes import log_odds_slope
+    >>> generations = np.arange(20)
+    >>> round(log_odds_slope(1 / (1 + np.exp(2 - 0.3 * generations)), generations), 3)
+    0.3
     """
     p, t, n = np.broadcast_arrays(np.asarray(frequency, float), np.asarray(time, float), np.asarray(n, float))
     seen = np.isfinite(p) & (p > 0) & (p < 1) & (n > 0)
@@ -238,8 +260,25 @@ def haldanes(course: Course, generation: float) -> float:
     """Return the rate of evolution of a quantitative gene: the change of its mean in standard deviations per
     generation (Gingerich 1993, American Journal of Science 293A, 453–478).
 
-    This is the least-squares slope of the mean over ticks, divided by the within-population standard
-    deviation pooled over time, times the generation time [ticks]; NaN if nothing varies.
+    Parameters
+    ----------
+    course : Course
+    generation : float
+        Generation time [ticks].
+
+    Returns
+    -------
+    float
+        The least-squares slope of the mean over ticks, divided by the within-population standard deviation
+        pooled over time, times the generation time; NaN if nothing varies.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ecs_eco.analysis.genes import Course, haldanes
+    >>> ticks, sd = np.arange(5), np.ones(5)
+    >>> round(haldanes(Course("size", ticks, 10 * sd, 0.02 * ticks, sd, np.zeros(1), np.zeros((5, 0))), 10.0), 6)
+    0.2
     """
     there = np.isfinite(course.mean)
     t, mean = course.ticks[there].astype(float), course.mean[there]

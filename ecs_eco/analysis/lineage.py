@@ -96,14 +96,61 @@ DEATHS = {"tick": int, "species": str, "uid": int, "cause": str}
 class Lineage(Pedigree):
     """The pedigree of a run: parents, births, deaths, species and genomes of all organisms.
 
+    Arrays have one entry per organism, sorted by uid or, for several islands, by birth. An organism lives from
+    `born` to `died`, exclusive.
+
+    Attributes
+    ----------
+    uid, parent, parent2 : array of uint64
+        Identities; a parent is 0 if there is none.
+    species, cause : array of str
+        Species and cause of death, "" while alive.
+    born, died : array of int64
+        [ticks]; `died` is −1 while alive.
+    genome : array of str
+        "" without one.
+    end : int
+        Last tick.
+    dt : float
+        Length of a tick [s].
+    genomes : dict
+        The manifest's data on genes.
+    recorded : dict of str to array of float64
+        Fields that the world's `record` key lists, such as "birth: Strain.virulence", NaN if missing.
+
+    Raises
+    ------
+    ValueError
+        If an organism is duplicated, or a parent is unknown or not older than its child.
+
     Examples
     --------
+    >>> from ecs_eco import World
     >>> from ecs_eco.analysis.lineage import Lineage
-    >>> from ecs_eco.runs.run import run_to_folder
-    >>> manifest = run_to_folder("predator-prey", seed=1, ticks=20, out="my-run", report=False)
-    >>> wolves = Lineage.read("my-run").of_species("wolf")
-    >>> len(wolves) >= 250
+    >>> from ecs_eco.config import load
+    >>> from ecs_eco.record import Recorder
+    >>> red = {"name": "red", "trait": "reflex.red.weight", "letters": 1, "values": [0, 0, 0, -1]}
+    >>> changes = {"species.goat.genome.genes": [red], "species.goat.reproduction.age_min": 1.0}
+    >>> herd = World.from_config(load("reflexes", changes), record=False)
+    >>> recorder = Recorder(herd, keep_events=True)
+    >>> goats = Lineage.of(herd.run(30)).of_species("goat")
+    >>> kid, mother = int(goats.uid[-1]), int(goats.parent[-1])
+    >>> goats.place(kid) == len(goats) - 1, bool(goats.alive(30)[-1]), float(goats.generation()[-1])
+    (True, True, 1.0)
+    >>> mother in goats.ancestors(kid), kid in goats.descendants(mother)
+    (True, True)
+    >>> goats.most_recent_common_ancestor([kid, mother]) == mother
     True
+    >>> len(goats) > len(goats.living()) > len(goats.founders_left())
+    True
+    >>> goats.frequencies("goat", "red", every=10).share.shape, goats.values("red").shape == goats.uid.shape
+    ((3, 2), True)
+    >>> bool(goats.course("goat", "red", every=10).mean[0] < 0), goats.generation_time("goat") > 1
+    (True, True)
+    >>> goats.selection("goat", "red", "-1").samples
+    30
+    >>> goats.to_csv("goats.csv").name, goats.to_newick(living=True)[-1]
+    ('goats.csv', ';')
     """
 
     @classmethod
@@ -160,6 +207,14 @@ class Lineage(Pedigree):
             If the folder contains no run.
         RecordingError
             If a file is damaged.
+
+        Examples
+        --------
+        >>> from ecs_eco.analysis.lineage import Lineage
+        >>> from ecs_eco.runs.run import run_to_folder
+        >>> manifest = run_to_folder("predator-prey", seed=1, ticks=20, out="my-run", report=False)
+        >>> len(Lineage.read("my-run").of_species("wolf")) >= 250
+        True
         """
         if is_archipelago(folder):
             return cls._of_islands(Path(folder))

@@ -99,6 +99,13 @@ def save(figure: Figure, path: Path | str, dpi: int = 150) -> Path:
     Notes
     -----
     The same figure always produces the same file. An SVG follows the light or dark theme of the system or page.
+
+    Examples
+    --------
+    >>> from ecs_eco.analysis.nervous_figure import draw_nervous_system, save
+    >>> from ecs_eco.config import load
+    >>> save(draw_nervous_system(load("predator-prey"), "deer"), "deer.png").name
+    'deer.png'
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)

@@ -20,15 +20,7 @@ def among(parents: np.ndarray, uids: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Pedigree:
-    """All organisms of a run, with one array entry each, sorted by uid or, for several islands, by birth.
-
-    `uid`, `parent`, `parent2` u64 (0: none); `species` and `cause` str ("" while alive); `born`, `died` i64
-    [ticks] (died is −1 while alive); `genome` str objects ("" without one). An organism lives from `born` to
-    `died`, exclusive. `end` is the last tick, `dt` the length of a tick [s], `genomes` the manifest's data on
-    genes. `recorded` contains the fields listed in the world's `record` key, f64 by column, "birth:
-    Strain.virulence" and "death: Strain.virulence", NaN if missing. Raises ValueError if an organism is
-    duplicated, or a parent is unknown or not older than its child.
-    """
+    """The arrays of a `Lineage`, which documents them, and queries on them."""
 
     uid: np.ndarray
     parent: np.ndarray

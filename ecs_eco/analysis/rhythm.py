@@ -57,6 +57,25 @@ def p_of_days(days: np.ndarray, n: int = 9999, seed: int = 1) -> float:
 
     Whole days are shifted circularly, which preserves the correlations within a day. A straight line through
     all days is subtracted first, because a trend produces the same sawtooth every day.
+
+    Parameters
+    ----------
+    days : array of float, shape (days, hours)
+    n : int, default 9999
+        Number of random shifts.
+    seed : int, default 1
+        Random seed for the shifts.
+
+    Returns
+    -------
+    float
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ecs_eco.analysis.rhythm import p_of_days
+    >>> p_of_days(np.tile(np.cos(2 * np.pi * np.arange(24) / 24), (5, 1)), n=999) < 0.01
+    True
     """
     rng, (many, hours) = np.random.default_rng(seed), np.shape(days)
     time = np.arange(many * hours)

@@ -35,8 +35,8 @@ class Series:
     --------
     >>> from ecs_eco.analysis.runs import load_series
     >>> series = load_series({"hare": [10, 12, 9], "lynx": [3, 3, 0]})
-    >>> series.n.shape, series.persisted
-    ((3, 2), False)
+    >>> series.n.shape, series.persisted, series.index("lynx")
+    ((3, 2), False, 1)
     """
 
     ticks: np.ndarray

@@ -39,13 +39,31 @@ class VarianceShares:
 
 
 def components(table: np.ndarray) -> np.ndarray:
-    """Return the variance components of tables (…, training, world) by the method of moments: training seed,
-    world seed and rest, (3, …).
+    """Return the variance components of tables by the method of moments.
 
+    Parameters
+    ----------
+    table : array of float, shape (…, training seeds, world seeds)
+        NaN for missing runs.
+
+    Returns
+    -------
+    array of float64, shape (3, …)
+        Training seed, world seed and rest; NaN if a table has fewer than two rows or columns.
+
+    Notes
+    -----
     The sums of squares within rows, within columns and in total are equated to their expectations
     (Henderson's method I in the form of Gao and Owen 2017); for a table without gaps, this gives the
     estimates of a two-way analysis of variance. The estimates are unbiased, so a component near 0 is
-    sometimes negative; they are NaN if a table has fewer than two rows or columns.
+    sometimes negative.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ecs_eco.analysis.seed_grid import components
+    >>> components(np.array([[1.0, 1.0], [3.0, 3.0]]))[0].item()
+    2.0
     """
     y = np.asarray(table, float)
     here = ~np.isnan(y)
@@ -170,8 +188,26 @@ def spread_of_mean(table: np.ndarray) -> tuple[float, float]:
 
 
 def mean_interval(table: np.ndarray, level: float = 0.95) -> Interval:
-    """Return the mean of a table without gaps, with an interval from Student's t and `spread_of_mean` that
-    covers 90 to 99% on simulated designs of 6 × 5 seeds."""
+    """Return the mean of a table of outcomes, with an interval that accounts for shared seeds.
+
+    Parameters
+    ----------
+    table : array of float, shape (training seeds, world seeds)
+        Without gaps.
+    level : float, default 0.95
+
+    Returns
+    -------
+    Interval
+        From Student's t; on simulated designs of 6 × 5 seeds, it covers 90 to 99%.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ecs_eco.analysis.seed_grid import mean_interval
+    >>> mean_interval(np.array([[1.0, 2.0], [3.0, 4.0]])).value
+    2.5
+    """
     from scipy.special import stdtrit
 
     y = np.asarray(table, float)
@@ -193,12 +229,31 @@ def mean_of_seeds(values: np.ndarray) -> Interval | None:
 
 
 def effective_runs(table: np.ndarray, level: float = 0.95) -> float:
-    """Return the number of independent runs that would be as informative about a share as this table of zeros
-    and ones (Korn and Graubard 1998).
+    """Return the number of independent runs that would be as informative about a share as this table (Korn and
+    Graubard 1998).
 
+    Parameters
+    ----------
+    table : array, shape (training seeds, world seeds)
+        Zeros and ones.
+    level : float, default 0.95
+
+    Returns
+    -------
+    float
+        If all cells agree, there is no variance to estimate, and the number of training seeds is returned.
+
+    Notes
+    -----
     The variance of the share uses training seeds and world seeds as replicates; few degrees of freedom reduce
-    the number by (z / t)². If all cells agree, there is no variance to estimate, and the number of training
-    seeds is returned.
+    the number by (z / t)².
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ecs_eco.analysis.seed_grid import effective_runs
+    >>> effective_runs(np.ones((3, 4)))
+    3.0
     """
     from scipy.special import ndtri, stdtrit
 
@@ -243,8 +298,25 @@ def share_interval(table: np.ndarray, level: float = 0.95) -> Interval:
 
 def share_difference(one: np.ndarray, other: np.ndarray, level: float = 0.95) -> Interval:
     """Return the difference between the shares of ones in two tables, with Newcombe's interval from both
-    `share_interval` results. Unlike Student's t over seeds, it never reaches beyond −1 or 1 (Newcombe 1998,
-    method 10).
+    `share_interval` results.
+
+    Parameters
+    ----------
+    one, other : array, shape (training seeds, world seeds)
+        Zeros and ones.
+    level : float, default 0.95
+
+    Returns
+    -------
+    Interval
+        Unlike Student's t over seeds, it never reaches beyond −1 or 1 (Newcombe 1998, method 10).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ecs_eco.analysis.seed_grid import share_difference
+    >>> share_difference(np.array([[1, 1], [1, 0]]), np.array([[0, 0], [1, 0]])).value
+    0.5
     """
     return difference_of_intervals(share_interval(one, level), share_interval(other, level))
 

@@ -37,11 +37,33 @@ def logarithms(numbers: np.ndarray) -> np.ndarray:
 
 
 def cycle(*series: np.ndarray) -> Cycle:
-    """Return the cycle that simultaneous series f[n] share.
+    """Return the cycle that simultaneous series share.
 
     Waves with periods between 3 samples and two thirds of the series are fitted by least squares, together
-    with a straight line (a Lomb-Scargle periodogram with a floating trend). Raises the same errors as
-    `logarithms`.
+    with a straight line (a Lomb-Scargle periodogram with a floating trend).
+
+    Parameters
+    ----------
+    *series : array of float, shape (samples,)
+        Numbers of organisms in simultaneous samples, at least 12.
+
+    Returns
+    -------
+    Cycle
+
+    Raises
+    ------
+    ValueError
+        If a series is too short, all zero, or contains a negative or missing number.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ecs_eco.analysis.signature import cycle
+    >>> t = 2 * np.pi * np.arange(40) / 10
+    >>> found = cycle(100 + 50 * np.sin(t), 20 + 10 * np.sin(t - np.pi / 2))
+    >>> round(found.period), found.phases.round(2).tolist()
+    (10, [0.0, 0.25])
     """
     logs = [logarithms(x) for x in series]
     f, shares, waves = _waves(logs)
@@ -60,8 +82,30 @@ def spectrum(numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def period_of(*series: np.ndarray) -> float:
-    """Return the period [samples] of the `cycle` of one series or of several simultaneous series. Long series
-    are thinned first."""
+    """Return the period of the `cycle` of one series or of several simultaneous series.
+
+    Parameters
+    ----------
+    *series : array of float, shape (samples,)
+        Numbers of organisms in simultaneous samples, at least 12; long series are thinned first.
+
+    Returns
+    -------
+    float
+        [samples]
+
+    Raises
+    ------
+    ValueError
+        As for `cycle`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ecs_eco.analysis.signature import period_of
+    >>> round(period_of(100 + 50 * np.sin(2 * np.pi * np.arange(40) / 10)))
+    10
+    """
     thinned = [thin(np.asarray(x, float)) for x in series]
     return float(thinned[0][1] * cycle(*(x for x, _ in thinned)).period)
 

@@ -167,7 +167,27 @@ def _power(x: float, _place: float = 0) -> str:
 
 
 def save(figure: Figure, path: Path | str, dpi: int = 110) -> Path:
-    """Write a figure as PNG, completely or not at all."""
+    """Write a figure as PNG, completely or not at all.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+    path : str or Path
+    dpi : int, default 110
+        Resolution [dots per inch].
+
+    Returns
+    -------
+    Path
+
+    Examples
+    --------
+    >>> from ecs_eco.analysis import figures
+    >>> from ecs_eco.analysis.runs import load_series
+    >>> figure = figures.populations(load_series({"hare": [10, 12, 9]}))
+    >>> figures.save(figure, "numbers.png").name
+    'numbers.png'
+    """
     Path(path).parent.mkdir(parents=True, exist_ok=True)
     more: dict[str, Any] = {"metadata": {"Software": None}, "pil_kwargs": {"compress_level": 4}}
     # some texts are created only here
@@ -203,7 +223,25 @@ def _nothing_above(ax: Any) -> bool:
 
 
 def save_svg(figure: Figure, path: Path | str) -> Path:
-    """Write an SVG for light and dark pages, completely or not at all; its bytes depend only on the figure."""
+    """Write an SVG for light and dark pages, completely or not at all; its bytes depend only on the figure.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+    path : str or Path
+
+    Returns
+    -------
+    Path
+
+    Examples
+    --------
+    >>> from ecs_eco.analysis import figures
+    >>> from ecs_eco.analysis.runs import load_series
+    >>> figure = figures.populations(load_series({"hare": [10, 12, 9]}))
+    >>> figures.save_svg(figure, "numbers.svg").name
+    'numbers.svg'
+    """
     Path(path).parent.mkdir(parents=True, exist_ok=True)
     files.write(Path(path), themed(svg_of(figure), Path(path).stem))
     return Path(path)

@@ -43,6 +43,13 @@ def divide(world: World, comm: Comm | None = None, least: int = LEAST, *, state:
     Notes
     -----
     `world.digest()` is the same in all processes and equals the digest of a single-process run.
+
+    Examples
+    --------
+    >>> from ecs_eco import World
+    >>> from ecs_eco.bands import divide
+    >>> world = World.from_config("predator-prey", seed=1)
+    >>> bands = divide(world)  # doctest: +SKIP
     """
     comm = mpi().COMM_WORLD if comm is None else comm
     bands: Any = Bands(world, comm, least)

@@ -49,6 +49,9 @@ class System(Scheduled):
     ...
     ...     def update(self, table, world):
     ...         table[Metabolism].energy[table.alive] -= 0.1 * world.dt
+    ...
+    ...     def competes(self, table):
+    ...         return False
     >>> world = World(dt=0.5)
     >>> hares = world.add_table("hare", Metabolism)
     >>> fast = world.add_system(Fast())
@@ -85,6 +88,17 @@ class System(Scheduled):
         Returns
         -------
         None
+
+        Examples
+        --------
+        >>> from ecs_eco import System, World
+        >>> class Census(System):
+        ...     def process(self, *_):
+        ...         self.n = sum(table.n for table in self.world.tables.values())
+        >>> world = World.from_config("predator-prey", seed=1)
+        >>> census = world.add_system(Census())
+        >>> world.run(1).systems[-1].n > 700
+        True
         """
         world = self.world
         now = Noted.changes, self.needs, world

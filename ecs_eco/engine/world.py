@@ -176,6 +176,19 @@ class World:
         ------
         RuntimeError
             If the processor is a `System`, because the schedule depends on it.
+
+        Examples
+        --------
+        >>> import esper
+        >>> from ecs_eco import World
+        >>> class Count(esper.Processor):
+        ...     def process(self, *_):
+        ...         print("tick")
+        >>> world = World()
+        >>> count = world.add_system(Count())
+        >>> world.remove_processor(count)
+        >>> world.systems
+        []
         """
         if isinstance(processor, Scheduled) or processor not in self.systems:
             raise RuntimeError(

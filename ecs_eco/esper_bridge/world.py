@@ -162,6 +162,19 @@ class World(engine.World):
         ------
         KeyError
             If esper has no such entity.
+
+        Examples
+        --------
+        >>> import esper
+        >>> from ecs_eco import World
+        >>> from ecs_eco.components import Position
+        >>> world = World()
+        >>> snails = world.add_table("snail", Position)
+        >>> with world:
+        ...     snail = esper.create_entity(Position(x=5.0))
+        >>> uid = world.run(1).uid(snail)
+        >>> world.get(uid, Position).x
+        5.0
         """
         return int(self.context.registry.entities[entity].uid)
 

@@ -31,6 +31,15 @@ class Fitted:
         For each layer, the matrix (inputs, units) row by row, then the bias.
     error : float
         Error on held-out samples: share of wrong answers (reflex) or root mean square error (happiness).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ecs_eco.genomes import fit_network
+    >>> flee = fit_network(lambda x: x[:, :1] - 0.5, n_inputs=2, low=0.0, high=1.0, steps=300)
+    >>> x = np.zeros((2, 2), np.float32)
+    >>> np.array_equal(flee.each(x, flee.weights[None]), flee.with_weights(flee.weights)(x))
+    True
     """
 
     kind: Literal["reflex", "happiness"]

@@ -49,10 +49,15 @@ class Layout:
 
     Examples
     --------
+    >>> import numpy as np
     >>> from ecs_eco.genomes import Gene, Layout
     >>> layout = Layout([Gene(name="speed", trait="speed", letters=3, low=0.0, high=63.0)])
     >>> layout.decode(layout.rows(["AAA", "AAC", "TTT"]))["speed"].tolist()
     [0.0, 1.0, 63.0]
+    >>> layout.alleles(layout.rows(["AAC"]), "speed").tolist(), layout.table()[0]["gene"]
+    ([[1.0]], 'speed')
+    >>> len(layout.text(layout.random(np.array([7], np.uint64))[0]))
+    3
     """
 
     longest: int | None = None
@@ -277,6 +282,15 @@ class Layout:
         ------
         ValueError
             If no codon of a gene represents the species' own value.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> from ecs_eco.genomes import Gene, layout_of
+        >>> from ecs_eco.genomes.models import GenomeSection
+        >>> layout = layout_of(GenomeSection(genes=[Gene(name="size", letters=4, low=0.2, high=0.6)]))
+        >>> layout.own(2).shape
+        (2, 4)
         """
         out = self.random(np.zeros(n, np.uint64))
         for code, begins in self._of_values():

@@ -160,6 +160,15 @@ def read_sweep(folder: str | Path) -> Sweep:
     ------
     RecordingError
         If there is no sweep or it is damaged.
+
+    Examples
+    --------
+    >>> from ecs_eco.lab import run_sweep
+    >>> plan = {"world": "predator-prey", "ticks": 10, "grid": {"species.deer.metabolism.basal": [0.004]}}
+    >>> outcome = run_sweep(plan, "swept", workers=1)
+    >>> from ecs_eco.lab.folder import read_sweep
+    >>> read_sweep("swept").ticks
+    10
     """
     path = Path(os.path.abspath(folder))
     try:

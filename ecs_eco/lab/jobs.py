@@ -61,6 +61,14 @@ def run_job(folder: str | Path, number: int, allowed: Collection[str] = ()) -> d
         If another process is running the job.
     Exception
         Any error raised by the run; failed.json then describes it.
+
+    Examples
+    --------
+    >>> from ecs_eco.lab import run_job, run_sweep
+    >>> plan = {"world": "predator-prey", "ticks": 10, "grid": {"species.deer.metabolism.basal": [0.004]}}
+    >>> outcome = run_sweep(plan, "swept", workers=1)
+    >>> "digest" in run_job("swept", 0)
+    True
     """
     sweep = _opened(folder, allowed)
     place = inside(sweep.folder, sweep.job_folder(number))

@@ -50,6 +50,16 @@ def collect(sweep: Sweep) -> Collected:
     ------
     RecordingError
         If no job is finished.
+
+    Examples
+    --------
+    >>> from ecs_eco.lab import run_sweep
+    >>> plan = {"world": "predator-prey", "ticks": 10, "grid": {"species.deer.metabolism.basal": [0.004]}}
+    >>> outcome = run_sweep(plan, "swept", workers=1)
+    >>> from ecs_eco.lab.folder import read_sweep
+    >>> from ecs_eco.lab.table import collect
+    >>> collect(read_sweep("swept")).table.name
+    'runs.parquet'
     """
     rows = rows_of(sweep)
     if not rows:

@@ -128,6 +128,9 @@ class Brain(PlainNetwork, PolicyNetwork):
     >>> logits, values = brain.forward(np.zeros((5, 3), np.float32))
     >>> logits.shape, values.shape
     ((5, 6), (5,))
+    >>> brain.load(Brain(3, groups=(2, 4), seed=2).state())
+    >>> len(brain.named()) == len(brain.state())
+    True
     """
 
     called = "brain"

@@ -24,6 +24,17 @@ def choose(logits, offsets, uniforms, choice, log_probability):
         Receives the chosen options, counted from 0.
     log_probability : array of float32, shape (n,)
         Receives the sum over groups.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ecs_eco.learning import Brain, choose
+    >>> brain = Brain(3, groups=(2, 4), seed=1)
+    >>> logits, _ = brain.forward(np.zeros((5, 3), np.float32))
+    >>> choice, log_probability = np.zeros((5, 2), np.int16), np.zeros(5, np.float32)
+    >>> choose(logits, brain.offsets, np.full((5, 2), 0.99, np.float32), choice, log_probability)
+    >>> choice[0].tolist()
+    [1, 3]
     """
     n, width = logits.shape
     side, total = np.zeros((width, BLOCK), np.float32), np.empty(BLOCK, np.float32)
@@ -92,6 +103,16 @@ def choose_best(logits, offsets, choice):
         First column of each group, and the end: `brain.offsets`.
     choice : array of int, shape (n, groups)
         Receives the chosen options, counted from 0.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ecs_eco.learning import Brain, choose_best
+    >>> choice = np.zeros((1, 2), np.int16)
+    >>> logits = np.array([[0.0, 1.0, 5.0, 0.0, 0.0, 0.0]], np.float32)
+    >>> choose_best(logits, Brain(3, groups=(2, 4)).offsets, choice)
+    >>> choice.tolist()
+    [[1, 0]]
     """
     for i in range(logits.shape[0]):
         for g in range(len(offsets) - 1):

@@ -52,7 +52,7 @@ class RolloutLearner:
         Returns
         -------
         dict of str to float or None
-            Losses, entropy, clipped share and more; None if there was nothing to learn from.
+            Losses, entropy, clipped share and more; None if a shared learner waits for other worlds.
         """
         self.rollout.advantages(rows, values, self.ppo.gae_lambda)
         return self.fit()

@@ -33,7 +33,7 @@ class MLP(nn.Module):
     --------
     >>> import torch
     >>> from ecs_eco.learning import MLP
-    >>> logits, values = MLP(3, groups=(2, 4))(torch.zeros(5, 3))
+    >>> logits, values = MLP(3, groups=(2, 4)).forward(torch.zeros(5, 3))
     >>> tuple(logits.shape), tuple(values.shape)
     ((5, 6), (5,))
     """

@@ -37,10 +37,11 @@ class Learner(RolloutLearner):
 
     Examples
     --------
+    >>> import numpy as np
     >>> from ecs_eco.learning import PPO, Brain, Learner
     >>> learner = Learner(Brain(3, groups=(2,)), PPO(horizon=8), seed=1)
-    >>> learner.full
-    False
+    >>> learner.full, learner.update(np.zeros(1, np.int64), np.zeros(1, np.float32))["n_transitions"]
+    (False, 0)
     """
 
     brain: Brain

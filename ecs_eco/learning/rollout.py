@@ -50,6 +50,8 @@ class Rollout:
     >>> rows, zeros = np.array([4, 7]), np.zeros(2, np.float32)
     >>> rollout.store(rows, np.zeros((2, 3), np.float32), np.zeros((2, 1), np.int16), zeros, zeros)
     >>> rollout.credit(rows, np.ones(2, np.float32))
+    >>> rollout.end(rows[:1], np.ones(1, np.float32))
+    >>> rollout.cut(rows[1:], np.ones(1, np.float32), np.zeros(1, np.float32))
     >>> rollout.n
     2
     """

@@ -47,6 +47,9 @@ class Training:
     >>> training = train(envs, PPO(horizon=32), total_steps=512, seed=1)
     >>> training.predict([0.0, 0.0, 0.1, 0.0]) in (0, 1)
     True
+    >>> training.load(training.save("cartpole.safetensors"))
+    >>> training.steps_to(1e9) is None
+    True
     """
 
     brain: PolicyNetwork

@@ -133,8 +133,9 @@ class External:
     >>> for tick in range(3):
     ...     sensed = deer.observe()
     ...     deer.act(np.full((len(sensed.uid), len(deer.options)), 1))
-    >>> world.tick
-    3
+    >>> world.tick, deer.save("meadow.ckpt").name
+    (3, 'meadow.ckpt')
+    >>> deer.close()
     """
 
     def __init__(self, world: Any, species: str, partial: bool = False) -> None:

@@ -38,8 +38,8 @@ class SeriesTable:
     --------
     >>> from ecs_eco import World
     >>> series = World.from_config("predator-prey", seed=1).run(3).series()
-    >>> series.num_rows
-    9
+    >>> series.num_rows, len(series.to_pandas()), series.to_polars().height
+    (9, 9, 9)
     """
 
     def __init__(self, arrow: Any) -> None:

@@ -63,6 +63,9 @@ class Recorder(System):
     >>> recorder = Recorder(world)
     >>> world.run(3).series().num_rows
     9
+    >>> recorder.flush()
+    >>> recorder.learning_series().num_rows, recorder.action_series().num_rows
+    (0, 0)
     """
 
     phase = "record"
@@ -390,6 +393,13 @@ class Recorder(System):
         ------
         RuntimeError
             If no body has substances.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> World.from_config("predator-prey", seed=1).recorder.matter_series()
+        Traceback (most recent call last):
+        RuntimeError: this world has no matter ledger: no body in it has substances
         """
         if self.matter is None:
             raise RuntimeError("this world has no matter ledger: no body in it has substances")

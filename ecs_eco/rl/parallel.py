@@ -40,6 +40,19 @@ class Parallel(Shown, ParallelEnv):
     A newborn appears in all five dicts of the step in which it first senses, with a reward of 0. An agent
     that dies has one last entry: its last reading and reward, `terminated`, and the cause of death in `info`.
     After `max_cycles` ticks, all agents are truncated; `agents` is empty once the species is extinct.
+
+    Examples
+    --------
+    >>> from ecs_eco.rl import parallel_env
+    >>> env = parallel_env("predator-prey", "wolf", max_cycles=50)
+    >>> observations, infos = env.reset(seed=1)
+    >>> wolf = env.agents[0]
+    >>> env.observation_space(wolf).shape == observations[wolf].shape
+    True
+    >>> step = env.step({agent: env.action_space(agent).sample() for agent in env.agents})
+    >>> env.state().shape
+    (3, 16, 16)
+    >>> env.close()
     """
 
     def __init__(self, arena: Arena, pool: int | None, render_mode: str | None) -> None:

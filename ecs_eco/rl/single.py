@@ -25,6 +25,14 @@ class Body(Shown, Env):
     `reset` with a seed starts a new world. Without a seed, the next episode follows another member of the
     same world, drawn at random; once the world is `max_cycles` ticks old or the species is extinct, a new
     world starts.
+
+    Examples
+    --------
+    >>> from ecs_eco.rl import body
+    >>> env = body("predator-prey", "deer", max_cycles=50)
+    >>> observation, info = env.reset(seed=1)
+    >>> env.step(env.action_space.sample())[0].shape == observation.shape
+    True
     """
 
     def __init__(self, arena: Arena, render_mode: str | None = None, flat: bool = False) -> None:

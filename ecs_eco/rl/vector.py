@@ -35,6 +35,14 @@ class Slots(Shown, VectorEnv):
     slot stays empty: it reads zeros, and `mask` in the infos is False. Members without a slot follow the
     species' own policy, or act at random if there is none. After `max_cycles` ticks, all slots are truncated;
     then, or when the species is extinct, a new world starts in the same step.
+
+    Examples
+    --------
+    >>> from ecs_eco.rl import slots
+    >>> envs = slots("predator-prey", "deer", 4, max_cycles=50)
+    >>> observations, infos = envs.reset(seed=1)
+    >>> envs.step(envs.action_space.sample())[1].shape
+    (4,)
     """
 
     def __init__(self, arena: Arena, n: int, render_mode: str | None = None, flat: bool = False) -> None:

@@ -46,6 +46,10 @@ class Field:
     >>> scent.pass_time(1.0)
     >>> round(float(scent.value.sum()), 3)
     2.0
+    >>> smelled = np.zeros(1, np.float32)
+    >>> scent.sample(place, place, np.zeros(1, np.float32), smelled)
+    >>> bool(smelled[0] > 0.5)
+    True
     """
 
     def __init__(self, space: Space, cell: float, diffusion: float = 0.0, decay: float = 0.0) -> None:
@@ -95,6 +99,17 @@ class Field:
             Coordinates [m].
         amount : array of float64, shape (n,)
             [mol]
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from ecs_eco.space import Field, Space
+        >>> soil = Field(Space((10.0, 10.0)), cell=1.0)
+        >>> soil.contain("N", depth=0.1, initial=np.zeros((1, 10, 10)), renewal=0.0)
+        >>> place = np.array([5.5], np.float32)
+        >>> soil.give(place, place, np.zeros(1, np.float32), np.array([2.0]))
+        >>> round(soil.held(), 6)
+        2.0
         """
         _deposit(self.value, Places(x, y, z), amount / self.litres, self.inverse)
 
@@ -105,6 +120,17 @@ class Field:
         -------
         float
             [mol]
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from ecs_eco.space import Field, Space
+        >>> soil = Field(Space((10.0, 10.0)), cell=1.0)
+        >>> soil.contain("N", depth=0.1, initial=np.zeros((1, 10, 10)), renewal=0.0)
+        >>> place = np.array([5.5], np.float32)
+        >>> soil.give(place, place, np.zeros(1, np.float32), np.array([2.0]))
+        >>> round(soil.held(), 6)
+        2.0
         """
         return float(self.value.sum(dtype=np.float64) + self.source.sum(dtype=np.float64)) * self.litres
 

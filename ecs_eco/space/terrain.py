@@ -37,6 +37,20 @@ class Terrain:
     Water stops walkers, and rock stops walkers and sight; a fence stops walkers, but animals on its line when
     it is put up can walk off to either side. `slope_cost` is the extra cost of locomotion per unit of upward
     slope, as a share of the cost on flat ground. `hides` means that hills block sight.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ecs_eco.space import Space, Terrain
+    >>> ground = Terrain(Space((20.0, 20.0)), lakes=[{"at": [5.0, 5.0], "radius": 2.0}])
+    >>> places = np.array([5.0, 15.0], np.float32)
+    >>> ground.free(places, places).tolist(), bool(ground.wet().any())
+    ([False, True], True)
+    >>> line = np.array([[12.0, 2.0], [12.0, 18.0]])
+    >>> ground.fence(line)
+    >>> ground.unfence(line)
+    >>> ground.pave(line, width=2.0, pace=1.5, cost=0.8)
+    >>> ground.unpave()
     """
 
     def __init__(

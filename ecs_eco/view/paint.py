@@ -65,8 +65,9 @@ class Painter:
     >>> from ecs_eco.view.paint import Painter
     >>> from ecs_eco.view.replay import Replay
     >>> manifest = run_to_folder("predator-prey", seed=1, ticks=5, out="my-run", report=False)
-    >>> Painter(Replay("my-run"), (320, 180)).paint(3).shape
-    (180, 320, 3)
+    >>> painter = Painter(Replay("my-run"), (320, 180))
+    >>> painter.paint(3).shape, painter.save(3, Path("tick.png")).name
+    ((180, 320, 3), 'tick.png')
     """
 
     def __init__(self, replay: Replay, size: tuple[int, int] = (1280, 720)) -> None:

@@ -66,9 +66,27 @@ class Feature(Section):
     def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
         """Yield problems with the feature's keys, checked together with the other sections.
 
+        Parameters
+        ----------
+        species : Species
+            The section.
+        config : WorldConfig
+        key : tuple of str or int
+            Path of the section.
+
         Yields
         ------
         Problem
+
+        Examples
+        --------
+        >>> from ecs_eco.config import Feature
+        >>> from ecs_eco.engine.errors import Problem
+        >>> class Glowing(Feature):
+        ...     @staticmethod
+        ...     def problems(species, config, key):
+        ...         if species.glow and not config.sun:
+        ...             yield Problem((*key, "glow"), "is useless", allowed="a world with a sun")
         """
         yield from ()
 
@@ -76,10 +94,23 @@ class Feature(Section):
     def acting(species: Any) -> Iterator[tuple[str, str, list[str]]]:
         """Yield action groups that depend on the feature's keys.
 
+        Parameters
+        ----------
+        species : Species
+            The section.
+
         Yields
         ------
         tuple
             The group, the word used for an action in messages, and the actions.
+
+        Examples
+        --------
+        >>> from ecs_eco.config import Feature
+        >>> class Glowing(Feature):
+        ...     @staticmethod
+        ...     def acting(species):
+        ...         yield "glow", "color in glow.colors", species.glow.colors
         """
         yield from ()
 
@@ -87,10 +118,25 @@ class Feature(Section):
     def causes(species: Any, key: Key) -> Iterator[tuple[Key, str]]:
         """Yield the causes of death that this feature adds.
 
+        Parameters
+        ----------
+        species : Species
+            The section.
+        key : tuple of str or int
+            Path of the section.
+
         Yields
         ------
         tuple
             The key that adds the cause, and the cause.
+
+        Examples
+        --------
+        >>> from ecs_eco.config import Feature
+        >>> class Glowing(Feature):
+        ...     @staticmethod
+        ...     def causes(species, key):
+        ...         yield (*key, "glow", "power"), "burned out"
         """
         yield from ()
 
@@ -98,9 +144,22 @@ class Feature(Section):
     def becomes(species: Any) -> Iterator[str]:
         """Yield the species that members turn into.
 
+        Parameters
+        ----------
+        species : Species
+            The section.
+
         Yields
         ------
         str
+
+        Examples
+        --------
+        >>> from ecs_eco.config import Feature
+        >>> class Glowing(Feature):
+        ...     @staticmethod
+        ...     def becomes(species):
+        ...         yield species.glow.adult
         """
         yield from ()
 
@@ -108,9 +167,22 @@ class Feature(Section):
     def makes(species: Any) -> Iterator[str]:
         """Yield the object types that members make.
 
+        Parameters
+        ----------
+        species : Species
+            The section.
+
         Yields
         ------
         str
+
+        Examples
+        --------
+        >>> from ecs_eco.config import Feature
+        >>> class Glowing(Feature):
+        ...     @staticmethod
+        ...     def makes(species):
+        ...         yield species.glow.spark
         """
         yield from ()
 
@@ -118,10 +190,23 @@ class Feature(Section):
     def feels(species: Any) -> Iterator[tuple[str, str]]:
         """Yield body properties that this feature adds, which members can sense and die from.
 
+        Parameters
+        ----------
+        species : Species
+            The section.
+
         Yields
         ------
         tuple
             The property, and the field that contains it: "Component.field", 0 at birth.
+
+        Examples
+        --------
+        >>> from ecs_eco.config import Feature
+        >>> class Glowing(Feature):
+        ...     @staticmethod
+        ...     def feels(species):
+        ...         yield "warmth", "Glow.warmth"
         """
         yield from ()
 
@@ -129,9 +214,23 @@ class Feature(Section):
     def costs(species: Any) -> Iterator[Cost]:
         """Yield the energy costs of members, for the notes of `ecs-eco check`.
 
+        Parameters
+        ----------
+        species : Species
+            The section.
+
         Yields
         ------
         Cost
+
+        Examples
+        --------
+        >>> from ecs_eco.config import Feature
+        >>> from ecs_eco.config.features.feature import Cost
+        >>> class Glowing(Feature):
+        ...     @staticmethod
+        ...     def costs(species):
+        ...         yield Cost(("glow", "power"), species.glow.power)
         """
         yield from ()
 
@@ -139,10 +238,23 @@ class Feature(Section):
     def meets(species: Any) -> Iterator[tuple[str, str, float]]:
         """Yield the bodies that members look for nearby at the end of a tick.
 
+        Parameters
+        ----------
+        species : Species
+            The section.
+
         Yields
         ------
         tuple
             The key, the species or object type, and the maximum distance between the bodies' surfaces [m].
+
+        Examples
+        --------
+        >>> from ecs_eco.config import Feature
+        >>> class Glowing(Feature):
+        ...     @staticmethod
+        ...     def meets(species):
+        ...         yield "glow.partner", species.glow.partner, species.glow.reach
         """
         yield from ()
 
@@ -150,10 +262,23 @@ class Feature(Section):
     def times(species: Any) -> Iterator[tuple[str, float]]:
         """Yield durations that are rounded up to whole ticks.
 
+        Parameters
+        ----------
+        species : Species
+            The section.
+
         Yields
         ------
         tuple
             The key, and the duration [s].
+
+        Examples
+        --------
+        >>> from ecs_eco.config import Feature
+        >>> class Glowing(Feature):
+        ...     @staticmethod
+        ...     def times(species):
+        ...         yield "glow.period", species.glow.period
         """
         yield from ()
 
@@ -161,10 +286,24 @@ class Feature(Section):
     def undivided(species: Any) -> Iterator[tuple[str, str]]:
         """Yield keys that prevent a world from being divided among processes.
 
+        Parameters
+        ----------
+        species : Species
+            The section.
+
         Yields
         ------
         tuple
             The key, and the reason as text.
+
+        Examples
+        --------
+        >>> from ecs_eco.config import Feature
+        >>> class Glowing(Feature):
+        ...     @staticmethod
+        ...     def undivided(species):
+        ...         if species.glow:
+        ...             yield "glow", "light reaches all bands"
         """
         yield from ()
 
@@ -172,11 +311,25 @@ class Feature(Section):
     def brings(species: Any) -> Iterator[tuple[str | None, type[Any]]]:
         """Yield the components that this feature needs.
 
+        Parameters
+        ----------
+        species : Species
+            The section.
+
         Yields
         ------
         tuple
             The object type whose objects have the component, or None if members of the species have it; and
             the component.
+
+        Examples
+        --------
+        >>> from ecs_eco.config import Feature
+        >>> class Glowing(Feature):
+        ...     @staticmethod
+        ...     def brings(species):
+        ...         if species.glow:
+        ...             yield None, Glow
         """
         yield from ()
 
@@ -192,6 +345,14 @@ class Feature(Section):
             The table of the species.
         tables : Mapping of str to Table
             All tables.
+
+        Examples
+        --------
+        >>> from ecs_eco.config import Feature
+        >>> class Glowing(Feature):
+        ...     @staticmethod
+        ...     def furnish(species, table, tables):
+        ...         table.species.lamps = [tables[name] for name in species.glow.lamps]
         """
 
 

@@ -233,6 +233,12 @@ class WorldConfig(Section):
         Returns
         -------
         Path
+
+        Examples
+        --------
+        >>> from ecs_eco.config import load
+        >>> load("predator-prey").file("counts.csv").name
+        'counts.csv'
         """
         return self._folder / name
 
@@ -251,6 +257,12 @@ class WorldConfig(Section):
         ------
         CodeError
             If it does not exist or is not allowed to run.
+
+        Examples
+        --------
+        >>> from ecs_eco.config import load
+        >>> load("predator-prey").function(len)([3, 4])
+        2
         """
         if isinstance(name, Use):
             return applied(self._code.function(name.use), name.parameters)

@@ -75,6 +75,23 @@ def search(
         If another process is searching there.
     ForeignFile
         If the folder contains another search.
+
+    Examples
+    --------
+    >>> from ecs_eco.lab import search
+    >>> energy = {"value": 0.5, "search": [0.1, 1.0]}
+    >>> mite = {
+    ...     "count": 4,
+    ...     "body": {"radius": 0.1},
+    ...     "metabolism": {"energy": energy, "energy_max": 1.0, "basal": 0.02},
+    ...     "lethal": [{"property": "energy", "min": 0.0, "low": "starved"}],
+    ... }
+    >>> world = {"format": 1, "name": "fell", "ticks": 60, "space": {"size": [20.0, 20.0]}}
+    >>> plan = {"world_seeds": 1, "finalists": 1, "confirm": {"world_seeds": 1}}
+    >>> world |= {"species": {"mite": mite}, "search": plan}
+    >>> found = search(world, "found", trials=2, workers=1, report=False)
+    >>> "best" in found
+    True
     """
     called_with("progress", progress, "the search")
     config = load(world, overrides, trust=trust)
