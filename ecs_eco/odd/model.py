@@ -34,10 +34,11 @@ class Model:
         self.config: WorldConfig | None = world.config
         systems = [one for one in world.systems if isinstance(one, System) and one.phase != "record"]
         self.systems = sorted(systems, key=lambda system: -system.priority)
+        declared = () if self.config is None else (*self.config.species, *self.config.objects)
         self.sections: dict[str, Species | ObjectType] = {
             name: table.species.section
             for name, table in self.tables.items()
-            if table.species.section is not None
+            if table.species.section is not None and name in declared
         }
 
     @property

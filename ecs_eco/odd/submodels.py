@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import inspect
 import re
+import sys
 from collections.abc import Iterator, Sequence
 
 from ecs_eco.engine.system import System
@@ -29,7 +31,7 @@ def submodels(model: Model) -> Iterator[Block]:
     """Yield the submodels that this world uses."""
     yield (
         "Each submodel is described by the declarations in its code and this world's values. Values that are not "
-        "listed are 0 or absent. Each world defines its own unit of energy."
+        "listed, or marked –, are 0 or absent. Each world defines its own unit of energy."
     )
     described: set[tuple[str, str]] = set()
     for title, parts in model.parts.items():
@@ -133,9 +135,14 @@ def _listed(kind: type[Section], rows: list[tuple[str, str, Section]]) -> Iterat
 
 
 def _own_values(system: System) -> Iterator[Block]:
-    """Yield a custom system's numbers, which are attributes of the system or its class, with their comments."""
-    known, rows = comments_of(type(system)), []
-    for name, value in {**vars(type(system)), **vars(system)}.items():
+    """Yield a custom system's numbers, with their comments: its attributes and the module's constants."""
+    kind, rows = type(system), list[tuple[str, ...]]()
+    module = sys.modules[kind.__module__]
+    codes = [one.__code__ for one in vars(kind).values() if inspect.isfunction(one)]
+    read = {name for code in codes for name in code.co_names}
+    constants = {name: value for name, value in vars(module).items() if name in read}
+    known = comments_of(module) | comments_of(kind)
+    for name, value in {**constants, **vars(kind), **vars(system)}.items():
         if not name.startswith("_") and _is_number(value) and name != "priority":
             unit, text = known.get(name, ("", ""))
             rows.append((f"`{name}`", unit, shown(value), text))

@@ -173,9 +173,9 @@ def first_paragraph(thing: type) -> str:
     return " ".join(inspect.cleandoc(vars(thing).get("__doc__") or "").partition("\n\n")[0].split())
 
 
-def comments_of(thing: type) -> dict[str, tuple[str, str]]:
+def comments_of(thing: Any) -> dict[str, tuple[str, str]]:
     """Return the unit and meaning of each field that a class declares, from the comment on or above its
-    line."""
+    line, or that a module declares."""
     try:
         lines = inspect.getsource(thing).splitlines()
     except (OSError, TypeError):  # the class was created in an interactive session

@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
 
 class LeaveRemains(System):
-    """A dead organism leaves an object of the type named by its species, where it died, with its mass and
-    substances, and with its remaining energy if the type holds energy. Eaten organisms leave nothing, because
-    their bodies are consumed."""
+    """A dead organism leaves an object of the type named by its species, where it died, with its radius, mass,
+    temperature and substances, and with its remaining energy if the type holds energy. Eaten organisms leave
+    nothing, because their bodies are consumed."""
 
     phase = "die"
     divisible = True
