@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from ecs_eco.config.features.feature import of_each
+from ecs_eco.config.models.nerves import Reflex
 from ecs_eco.config.models.species import Species
 from ecs_eco.odd.document import Block, Heading, Items, grid
 from ecs_eco.odd.model import Model, is_built_in
@@ -73,8 +74,8 @@ def _adaptation(model: Model) -> Iterator[Block]:
 
 
 def _decisions(name: str, species: Species) -> Iterator[tuple[str, str, str, str]]:
-    reflex = species.reflex
-    named = set() if reflex is None else {*reflex.formulas, *(one.action for one in reflex.connections)}
+    reflex = species.reflex or Reflex()
+    named = {*reflex.formulas, *(one.action for one in reflex.connections)}
     for group, actions in species.actions.items():
         if isinstance(actions, list):
             options = ", ".join(actions)
@@ -83,7 +84,7 @@ def _decisions(name: str, species: Species) -> Iterator[tuple[str, str, str, str
             options, automatic = f"a number in {shown(actions.continuous)}", []
         policy = ["policy"] * (species.policy.kind != "none" and not automatic)
         mine = {group, *(f"{group}.{one}" for one in species.groups()[group]), *species.groups()[group]}
-        reflexes = ["reflexes"] * bool(mine & named or (reflex is not None and reflex.function))
+        reflexes = ["reflexes"] * bool(mine & named or reflex.function)
         yield name, group, options, ", ".join([*automatic, *policy, *reflexes]) or "the default action"
 
 
@@ -92,10 +93,9 @@ def _objectives(model: Model) -> Iterator[Block]:
     for name, species in _species(model).items():
         if (happiness := species.happiness) is not None:
             weights = " + ".join(f"{shown(w)} × {sensor}" for sensor, w in happiness.weights.items())
-            formula = happiness.formula or weights or shown(happiness.function)
+            formula = f"`{happiness.formula or weights or shown(happiness.function)}`"
             genes = any("happiness." in (gene.trait or "") for gene in getattr(species.genome, "genes", ()))
-            formula = f"`{formula}`{', with heritable weights instead of these' * genes}"
-            rows.append((name, formula, shown(happiness.minimum)))
+            rows.append((name, formula + ", with weights from genes" * genes, shown(happiness.minimum)))
     text = "The objective is happiness, a function of sensor readings; the reward is its change in a tick."
     yield text if rows else "Individuals have no objective."
     yield from grid(("species", "happiness", "minimum, and happiness at death"), rows)
@@ -115,9 +115,9 @@ def _learning(model: Model) -> Iterator[Block]:
         when = " and ".join(["before the run"] * bool(policy.file) + ["during the run"] * policy.learn)
         who = "one for each individual" if policy.kind == "individual" else "one for all members"
         rows.append((name, when, who, shown(ppo["learning_rate"]), shown(ppo["horizon"])))
-    text = (
-        "Policies learn by PPO (Schulman et al. 2017) to increase the discounted sum of rewards. Before the run, "
-        "settings may differ (element 7, `training`)."
+    text = "Policies learn by PPO (Schulman et al. 2017) to increase the discounted sum of rewards."
+    text += " Before the run, settings may differ (element 7, `training`)." * any(
+        "before" in r[1] for r in rows
     )
     yield text if rows else "Individuals do not learn."
     yield from grid(("species", "learns", "policy", "learning rate", "rollout [ticks]"), rows)
@@ -157,10 +157,8 @@ def _interaction(model: Model) -> Iterator[Block]:
         for name, one in species.items()
         if one.reproduction is not None and one.reproduction.kind == "sexual"
     ]
-    some: list[Block] = []
-    if rows:
-        some = ["Individuals interact within reach, which is measured between the surfaces of their bodies:"]
-        some += grid(("kind", "interacts with", "key", "reach"), rows)
+    text = "Individuals interact within reach, which is measured between the surfaces of their bodies:"
+    some = [*[text] * bool(rows), *grid(("kind", "interacts with", "key", "reach"), rows)]
     if solid := [n for n, one in sections.items() if getattr(getattr(one, "body", None), "solid", False)]:
         some.append(f"Solid bodies push each other apart: {_listed(solid)}.")
     if smells := [f"{n} into {_listed(s.emits)}" for n, s in sections.items() if getattr(s, "emits", None)]:
@@ -176,17 +174,17 @@ def _interaction(model: Model) -> Iterator[Block]:
 
 def _own(model: Model) -> list[str]:
     """Return the names of this world's own systems and sensors."""
-    sensors = [sensor for species in _species(model).values() for sensor in species.sensors]
-    own = [getattr(sensor, "function", None) for sensor in sensors]
+    own = [getattr(one, "function", None) for species in _species(model).values() for one in species.sensors]
     systems = [type(system).__name__ for system in model.active if not is_built_in(system)]
     return [f"`{name}`" for name in (*systems, *map(shown, filter(None, own)))]
 
 
 def _sensed(model: Model, species: Species) -> list[str]:
     """Return the kinds that a species' sensors detect."""
-    named = [value.value for sensor in species.sensors for value in values_of(sensor)]
-    flat = [one for value in named for one in (value if isinstance(value, list) else [value])]
-    return [kind for kind in model.tables if kind in flat]
+    named = [v.value for sensor in species.sensors for v in values_of(sensor)]
+    return [
+        kind for kind in model.tables if any(kind == v or (isinstance(v, list) and kind in v) for v in named)
+    ]
 
 
 def _stochasticity(model: Model) -> Iterator[Block]:

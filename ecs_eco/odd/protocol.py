@@ -110,8 +110,7 @@ def purpose(model: Model) -> Iterator[Block]:
 
 
 def _told(config: WorldConfig) -> str:
-    """Return the first paragraph of the README in a world's folder or, failing that, the comment at the top
-    of its file."""
+    """Return the first paragraph of a world's README or, failing that, the comment at the top of its file."""
     file = config.folder / config._source
     if not file.is_file():
         return ""
@@ -128,9 +127,8 @@ def _told(config: WorldConfig) -> str:
 def entities(model: Model) -> Iterator[Block]:
     """Yield element 2."""
     yield Heading(3, "Entities")
-    object_ = ("landmark or other object", "type of object")
-    kinds = [(n, "species" if n in model.organisms else object_[n in model.sections]) for n in model.tables]
-    yield from grid(("kind", "entity"), kinds)
+    known = dict.fromkeys(model.sections, "type of object") | dict.fromkeys(model.organisms, "species")
+    yield from grid(("kind", "entity"), [(n, known.get(n, "landmark or other object")) for n in model.tables])
     yield (
         "Each individual has a unique number (uid). Space, with its fields and surroundings, is another entity. "
         "So is each policy network that the members of a species share; its state is its weights."
@@ -215,9 +213,11 @@ def schedule(model: Model) -> Iterator[Block]:
     )
     rows = []
     for number, (system, kinds) in enumerate(model.active.items(), 1):
-        where = getattr(system.submodel, "where", ())
-        whole = not where or any(key.partition(".")[0] in WorldConfig.model_fields for key in where)
-        of = "the world" if whole and not system.needs and not system.asked_for else _kinds(model, kinds)
+        keys = {key.partition(".")[0] for key in getattr(system.submodel, "where", ())}
+        whole = (not keys or keys & WorldConfig.model_fields.keys()) and not (
+            system.needs or system.asked_for
+        )
+        of = "the world" if whole else _kinds(model, kinds)
         present = {component.__name__ for kind in kinds for component in model.tables[kind]}
         changed = [change.rpartition(": ")[2] for change in model.changed_by(system)]
         changes = ", ".join(f"`{change}`" for change in changed if change.partition(".")[0] in present)
@@ -262,7 +262,7 @@ def _policy(model: Model, name: str) -> tuple[str, str]:
         return "", ""
     if not policy.thinks:
         return policy.kind, "decisions come from a function or a program"
-    untrained = "weights in the genome" if policy.inherit == "birth" else "random weights"
+    untrained = {"birth": "weights in the genome"}.get(policy.inherit, "random weights")
     return policy.kind, f"trained weights, `{policy.file}`" if policy.file else untrained
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import inspect
 import re
-import sys
 from collections.abc import Iterator, Sequence
 
 from ecs_eco.engine.system import System
@@ -15,7 +14,6 @@ from ecs_eco.odd.values import (
     Value,
     applies,
     comments_of,
-    first_paragraph,
     first_sentence,
     lists_of,
     sentences,
@@ -50,7 +48,7 @@ def submodels(model: Model) -> Iterator[Block]:
 def _carried_out(system: System) -> str:
     """Return a description of a system; for a custom system, its whole docstring."""
     kind = type(system)
-    text = sentences(kind) if system.submodel is None else first_paragraph(kind)
+    text = sentences(kind, whole=system.submodel is None)
     return f"`{kind.__name__}`: {text or 'its class has no docstring.'}"
 
 
@@ -63,8 +61,7 @@ def _rules(model: Model, part: Part) -> Iterator[str]:
 
 
 def parameters(model: Model, wanted: Sequence[tuple[str, str]]) -> Iterator[Block]:
-    """Yield tables of the values at pairs (kind, key), where kind "" is the world: first the single values,
-    with kinds side by side, then the lists."""
+    """Yield tables of the values at pairs (kind, key), single values first; kind "" is the world."""
     holders = {} if model.config is None else {"": model.config}
     held: dict[str, dict[str, Value]] = {}
     entries: dict[type[Section], list[tuple[str, str, Section]]] = {}
@@ -136,12 +133,10 @@ def _listed(kind: type[Section], rows: list[tuple[str, str, Section]]) -> Iterat
 
 def _own_values(system: System) -> Iterator[Block]:
     """Yield a custom system's numbers, with their comments: its attributes and the module's constants."""
-    kind, rows = type(system), list[tuple[str, ...]]()
-    module = sys.modules[kind.__module__]
-    codes = [one.__code__ for one in vars(kind).values() if inspect.isfunction(one)]
-    read = {name for code in codes for name in code.co_names}
-    constants = {name: value for name, value in vars(module).items() if name in read}
+    kind, module, rows = type(system), inspect.getmodule(type(system)), list[tuple[str, ...]]()
     known = comments_of(module) | comments_of(kind)
+    read = {n for one in vars(kind).values() if inspect.isfunction(one) for n in one.__code__.co_names}
+    constants = {name: value for name, value in vars(module).items() if name in read}
     for name, value in {**constants, **vars(kind), **vars(system)}.items():
         if not name.startswith("_") and _is_number(value) and name != "priority":
             unit, text = known.get(name, ("", ""))
