@@ -188,8 +188,8 @@ class GenomeSection(Section, own=LETTERS):
         "Heredity",
         reads=("genome",),
         rules={
-            "": "A genome is a string of letters. Each gene translates its letters into the value of a trait. A "
-            "newborn inherits its string from its parents, with mutations.",
+            "": "A genome is a string of letters. Each gene translates its letters into the value of a trait; "
+            "a gene without a trait is neutral. A newborn inherits its string from its parents, with mutations.",
             "genome.mutate.operator=mutUniformInt": "Each letter is replaced by one drawn from the alphabet with "
             "probability `indpb`.",
             "reproduction.kind=sexual": "The strings of both parents are crossed.",

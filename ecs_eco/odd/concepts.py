@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from ecs_eco.config.features.feature import of_each
+from ecs_eco.config.models.nerves import Reflex
 from ecs_eco.config.models.species import Species
 from ecs_eco.odd.document import Block, Heading, Items, grid
 from ecs_eco.odd.model import Model, is_built_in
@@ -30,13 +31,13 @@ def _listed(words: Iterable[str]) -> str:
 
 def _principles(model: Model) -> Iterator[Block]:
     if minds := [name for name, species in _species(model).items() if species.actions]:
-        reflex = any(one.reflex for one in _species(model).values())
-        policy = any(one.policy.kind != "none" for one in _species(model).values())
-        networks = ["an innate reflex network"] * reflex + ["a policy network that may learn"] * policy
-        decision = f", from which {_listed(networks)} {'make' if len(networks) > 1 else 'makes'} a decision"
+        reflex = [name for name, one in _species(model).items() if one.reflex]
+        policy = [name for name, one in _species(model).items() if one.policy.kind != "none"]
+        networks = [f"an innate reflex network ({', '.join(reflex)})"] * bool(reflex)
+        networks += [f"a policy ({', '.join(policy)})"] * bool(policy)
         yield (
             f"Organisms with a nervous system ({', '.join(minds)}) follow Strannegård et al. (2021): sensors yield "
-            f"a vector x{decision * bool(networks)}."
+            f"a vector x{f', from which decisions are made by {_listed(networks)}' * bool(networks)}."
         )
     if titles := [title.lower() for title in model.parts]:
         yield f"The model combines these submodels: {_listed(titles)}. Element 7 gives their equations and sources."
@@ -73,7 +74,8 @@ def _adaptation(model: Model) -> Iterator[Block]:
 
 
 def _decisions(name: str, species: Species) -> Iterator[tuple[str, str, str, str]]:
-    reflex = ["reflexes"] * (species.reflex is not None)
+    reflex = species.reflex or Reflex()
+    named = {*reflex.formulas, *(one.action for one in reflex.connections)}
     for group, actions in species.actions.items():
         if isinstance(actions, list):
             options = ", ".join(actions)
@@ -81,7 +83,9 @@ def _decisions(name: str, species: Species) -> Iterator[tuple[str, str, str, str
         else:
             options, automatic = f"a number in {shown(actions.continuous)}", []
         policy = ["policy"] * (species.policy.kind != "none" and not automatic)
-        yield name, group, options, ", ".join([*automatic, *policy, *reflex]) or "the default action"
+        mine = {group, *(f"{group}.{one}" for one in species.groups()[group]), *species.groups()[group]}
+        reflexes = ["reflexes"] * bool(mine & named or reflex.function)
+        yield name, group, options, ", ".join([*automatic, *policy, *reflexes]) or "the default action"
 
 
 def _objectives(model: Model) -> Iterator[Block]:
@@ -89,52 +93,56 @@ def _objectives(model: Model) -> Iterator[Block]:
     for name, species in _species(model).items():
         if (happiness := species.happiness) is not None:
             weights = " + ".join(f"{shown(w)} × {sensor}" for sensor, w in happiness.weights.items())
-            formula = happiness.formula or weights or shown(happiness.function)
-            rows.append((name, f"`{formula}`", shown(happiness.minimum)))
+            formula = f"`{happiness.formula or weights or shown(happiness.function)}`"
+            genes = any("happiness." in (gene.trait or "") for gene in getattr(species.genome, "genes", ()))
+            rows.append((name, formula + ", with weights from genes" * genes, shown(happiness.minimum)))
     text = "The objective is happiness, a function of sensor readings; the reward is its change in a tick."
     yield text if rows else "Individuals have no objective."
     yield from grid(("species", "happiness", "minimum, and happiness at death"), rows)
 
 
+def _learners(model: Model) -> list[tuple[str, Species]]:
+    species = _species(model).items()
+    return [
+        (name, one) for name, one in species if one.policy.thinks and (one.policy.learn or one.policy.file)
+    ]
+
+
 def _learning(model: Model) -> Iterator[Block]:
     rows = []
-    for name, species in _species(model).items():
+    for name, species in _learners(model):
         policy, ppo = species.policy, species.ppo
-        if policy.thinks and (policy.learn or policy.file):
-            when = " and ".join(["before the run"] * bool(policy.file) + ["during the run"] * policy.learn)
-            own = policy.kind == "individual"
-            who = "one for each individual" if own else "one for all members"
-            rows.append((name, when, who, shown(ppo["learning_rate"]), shown(ppo["horizon"])))
-    text = "Policies learn by PPO (Schulman et al. 2017) to increase the discounted sum of rewards:"
+        when = " and ".join(["before the run"] * bool(policy.file) + ["during the run"] * policy.learn)
+        who = "one for each individual" if policy.kind == "individual" else "one for all members"
+        rows.append((name, when, who, shown(ppo["learning_rate"]), shown(ppo["horizon"])))
+    text = "Policies learn by PPO (Schulman et al. 2017) to increase the discounted sum of rewards."
+    text += " Before the run, settings may differ (element 7, `training`)." * any(
+        "before" in r[1] for r in rows
+    )
     yield text if rows else "Individuals do not learn."
     yield from grid(("species", "learns", "policy", "learning rate", "rollout [ticks]"), rows)
 
 
 def _prediction(model: Model) -> Iterator[Block]:
-    rows = []
-    for name, species in _species(model).items():
-        if species.policy.thinks and (species.policy.learn or species.policy.file):
-            discount = species.ppo["discount"]
-            rows.append((name, shown(discount), f"{1 / (1 - discount):.3g}" if discount < 1 else "∞"))
+    discounts = [(name, species.ppo["discount"]) for name, species in _learners(model)]
+    rows = [(name, shown(d), f"{1 / (1 - d):.3g}" if d < 1 else "∞") for name, d in discounts]
     text = (
-        "Prediction is implicit: while a policy learns, a value network predicts the discounted sum of future "
-        "rewards from the current readings."
+        "Prediction is implicit: while a policy learns, a second output of its network predicts the discounted "
+        "sum of future rewards from the current readings."
     )
     yield text if rows else "Individuals do not predict."
     yield from grid(("species", "discount", "horizon, 1/(1 − discount) [ticks]"), rows)
 
 
 def _sensing(model: Model) -> Iterator[Block]:
-    rows = []
-    for name, species in _species(model).items():
-        for sensor in species.sensors:
-            values = [v for v in values_of(sensor) if v.key != "name" and v.key in sensor.model_fields_set]
-            declared = "; ".join(f"{v.key} {shown(v.value)} {v.unit}".rstrip() for v in values)
-            channels = sensor.channels(model.world.space.volume + 2)
-            rows.append((name, getattr(sensor, "kind", ""), f"`{'`, `'.join(channels)}`", declared))
-    text = "Sensors read without error. The submodel Sensing defines the readings of each kind of sensor."
+    rows = [
+        (name, getattr(sensor, "kind", ""), f"`{'`, `'.join(sensor.channels(model.world.space.volume + 2))}`")
+        for name, species in _species(model).items()
+        for sensor in species.sensors
+    ]
+    text = "Sensors read without error or delay. Element 7 (Sensing) defines the readings and their ranges."
     yield text if rows else "Individuals sense nothing."
-    yield from grid(("species", "kind", "readings", "declared"), rows)
+    yield from grid(("species", "kind", "readings"), rows)
 
 
 def _interaction(model: Model) -> Iterator[Block]:
@@ -144,12 +152,13 @@ def _interaction(model: Model) -> Iterator[Block]:
         for name in species
         for key, other, reach in of_each(species[name], "meets")
     ]
-    some: list[Block] = []
-    if rows:
-        some = ["Individuals interact within reach, which is measured between the surfaces of their bodies:"]
-        some += grid(("kind", "interacts with", "key", "reach"), rows)
-    if mates := [name for name, one in species.items() if getattr(one.reproduction, "kind", "") == "sexual"]:
-        some.append(f"Individuals of {_listed(mates)} mate.")
+    rows += [
+        (name, name, "`reproduction.reach`", f"{shown(one.reproduction.reach)} m")
+        for name, one in species.items()
+        if one.reproduction is not None and one.reproduction.kind == "sexual"
+    ]
+    text = "Individuals interact within reach, which is measured between the surfaces of their bodies:"
+    some = [*[text] * bool(rows), *grid(("kind", "interacts with", "key", "reach"), rows)]
     if solid := [n for n, one in sections.items() if getattr(getattr(one, "body", None), "solid", False)]:
         some.append(f"Solid bodies push each other apart: {_listed(solid)}.")
     if smells := [f"{n} into {_listed(s.emits)}" for n, s in sections.items() if getattr(s, "emits", None)]:
@@ -158,18 +167,24 @@ def _interaction(model: Model) -> Iterator[Block]:
         f"{n} ({', '.join(kinds)})" for n, one in species.items() if (kinds := _sensed(model, one))
     ]:
         some.append(f"Individuals sense other individuals (kinds in parentheses): {_listed(sensed)}.")
-    if own := [f"`{type(s).__name__}`" for s in model.active if not is_built_in(s)]:
-        some.append(
-            f"Processes defined by this world's own code may also be interactions (element 7): {_listed(own)}."
-        )
+    if own := _own(model):
+        some.append(f"This world's own code may also define interactions (element 7): {_listed(own)}.")
     yield from some or ["Individuals do not interact."]
+
+
+def _own(model: Model) -> list[str]:
+    """Return the names of this world's own systems and sensors."""
+    own = [getattr(one, "function", None) for species in _species(model).values() for one in species.sensors]
+    systems = [type(system).__name__ for system in model.active if not is_built_in(system)]
+    return [f"`{name}`" for name in (*systems, *map(shown, filter(None, own)))]
 
 
 def _sensed(model: Model, species: Species) -> list[str]:
     """Return the kinds that a species' sensors detect."""
-    named = [value.value for sensor in species.sensors for value in values_of(sensor)]
-    flat = [one for value in named for one in (value if isinstance(value, list) else [value])]
-    return [kind for kind in model.tables if kind in flat]
+    named = [v.value for sensor in species.sensors for v in values_of(sensor)]
+    return [
+        kind for kind in model.tables if any(kind == v or (isinstance(v, list) and kind in v) for v in named)
+    ]
 
 
 def _stochasticity(model: Model) -> Iterator[Block]:
@@ -178,7 +193,10 @@ def _stochasticity(model: Model) -> Iterator[Block]:
         "Each random number is computed from the seed, the tick, the identity of the individual and the purpose of "
         "the draw, so no draw affects another. The model draws:"
     )
-    yield Items(tuple(dict.fromkeys(["the positions and headings of founders", *draws])))
+    founders = "the positions and headings of founders and, where they vary, their energies, ages and sexes"
+    yield Items(tuple(dict.fromkeys([founders, *draws])))
+    if own := _own(model):
+        yield f"This world's own code may draw other numbers (element 7): {_listed(own)}."
 
 
 def _collectives(model: Model) -> Iterator[Block]:

@@ -34,10 +34,11 @@ class Model:
         self.config: WorldConfig | None = world.config
         systems = [one for one in world.systems if isinstance(one, System) and one.phase != "record"]
         self.systems = sorted(systems, key=lambda system: -system.priority)
+        declared = () if self.config is None else (*self.config.species, *self.config.objects)
         self.sections: dict[str, Species | ObjectType] = {
             name: table.species.section
             for name, table in self.tables.items()
-            if table.species.section is not None
+            if table.species.section is not None and name in declared
         }
 
     @property
@@ -69,15 +70,13 @@ class Model:
 
     @cached_property
     def active(self) -> dict[System, list[str]]:
-        """The systems that act in this world, in the order in which they run, and the kinds on which they
-        act."""
+        """The systems that act in this world, in their order, and the kinds on which they act."""
         acting = {system: self.named(system) for system in self.systems}
         return {system: kinds for system, kinds in acting.items() if kinds}
 
     @cached_property
     def parts(self) -> dict[str, list[Part]]:
-        """The submodels by title: surroundings first, then systems in the order in which they run, then other
-        sections."""
+        """The submodels by title: surroundings first, then systems in their order, then other sections."""
         parts: dict[str, list[Part]] = {}
         around = [] if self.config is None else [s for s in map(_submodel, _declared(self.config)) if s.reads]
         for submodel in [one for one in around if not one.where]:
@@ -138,8 +137,7 @@ class Model:
 
     @staticmethod
     def changed_by(system: System) -> tuple[str, ...]:
-        """Return the fields that a system changes or, if it declares no submodel, all components that it
-        needs."""
+        """Return the fields that a system changes; without a submodel, all components that it needs."""
         if system.submodel is None:
             return tuple(component.__name__ for component in system.needs)
         return system.submodel.changes

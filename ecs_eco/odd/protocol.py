@@ -110,8 +110,7 @@ def purpose(model: Model) -> Iterator[Block]:
 
 
 def _told(config: WorldConfig) -> str:
-    """Return the first paragraph of the README in a world's folder or, failing that, the comment at the top
-    of its file."""
+    """Return the first paragraph of a world's README or, failing that, the comment at the top of its file."""
     file = config.folder / config._source
     if not file.is_file():
         return ""
@@ -128,10 +127,11 @@ def _told(config: WorldConfig) -> str:
 def entities(model: Model) -> Iterator[Block]:
     """Yield element 2."""
     yield Heading(3, "Entities")
-    kinds = [(name, "species" if name in model.organisms else "type of object") for name in model.tables]
-    yield from grid(("kind", "entity"), kinds)
+    known = dict.fromkeys(model.sections, "type of object") | dict.fromkeys(model.organisms, "species")
+    yield from grid(("kind", "entity"), [(n, known.get(n, "landmark or other object")) for n in model.tables])
     yield (
-        "Each individual has a unique number (uid). Space, with its fields and surroundings, is another entity."
+        "Each individual has a unique number (uid). Space, with its fields and surroundings, is another entity. "
+        "So is each policy network that the members of a species share; its state is its weights."
     )
     yield Heading(3, "State variables")
     yield from grid(("variable", "unit", "meaning", "kinds", "static or dynamic"), _state(model))
@@ -143,6 +143,7 @@ def entities(model: Model) -> Iterator[Block]:
     ]
     if blocks := [*parameters(model, constants)]:
         yield Heading(3, "Constants of kinds")
+        yield "Other constants are in element 7; – means absent, or listed there."
         yield from blocks
     yield from _scales(model)
 
@@ -212,7 +213,11 @@ def schedule(model: Model) -> Iterator[Block]:
     )
     rows = []
     for number, (system, kinds) in enumerate(model.active.items(), 1):
-        of = "the world" if not system.needs and len(kinds) == len(model.tables) else _kinds(model, kinds)
+        keys = {key.partition(".")[0] for key in getattr(system.submodel, "where", ())}
+        whole = (not keys or keys & WorldConfig.model_fields.keys()) and not (
+            system.needs or system.asked_for
+        )
+        of = "the world" if whole else _kinds(model, kinds)
         present = {component.__name__ for kind in kinds for component in model.tables[kind]}
         changed = [change.rpartition(": ")[2] for change in model.changed_by(system)]
         changes = ", ".join(f"`{change}`" for change in changed if change.partition(".")[0] in present)
@@ -238,7 +243,7 @@ def initialization(model: Model) -> Iterator[Block]:
         yield from grid(("kind", "entities now"), [(n, f"{t.n:,}") for n, t in model.tables.items()])
         return
     yield (
-        "Founders have random positions and headings, unless positions are given. The values in "
+        "Founders have random positions and headings and age 0, unless these are given. The values in "
         "elements 2 and 7 also apply to founders."
     )
     yield from parameters(model, [(kind, key) for kind in model.sections for key in STARTS])
@@ -257,7 +262,8 @@ def _policy(model: Model, name: str) -> tuple[str, str]:
         return "", ""
     if not policy.thinks:
         return policy.kind, "decisions come from a function or a program"
-    return policy.kind, f"trained weights, `{policy.file}`" if policy.file else "random weights"
+    untrained = {"birth": "weights in the genome"}.get(policy.inherit, "random weights")
+    return policy.kind, f"trained weights, `{policy.file}`" if policy.file else untrained
 
 
 def _first_energy(model: Model) -> Iterator[Block]:

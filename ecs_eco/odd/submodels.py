@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import re
 from collections.abc import Iterator, Sequence
 
@@ -13,7 +14,6 @@ from ecs_eco.odd.values import (
     Value,
     applies,
     comments_of,
-    first_paragraph,
     first_sentence,
     lists_of,
     sentences,
@@ -29,7 +29,7 @@ def submodels(model: Model) -> Iterator[Block]:
     """Yield the submodels that this world uses."""
     yield (
         "Each submodel is described by the declarations in its code and this world's values. Values that are not "
-        "listed are 0 or absent. Each world defines its own unit of energy."
+        "listed, or marked –, are 0 or absent. Each world defines its own unit of energy."
     )
     described: set[tuple[str, str]] = set()
     for title, parts in model.parts.items():
@@ -48,7 +48,7 @@ def submodels(model: Model) -> Iterator[Block]:
 def _carried_out(system: System) -> str:
     """Return a description of a system; for a custom system, its whole docstring."""
     kind = type(system)
-    text = sentences(kind) if system.submodel is None else first_paragraph(kind)
+    text = sentences(kind, whole=system.submodel is None)
     return f"`{kind.__name__}`: {text or 'its class has no docstring.'}"
 
 
@@ -61,8 +61,7 @@ def _rules(model: Model, part: Part) -> Iterator[str]:
 
 
 def parameters(model: Model, wanted: Sequence[tuple[str, str]]) -> Iterator[Block]:
-    """Yield tables of the values at pairs (kind, key), where kind "" is the world: first the single values,
-    with kinds side by side, then the lists."""
+    """Yield tables of the values at pairs (kind, key), single values first; kind "" is the world."""
     holders = {} if model.config is None else {"": model.config}
     held: dict[str, dict[str, Value]] = {}
     entries: dict[type[Section], list[tuple[str, str, Section]]] = {}
@@ -133,9 +132,12 @@ def _listed(kind: type[Section], rows: list[tuple[str, str, Section]]) -> Iterat
 
 
 def _own_values(system: System) -> Iterator[Block]:
-    """Yield a custom system's numbers, which are attributes of the system or its class, with their comments."""
-    known, rows = comments_of(type(system)), []
-    for name, value in {**vars(type(system)), **vars(system)}.items():
+    """Yield a custom system's numbers, with their comments: its attributes and the module's constants."""
+    kind, module, rows = type(system), inspect.getmodule(type(system)), list[tuple[str, ...]]()
+    known = comments_of(module) | comments_of(kind)
+    read = {n for one in vars(kind).values() if inspect.isfunction(one) for n in one.__code__.co_names}
+    constants = {name: value for name, value in vars(module).items() if name in read}
+    for name, value in {**constants, **vars(kind), **vars(system)}.items():
         if not name.startswith("_") and _is_number(value) and name != "priority":
             unit, text = known.get(name, ("", ""))
             rows.append((f"`{name}`", unit, shown(value), text))

@@ -1,5 +1,4 @@
-"""The values in a world file, with meanings and units from the declarations of fields, and the fields of
-components."""
+"""The values in a world file and the fields of components, with meanings and units from their declarations."""
 
 from __future__ import annotations
 
@@ -50,8 +49,7 @@ def values_of(section: Section, prefix: str = "") -> Iterator[Value]:
 
 
 def _is_unused(section: Section, setting: str, value: object) -> bool:
-    """Return whether a PPO hyperparameter has no effect on a species: it is 0, or applies only to recurrent
-    networks."""
+    """Return whether a PPO hyperparameter has no effect: it is 0, or applies only to recurrent networks."""
     return not value or (setting == "unroll" and next(found_at(section, ["policy", "network"]), None) is None)
 
 
@@ -157,10 +155,11 @@ def _is_set(value: object) -> bool:
     return any(value.values()) if isinstance(value, dict) else bool(value)
 
 
-def sentences(thing: Any) -> str:
-    """Return the docstring of a class or function as one line; "" if it has no docstring of its own."""
+def sentences(thing: Any, whole: bool = True) -> str:
+    """Return the docstring of a class or function, or its first paragraph, as one line; "" if it has none."""
     own = vars(thing).get("__doc__") if isinstance(thing, type) else getattr(thing, "__doc__", "")
-    return " ".join(inspect.cleandoc(own or "").split())
+    text = inspect.cleandoc(own or "")
+    return " ".join((text if whole else text.partition("\n\n")[0]).split())
 
 
 def first_sentence(thing: Any) -> str:
@@ -168,14 +167,8 @@ def first_sentence(thing: Any) -> str:
     return re.split(r"(?<=[.!?])\s+(?=[A-Z`])", sentences(thing), maxsplit=1)[0]
 
 
-def first_paragraph(thing: type) -> str:
-    """Return the first paragraph of a class's docstring."""
-    return " ".join(inspect.cleandoc(vars(thing).get("__doc__") or "").partition("\n\n")[0].split())
-
-
-def comments_of(thing: type) -> dict[str, tuple[str, str]]:
-    """Return the unit and meaning of each field that a class declares, from the comment on or above its
-    line."""
+def comments_of(thing: Any) -> dict[str, tuple[str, str]]:
+    """Return the unit and meaning of each value that a class or module declares, from comments on or above."""
     try:
         lines = inspect.getsource(thing).splitlines()
     except (OSError, TypeError):  # the class was created in an interactive session
@@ -186,7 +179,9 @@ def comments_of(thing: type) -> dict[str, tuple[str, str]]:
         if (bare := line.strip()).startswith("# "):
             above = bare[2:]
             continue
-        match = _DECLARED.match(line) or (re.match(r" *(?P<name>\w+)(?P<text>): ", line) if above else None)
+        match = _DECLARED.match(line) or (
+            re.match(r" *(?P<name>\w+)(?P<text>)(?::| =) ", line) if above else None
+        )
         if match is not None and match["name"] not in found:
             text = match["text"] or above
             unit = _UNIT.match(text)

@@ -47,10 +47,11 @@ class Decide(System):
             "for automatic actions. The first active action in each group is executed; if none is active, "
             "the default action is.",
             "policy.kind=individual": "Each individual has its own policy network: layers of tanh units "
-            "(`hidden`), then a softmax over the actions of each group, from which the action is drawn.",
+            "(`hidden`), then a softmax over the actions of each group, from which the action is drawn, and a "
+            "linear output for the predicted value.",
             "policy.kind=shared": "All individuals of the species share one policy network: layers of tanh "
             "units (`hidden`), then a softmax over the actions of each group, from which the action is "
-            "drawn.",
+            "drawn, and a linear output for the predicted value.",
             "policy.network": "The network is a torch module defined in the world's Python code.",
             "policy.kind=function": "A function chooses the actions.",
             "policy.kind=external": "A program outside the model chooses the actions.",

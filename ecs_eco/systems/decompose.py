@@ -27,7 +27,12 @@ class Decompose(System):
 
     needs = (Position, Chemistry, Matter)
     phase = "metabolise"
-    submodel = Submodel("Decomposition", reads=("decomposition",), changes=("Chemistry", "Matter"))
+    submodel = Submodel(
+        "Decomposition",
+        reads=("decomposition",),
+        rules={"": "`dc/dt = −rate c` for each substance c, which enters the first field of this substance."},
+        changes=("Chemistry", "Matter"),
+    )
     asked_for = staticmethod(lambda table: table.species.decomposition is not None)
     world: SpatialWorld
 

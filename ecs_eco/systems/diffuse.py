@@ -33,7 +33,9 @@ class Diffuse(System):
         reads=("emits", "fields"),
         rules={
             "": "`∂c/∂t = diffusion ∇²c − decay c + emission` in every cell of a field; diffusion is "
-            "solved in explicit steps, decay and emission exactly.",
+            "solved in explicit steps, decay and emission exactly. Emission is the sum over the bodies whose "
+            "centers are in the cell; for a substance, it is divided by the volume of the cell. Walls "
+            "stop diffusion. The value at a position is interpolated linearly between cell centers.",
             "fields.renewal": "A renewed field also gains `renewal (initial − c)`.",
             "emits.consume": "A body loses the emitted amount if `consume` is true.",
         },

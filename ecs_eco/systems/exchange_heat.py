@@ -64,8 +64,8 @@ class ExchangeHeat(System):
         reads=("heat",),
         rules={
             "": "`C dT/dt = k (T_surroundings − T) + P`, with `C = mass × specific_heat`, `k = surface/"
-            "(1/conductance + insulation)` and P the heat from metabolism and regulation, solved exactly "
-            "(Newton's law of cooling)."
+            "(1/conductance + insulation)`, `surface = 4π radius²` for a sphere, and P the heat from "
+            "metabolism and regulation, solved exactly (Newton's law of cooling)."
         },
         changes=("Physical.temperature", "HeatExchange", "Metabolism.energy", "Metabolism.burnt"),
     )

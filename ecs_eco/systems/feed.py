@@ -80,9 +80,9 @@ class Feed(System):
             "": "An animal proposes the nearest item of each kind in its diet if the surfaces of both "
             "bodies are at most `reach` apart; the attempt succeeds in a tick with probability `1 − (1 − "
             "chance)^dt`. An item goes to the nearest animal that wants it; an animal that wins several "
-            "items takes the nearest first. Eaten organisms die.",
+            "items takes the nearest first. Eaten organisms die. An animal eats only while its energy is below "
+            "`satiation`, by default `energy_max`, and, if it has an action `eat`, only in that action.",
             "diet.gain": "A meal changes the energy by `gain`, up to `energy_max`.",
-            "diet.satiation": "An animal eats only while its energy is below `satiation`.",
             "diet.efficiency": "A meal adds `efficiency` times the item's energy, up to `energy_max`.",
             "diet.deadly": "Deadly food kills its eater.",
             "diet.assimilation": "A fraction `assimilation` of the item's substances enters the eater; the "

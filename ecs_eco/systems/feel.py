@@ -39,8 +39,8 @@ class Feel(System):
         reads=("happiness",),
         rules={
             "": "`happiness(t) = max(minimum, f(x(t)))` and `reward(t) = happiness(t) − happiness(t − 1)` "
-            "(Strannegård et al. 2021), where f is the formula or the weighted sum of readings. The reward "
-            "at death is the minimum minus the last happiness value."
+            "(Strannegård et al. 2021), where f is the formula or the weighted sum of readings. A newborn's "
+            "first reward is 0. At death, `minimum − happiness(t)` is added to the reward."
         },
         changes=("Nervous.happiness", "Nervous.reward", "Nervous.awake"),
     )

@@ -34,6 +34,12 @@ class GiveBirth(System):
     submodel = Submodel(
         "Sexual reproduction",
         where=("reproduction.kind=sexual",),
+        rules={
+            "reproduction.place=near": "A newborn appears at a random place within `dispersal` of its mother, "
+            "by default four body radii, that no opaque body, water or rock covers.",
+            "reproduction.place=anywhere": "A newborn appears at a random place that no opaque body, water or "
+            "rock covers.",
+        },
         changes=("Gestation", "Metabolism.energy", "Metabolism.given"),
         draws="the places and headings of newborns",
     )

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
 class LeaveRemains(System):
     """A dead organism leaves an object where it died, of the type that its species names. The object has the
-    body's mass and substances, and its remaining energy if the type holds energy. Eaten organisms leave
-    nothing, because their bodies are consumed."""
+    body's radius, mass, temperature and substances, and its remaining energy if the type holds energy.
+    Eaten organisms leave nothing, because their bodies are consumed."""
 
     phase = "die"
     divisible = True

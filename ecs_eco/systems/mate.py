@@ -57,8 +57,8 @@ class Sires(NamedTuple):
 
 
 class Mate(System):
-    """Each female that is ready and willing chooses one ready and willing male within reach, and may
-    conceive.
+    """Each female (without sexes: each member) that is ready and willing chooses one ready and willing mate
+    within reach, and may conceive.
 
     An organism is ready if it is old enough, well fed, rested and not pregnant; a male must also be able to
     pay his share, and pays it at conception. In a species without sexes, any two members can mate, and the
@@ -78,8 +78,10 @@ class Mate(System):
             "sex=none": "The species has no sexes: any two members may mate, and the chooser bears the "
             "young.",
             "": "A pair conceives in a tick with probability `1 − (1 − chance × fertility_mother × "
-            "fertility_father)^dt`. A parent must be at least `age_min` old and hold at least "
-            "`energy_min`. Each newborn gets `energy_given`, which the parents pay.",
+            "fertility_father)^dt`; nearer pairs come first, and no organism mates twice in a tick. A parent "
+            "must be at least `age_min` old, hold at least `energy_min`, be rested and not be pregnant. Birth "
+            "follows after `gestation`, by default in the same tick. Each newborn gets `energy_given`, of which "
+            "the father pays `father_share` and the mother the rest.",
         },
         changes=("Gestation", "Metabolism.energy", "Metabolism.given"),
         draws="whether a pair conceives, and the order of equally near pairs",

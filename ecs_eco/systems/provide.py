@@ -27,7 +27,14 @@ class Provide(System):
 
     needs = (Chemistry, Matter)
     phase = "reproduce"
-    submodel = Submodel("Substances of newborn", reads=("born_with",), changes=("Chemistry", "Matter"))
+    submodel = Submodel(
+        "Substances of newborns",
+        reads=("born_with",),
+        rules={
+            "": "`c ← c V/(V + ΣV_young)` in the mother and in her young, where V is the volume of a body."
+        },
+        changes=("Chemistry", "Matter"),
+    )
     asked_for = staticmethod(lambda table: table.species.born_with == "mother")
     world: SpatialWorld
 

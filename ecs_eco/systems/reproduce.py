@@ -46,10 +46,11 @@ class Reproduce(System):
             "reproduction.age_min": "A parent is at least `age_min` old.",
             "": "A parent with at least `energy_min` gives birth in a tick with probability `1 − exp(−rate × "
             "fertility × dt)`, more than once if the energy lasts (Poisson), and pays `energy_given` for "
-            "each newborn.",
-            "reproduction.place=anywhere": "A newborn appears at a random place that no body occupies.",
+            "each newborn, unless its energy would fall to 0. Fertility is 1 unless given.",
+            "reproduction.place=anywhere": "A newborn appears at a random place that no opaque body, water or "
+            "rock covers.",
             "reproduction.place=near": "A newborn appears at a random place within `dispersal` of its parent "
-            "that no body occupies.",
+            "that no opaque body, water or rock covers.",
             "reproduction.spacing": "A birth fails if another member of the species is within `spacing`.",
             "reproduction.immigration": "`immigration dt` immigrants arrive in a tick; any fractional part "
             "is the probability of one more.",

@@ -85,12 +85,16 @@ class Spread(System):
         where=("reproduction.kind=spread",),
         reads=("reproduction",),
         rules={
-            "": "The ground has sites of side `spacing`, with at most one plant each.",
+            "": "The ground has sites of side `spacing`, with at most one plant each, also at the start.",
             "reproduction.place=anywhere": "A free site is taken in a tick with probability `(rate p + seed_rain) "
-            "dt`, where p is the share of all sites that are taken; on average `dp/dt = (rate p + seed_rain)"
-            "(1 − p)`, a logistic curve.",
+            "dt`, where p is the share of all sites that are taken. On even ground, dt is corrected so that on "
+            "average `dp/dt = (rate p + seed_rain)(1 − p)`, a logistic curve, is solved exactly.",
             "reproduction.place=near": "A free site is taken in a tick with probability `(rate p + seed_rain) "
-            "dt`, where p is the share of sites taken within `dispersal`.",
+            "dt`, where p is the share of taken sites among those at most `dispersal` away along each axis.",
+            "Growth": "A seed of a plant sprouts with probability `spread`, a value of the plant's genes, so rate "
+            "is replaced by `rate × spread`; dt is not corrected.",
+            "terrain.lakes": "No plant grows on a site whose center is in a lake.",
+            "terrain.rocks": "No plant grows on a site whose center is in a rock.",
             "born_with=soil": "A seed sprouts only where the soil holds the substances that the plant is "
             "made of.",
         },

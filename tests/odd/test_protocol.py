@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 from ecs_eco import World
+from ecs_eco.components import Position
 from ecs_eco.config.shipped import shipped
 from ecs_eco.odd import describe
 from ecs_eco.odd.concepts import CONCEPTS
@@ -183,6 +184,75 @@ def test_a_meadow_without_animals_has_no_predation_no_senses_and_no_learning() -
 def test_a_value_set_for_a_run_is_the_value_in_the_description() -> None:
     meadow = MEADOW | {"species": {"grass": MEADOW["species"]["grass"] | {"count": 77}}}
     assert "| `count` | 77 | organisms at the start |" in describe(meadow).markdown()
+
+
+@pytest.mark.parametrize("name", shipped())
+def test_reflexes_decide_only_in_groups_in_which_a_connection_or_formula_acts(name: str) -> None:
+    species = World.from_config(name, populate=False, record=False).config.species  # type: ignore[union-attr]
+    rows = [row for row in rows_of(text_of(name)) if "decided by" in row]
+    assert {row["species"] for row in rows} == {kind for kind, one in species.items() if one.actions}
+    for row in rows:
+        reflex = species[row["species"]].reflex
+        acted = [] if reflex is None else [*reflex.formulas, *(one.action for one in reflex.connections)]
+        assert ("reflexes" in row["decided by"]) == bool({*row["actions"].split(", ")} & {*acted})
+
+
+def test_networks_are_attributed_to_the_species_that_have_them() -> None:
+    text = text_of("diel-migration")
+    assert "an innate reflex network (krill) and a policy (copepod)" in text
+    assert (
+        "`0.5 × energy + 0 × berry_near + 0 × nightshade_near + 0 × vole_near`, with weights from genes"
+        in (text_of("happiness"))
+    )
+    assert "| goat | individual | weights in the genome |" in text_of("innate")
+    assert "Before the run, settings may differ" not in text_of("innate")
+
+
+def test_processes_of_fields_concern_the_world_and_deaths_the_kinds_that_can_die() -> None:
+    entities = {
+        name: {
+            row["process"].strip("`"): row["entities"] for row in rows_of(text_of(name)) if "process" in row
+        }
+        for name in ("lamb", "learning-krill")
+    }
+    assert [one["Diffuse"] for one in entities.values()] == ["the world", "the world"]
+    assert [one["Perish"] for one in entities.values()] == ["lamb", "all"]
+
+
+def test_landmarks_are_entities_without_constants_and_mates_interact_within_reach() -> None:
+    text = text_of("island")
+    assert "| lakes | landmark or other object |" in text
+    assert all("lakes" not in row for row in rows_of(text) if "parameter" in row)
+    assert "| goat | goat | `reproduction.reach` | 12 m |" in text_of("reflexes")
+
+
+def test_own_code_is_named_as_a_source_of_draws_and_its_constants_are_listed() -> None:
+    assert "may draw other numbers (element 7): `ecs_eco.worlds.diel_migration.senses:whim`." in (
+        text_of("diel-migration")
+    )
+    assert "| `MOUTH` | rad | [-1.6, 1.6] | where it touches an udder" in text_of("lamb")
+
+
+@pytest.mark.parametrize("name", shipped())
+def test_every_name_in_an_equation_of_learning_is_a_setting(name: str) -> None:
+    """`entropy` stood for `entropy_coef`, and no setting of that name exists."""
+    text = text_of(name)
+    for setting in ("entropy_coef", "value_weight", "discount", "gae_lambda", "clip", "horizon"):
+        assert text.count(setting) >= 2, setting
+        assert f"| `ppo.{setting}` |" in text
+
+
+@pytest.mark.slow
+def test_the_nearness_that_a_sensor_reads_is_the_one_described() -> None:
+    eye = {"kind": "nearest", "target": "stone", "range": 4.0}
+    species = {"deer": {"count": 0, "body": {"radius": 0.5}, "sensors": [eye]}}
+    objects = {"stone": {"at": [[10.0, 10.0]], "body": {"radius": 0.5}}}
+    world = World.from_config(MEADOW | {"species": species, "objects": objects}, record=False)
+    world.spawn("deer", Position(x=9.0, y=10.0))  # in contact: 1 m from center to center
+    world.flush()
+    world.run(1)
+    assert world.tables["deer"].species.nerves.x[0, 2] == pytest.approx(1 - 1.0 / 4.0)
+    assert "name_near is 1 − distance/range" in text_of("predator-prey")
 
 
 def test_who_learns_by_what_rate_and_for_what_is_said_of_each_species() -> None:

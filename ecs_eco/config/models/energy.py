@@ -23,7 +23,7 @@ class Metabolism(Section, change=FREE):
     """The energy budget of an organism; each world defines its own unit of energy."""
 
     energy: NonNegative = quantity(
-        "initial energy of founders and of newborns without parents",
+        "initial energy of founders, and of newborns that get none from parents",
         "energy",
         1.0,
         own="only founders start with it; newborns with parents get reproduction.energy_given",

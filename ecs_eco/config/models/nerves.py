@@ -104,11 +104,15 @@ class Policy(Section, change=SHAPE):
         reads=("ppo",),
         rules={
             "": "The policy learns by PPO (Schulman et al. 2017). After each rollout of `horizon` ticks, "
-            "Adam minimizes the mean of `−min(r A, clip(r, 1 − clip, 1 + clip) A) − entropy H + value_weight "
-            "(V − R)²`, where r is the ratio of the new to the old probability of the action taken, H the "
-            "entropy of the policy, V the predicted value and `R = A + V_old`.",
+            "Adam minimizes the mean of `−min(r A, clip(r, 1 − clip, 1 + clip) A) − entropy_coef H + "
+            "value_weight (V − R)²`, where r is the ratio of the new to the old probability of the action "
+            "taken, H the entropy of the policy, V the predicted value and `R = A + V_old`.",
             "policy": "The advantage is `A(t) = δ(t) + discount × gae_lambda × A(t + 1)`, with "
             "`δ(t) = reward(t + 1) + discount × V(x(t + 1)) − V(x(t))` (Schulman et al. 2016, eq. 16).",
+            "policy.kind=shared": "All members contribute to one rollout, including those that die before it is "
+            "full.",
+            "policy.kind=individual": "Each individual learns from its own rollout; its first rollout ends at a "
+            "random age, so that individuals learn in different ticks. An unfinished rollout is lost at death.",
             "policy.kind=individual & policy.inherit=none": "A newborn's network has random weights; learned "
             "weights are lost at death.",
             "policy.inherit=birth": "A newborn's network has the weights in its genome; learned weights are "
@@ -116,7 +120,8 @@ class Policy(Section, change=SHAPE):
             "policy.inherit=learned": "A newborn's network has the current weights of one parent, plus "
             "normal noise with standard deviation `mutation_sd`.",
         },
-        draws="initial weights, and the order of transitions in minibatches",
+        draws="initial weights and noise in inherited weights, the order of transitions in minibatches, and the "
+        "ages at which individual learners begin",
     )
 
     kind: Literal["shared", "individual", "external", "function", "none"] = about(

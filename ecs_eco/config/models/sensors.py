@@ -60,7 +60,7 @@ class Sensor(Section):
 
 
 class Own(Sensor):
-    """Senses a property or substance of its own body."""
+    """Reads value/scale, where the value is a property or substance of its own body."""
 
     kind: Literal["own"]
     property: str = about(
@@ -78,9 +78,9 @@ class Own(Sensor):
 class Nearest(Sensor, own=True):
     """Sees the nearest target; channels: name_forward, name_left (cosine, sine of its bearing), name_near.
 
-    name_near is 1 on contact and falls to 0 at the maximum distance; all channels are 0 if no target is
-    within this distance. The sensor sees the center of a sphere, or the nearest point of a box or of a
-    capsule's axis.
+    name_near is 1 − distance/range; all channels are 0 if no target is within range. In a volume, the direction
+    also has name_up. The distance is from `at` to the center of a sphere, or to the nearest point of a box or of
+    a capsule's axis.
     """
 
     kind: Literal["nearest"]
@@ -113,8 +113,9 @@ class Nearest(Sensor, own=True):
 
 
 class Rays(Sensor):
-    """Casts rays. With per_ray, the channels are name_target_1 … (closeness along each ray); with closest,
-    they are name_target_forward, _left and _near."""
+    """Casts rays, which end at the first target, opaque body, rock or wall; closeness is 1 − distance/range.
+    With per_ray, the channels are name_target_1 … (closeness along each ray); with closest, they are
+    name_target_forward, _left (cosine, sine of the ray's bearing) and _near (its closeness)."""
 
     kind: Literal["rays"]
     count: Annotated[int, Field(ge=1, le=360)] = quantity("number of rays", "1", own=WIDTH)
@@ -272,12 +273,12 @@ class Place(Sensor):
 
 
 class Light(Place, own=True):
-    """Reads the light at one position on the body, 1 in full daylight; with `dark`, its logarithm (Fechner
-    1860)."""
+    """Reads (value − zero)/scale, where the value is the light at one position on the body, 1 in full daylight,
+    or with `dark` its logarithm (Fechner 1860)."""
 
     kind: Literal["light"]
     dark: Positive | None = quantity(
-        "light level that counts as dark; if given, the reading is log10(1 + light/dark)", "1", None
+        "light level that counts as dark; if given, the value is log10(1 + light/dark)", "1", None
     )
 
 

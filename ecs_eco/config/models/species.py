@@ -22,7 +22,7 @@ from ecs_eco.config.models.energy import Locomotion, Metabolism
 from ecs_eco.config.models.nerves import THINKING, Continuous, Group, Happiness, Neutral, Policy, Reflex
 from ecs_eco.config.models.reproduction import AnyReproduction
 from ecs_eco.config.models.sensors import AnySensor, Smell, name_sensors
-from ecs_eco.config.models.surroundings import BODY, PROPERTIES, Color
+from ecs_eco.config.models.surroundings import BODY, PROPERTY_UNITS, Color
 from ecs_eco.config.numbers import values_in
 from ecs_eco.genomes.models import GenomeSection
 from ecs_eco.inputs.section import (
@@ -103,7 +103,7 @@ class Species(
     color: Color = about("color in figures, #rrggbb", "#4477aa", change=FREE)
     body: Body = about("shape, size, mass, opacity")
     properties: dict[str, Real] = table(
-        f"physical properties at birth by name: {', '.join(PROPERTIES)}", dict, entries=FREE, own=COLUMN
+        f"physical properties at birth by name: {PROPERTY_UNITS}", dict, entries=FREE, own=COLUMN
     )
     substances: dict[Name, NonNegative] = table(
         "concentrations at birth by name [mol/L]", dict, entries=FREE, own=MATTER

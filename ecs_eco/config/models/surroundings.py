@@ -34,6 +34,7 @@ PROPERTIES = {  # physical properties that a body may have besides mass, and the
     "electric_current": "A",
     "luminous_intensity": "cd",
 }
+PROPERTY_UNITS = ", ".join(f"{name} in {unit}" for name, unit in PROPERTIES.items())
 BODY = ("mass", "radius", "volume")  # properties of the body itself
 Color = Annotated[str, Field(pattern=r"^#[0-9a-fA-F]{6}$")]
 
@@ -204,9 +205,7 @@ class ObjectType(WarmObjects, Chemistry, Decomposing, Emitting):
     )
     color: Color = about("color in figures, #rrggbb", "#888888", change=FREE)
     body: Body = about("shape, size, mass, opacity")
-    properties: dict[str, Real] = table(
-        f"physical properties by name: {', '.join(PROPERTIES)}", dict, entries=FREE
-    )
+    properties: dict[str, Real] = table(f"physical properties by name: {PROPERTY_UNITS}", dict, entries=FREE)
     substances: dict[Name, NonNegative] = table("concentrations by name [mol/L]", dict, entries=FREE)
     energy: Store | None = about("energy that they contain as food; absent: none", omit=True, change=SHAPE)
     renewal: NonNegative = quantity(

@@ -38,7 +38,7 @@ from ecs_eco.inputs.section import (
 
 
 class Ramp(Section):
-    """A number that changes during training, in steps."""
+    """A number that changes linearly during training, in steps."""
 
     key: str = about("dotted key of a number, such as species.krill.diet.0.chance")
     values: Pair = about("values at the start and at the end")
