@@ -9,6 +9,7 @@ from ecs_eco.config.models.species import Species
 from ecs_eco.odd.document import Block, Heading, Items, grid
 from ecs_eco.odd.model import Model, is_built_in
 from ecs_eco.odd.values import shown, values_of
+from ecs_eco.record.dictionary import means_in
 
 
 def concepts(model: Model) -> Iterator[Block]:
@@ -90,7 +91,7 @@ def _objectives(model: Model) -> Iterator[Block]:
         if (happiness := species.happiness) is not None:
             weights = " + ".join(f"{shown(w)} × {sensor}" for sensor, w in happiness.weights.items())
             formula = happiness.formula or weights or shown(happiness.function)
-            rows.append((name, f"`{formula}`", shown(happiness.minimum)))
+            rows.append((name, f"`{formula}`{means_in(formula, species)}", shown(happiness.minimum)))
     text = "The objective is happiness, a function of sensor readings; the reward is its change in a tick."
     yield text if rows else "Individuals have no objective."
     yield from grid(("species", "happiness", "minimum, and happiness at death"), rows)
@@ -102,8 +103,7 @@ def _learning(model: Model) -> Iterator[Block]:
         policy, ppo = species.policy, species.ppo
         if policy.thinks and (policy.learn or policy.file):
             when = " and ".join(["before the run"] * bool(policy.file) + ["during the run"] * policy.learn)
-            own = policy.kind == "individual"
-            who = "one for each individual" if own else "one for all members"
+            who = "one for each individual" if policy.kind == "individual" else "one for all members"
             rows.append((name, when, who, shown(ppo["learning_rate"]), shown(ppo["horizon"])))
     text = "Policies learn by PPO (Schulman et al. 2017) to increase the discounted sum of rewards:"
     yield text if rows else "Individuals do not learn."
