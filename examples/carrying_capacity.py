@@ -24,9 +24,9 @@ MEADOW = {
             "metabolism": {"energy": 0.5, "basal": 0.01},
             "locomotion": {"speed": {"walk": 0.5}},
             "wander": {"turn": 0.3, "gait": "walk"},
-            "diet": [{"eats": "grass", "reach": 0.5, "gain": 0.2, "until": 0.8}],
+            "diet": [{"eats": "grass", "reach": 0.5, "gain": 0.2, "satiation": 0.8}],
             "reproduction": {"kind": "asexual", "rate": 0.005, "energy_min": 0.6, "energy_given": 0.3},
-            "lethal": [{"property": "energy", "min": 0.0, "low": "starved"}],
+            "lethal": [{"property": "energy", "min": 0.0, "cause_below": "starved"}],
         },
     },
 }

@@ -36,7 +36,7 @@ def plain(n: int, handling: float, scent: bool) -> World:
     if scent:
         content["fields"] = {"scent": {"cell": 2.0, "diffusion": 0.5, "decay": 0.5}}
         seed["emits"] = {"scent": 1.0}
-        eater["sensors"] = [{"kind": "smell", "field": "scent", "scale": 0.1}]
+        eater["sensors"] = [{"kind": "smell", "field": "scent", "half_saturation": 0.1}]
         eater["reflex"] = {"formulas": {"walk": "scent - 0.5"}}
     return World.from_config(content | {"objects": {"seed": seed}, "species": {"eater": eater}}, seed=1)
 

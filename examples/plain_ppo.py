@@ -1,4 +1,4 @@
-"""The learner without an ecosystem: PPO on a Gymnasium vector environment (`pip install ecs-eco[gym]`)."""
+"""The learner without an ecosystem: PPO on a Gymnasium vector environment (`pip install -e ".[gym]"`)."""
 
 import gymnasium
 import numpy as np

@@ -5,6 +5,7 @@ import re
 import runpy
 import shutil
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -12,7 +13,9 @@ from typer.testing import CliRunner
 
 from ecs_eco import World
 from ecs_eco.components import Position
-from ecs_eco.config import load
+from ecs_eco.config import load, loading
+from ecs_eco.config.former import notes_on, rename
+from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.record import run_to_folder
 from ecs_eco.testing import check_system
 from tools.sizes import code_lines
@@ -41,12 +44,15 @@ def cells(page: Path) -> list[str]:
 
 
 def in_folder(path: Path, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Run a file as a program, in a folder; what it imports of its own folder is forgotten afterwards."""
+    """Run a file as a program, in a folder; no world that it loads may have a key by its former name."""
     for package in NEEDS.get(path.name, NEEDS.get(path.stem + ".md", [])):
         pytest.importorskip(package)
     monkeypatch.chdir(folder)
     monkeypatch.setattr(sys, "argv", [str(path)])
+    noted: list[str] = []
+    monkeypatch.setattr(loading, "notes_on", lambda *given: noted.extend(notes_on(*given)) or [])
     runpy.run_path(str(path), run_name="__main__")
+    assert noted == []
 
 
 @pytest.mark.slow
@@ -152,6 +158,12 @@ def test_rabbits_of_the_first_world_live_only_if_they_learn(seed: int) -> None:
     count = runpy.run_path(str(ROOT / "examples" / "rabbits_learn.py"))["rabbits"]
     assert count(seed, learn=True)[-1] > 60
     assert count(seed, learn=False)[-1] < 15
+
+
+@pytest.mark.parametrize("page", [*PAGES, *sorted((ROOT / "examples").glob("*.toml"))], ids=lambda p: p.name)
+def test_no_key_of_a_page_or_example_has_its_former_name(page: Path) -> None:
+    blocks = fenced(page, "toml") if page.suffix == ".md" else [page.read_text(encoding="utf-8")]
+    assert [found for block in blocks for found in rename(tomllib.loads(block), WorldConfig)] == []
 
 
 def test_no_example_is_left_out() -> None:

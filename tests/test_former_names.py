@@ -11,6 +11,7 @@ import ecs_eco
 from ecs_eco import components, lab
 from ecs_eco._lazy import FORMER, stored_name
 from ecs_eco.lab.searching.sampler import Sampler
+from tools import make_former_names
 
 
 @pytest.mark.parametrize(
@@ -56,3 +57,18 @@ def test_a_class_by_its_former_name_warns_and_keeps_that_name_in_checkpoints() -
     assert (stored_name(components.SpeedScale), stored_name(components.Body)) == ("Vigour", "Body")
     with pytest.raises(AttributeError, match="has no 'Vigor'"):
         components.Vigor  # noqa: B018
+
+
+def test_the_page_of_former_names_is_up_to_date(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "argv", ["make_former_names.py", "--check"])
+    assert make_former_names.main() == 0
+    named = {row[:3] for row in make_former_names.rows()}
+    assert named >= {
+        ("key", "until", "satiation"),
+        ("key", "entropy", "entropy_coef"),
+        ("kind", 'kind = "simplified"', 'kind = "asexual", place = "anywhere"'),
+        ("treatment", "frozen-learning", "frozen"),
+        ("class", "ecs_eco.components.Vigour", "ecs_eco.components.SpeedScale"),
+        ("method", "World.report", "World.measure"),
+        ("argument", "dominance", "expression"),
+    }

@@ -10,7 +10,9 @@ import pytest
 from ecs_eco.record import run_to_folder
 
 ROOT = Path(__file__).parents[1]
+CODE = [path for folder in ("ecs_eco", "examples", "tools") for path in (ROOT / folder).rglob("*.py")]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+PUBLISHED = r"pip install[^\n`\[]*?[\s\"']ecs-eco\b.*"
 
 
 def read(page: str) -> str:
@@ -23,7 +25,12 @@ def result(study: str) -> dict:
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_no_page_installs_ecs_eco_from_an_index_while_it_is_on_none(page):
-    assert not re.findall(r"pip install[^\n`]*?[\s\"']ecs-eco\b.*", page.read_text(encoding="utf-8"))
+    assert not re.findall(PUBLISHED, page.read_text(encoding="utf-8"))
+
+
+def test_no_code_installs_ecs_eco_from_an_index_while_it_is_on_none():
+    texts = {path: path.read_text(encoding="utf-8") for path in CODE}
+    assert {path: found for path, text in texts.items() if (found := re.findall(PUBLISHED, text))} == {}
 
 
 def test_the_page_on_installing_lists_the_extras_that_there_are():

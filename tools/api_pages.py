@@ -78,7 +78,7 @@ API: dict[str, tuple[str, str, tuple[str, ...]]] = {  # page: (title, opening, n
     "rl": (
         "External reinforcement learning",
         "Species as environments of PettingZoo and Gymnasium: "
-        '`pip install "ecs-eco[rl]"`; see [bring your own learner]'
+        '`pip install -e ".[rl]"`; see [bring your own learner]'
         "(../../how-to/bring_your_own_learner.md).",
         ("ecs_eco.rl:*", "ecs_eco.rl.single:Body", "ecs_eco.rl.parallel:Parallel", "ecs_eco.rl.vector:Slots"),
     ),

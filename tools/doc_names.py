@@ -19,7 +19,8 @@ from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).parents[1]
-PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
+FORMER = ROOT / "docs" / "reference" / "former_names.md"  # its names no longer exist
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted({*(ROOT / "docs").rglob("*.md")} - {FORMER})]
 FOLDERS = {path.name for path in ROOT.iterdir() if path.is_dir()} - {"components", "systems", "genomes"}
 ROOMS = {path.name for path in (ROOT / "ecs_eco").iterdir() if path.is_dir()}
 YOURS = {"flock.py", "helpers.py", "sir.py"}  # the reader's files, in examples

@@ -11,9 +11,11 @@ from typing import Any
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
+from ecs_eco.config.models.reproduction import Simplified
 from ecs_eco.inputs.section import Function, Section
 
 WORDS = {float: "number", int: "integer", bool: "boolean", str: "text"}
+OMITTED = (type(None), Simplified)  # a key may be absent; the section has a former kind
 LARGEST = 1e6  # larger limits exist only to keep numbers finite or lists within memory
 Metadata = tuple[Any, ...]
 
@@ -21,7 +23,8 @@ Metadata = tuple[Any, ...]
 def models_in(kind: Any, around: str = "") -> Iterator[tuple[type[Section], str]]:
     """Yield the sections that a type contains, each with .NAME if in a table and [] if in a list."""
     if isinstance(kind, type) and issubclass(kind, Section):
-        yield kind, around
+        if kind not in OMITTED:
+            yield kind, around
         return
     origin = typing.get_origin(kind)
     between = {dict: ".NAME", list: "[]"}.get(origin, "") if isinstance(origin, type) else ""
@@ -50,7 +53,7 @@ def type_of(kind: Any, metadata: Metadata, links: Mapping[type[Section], str]) -
 
 
 def _union(parts: tuple[Any, ...], metadata: Metadata, links: Mapping[type[Section], str]) -> str:
-    return " or ".join(dict.fromkeys(type_of(p, metadata, links) for p in parts if p is not type(None)))
+    return " or ".join(dict.fromkeys(type_of(p, metadata, links) for p in parts if p not in OMITTED))
 
 
 def range_of(kind: Any, metadata: Metadata) -> str:

@@ -12,6 +12,7 @@ from pathlib import Path
 from ecs_eco import World
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.nervous.external import External
+from ecs_eco.record.dictionary import means_in
 from ecs_eco.rl.registration import ENVIRONMENTS, STEPS
 from ecs_eco.rl.spaces import action_space, observation_space
 
@@ -118,8 +119,9 @@ This environment is the life of one {door.species}: `gymnasium.make("ecs_eco/{na
 |---|---|---|
 {chosen}
 
-**Reward.** The reward is the change in happiness since the last tick; happiness is `{told}`,
-at least {happiness.minimum:g}. At death, happiness falls to {happiness.minimum:g}.
+**Reward.** The reward is the change in happiness since the last tick.
+Happiness is `{told}`{means_in(told, species)}; it is at least {happiness.minimum:g}.
+At death, happiness falls to {happiness.minimum:g}.
 
 **An episode ends** with death (terminated): {deaths or "no cause of death"}.
 It is truncated after {STEPS:,} steps, and at tick {config.ticks:,} of its world.

@@ -170,7 +170,7 @@ def mpi() -> Any:
                     (),
                     f"needs mpi4py and an MPI library: {why}",
                     "",
-                    "pip install 'ecs-eco[mpi]', then: mpiexec -n 4 ecs-eco run WORLD --bands",
+                    'pip install -e ".[mpi]" in the source folder, then: mpiexec -n 4 ecs-eco run WORLD --bands',
                     "",
                     "--bands",
                 )

@@ -176,7 +176,7 @@ def _ray() -> Any:
     try:
         import ray
     except ImportError:
-        allowed = 'local, or ray after: pip install "ecs-eco[ray]"'
+        allowed = 'local, or ray after: pip install -e ".[ray]" in the source folder'
         raise refusal((), "Ray is not installed", "ray", allowed, source="--on") from None
     return ray
 

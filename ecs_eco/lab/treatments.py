@@ -106,9 +106,7 @@ def _formula(config: WorldConfig, name: str) -> str:
 def _depends_on_light(config: WorldConfig, name: str) -> bool:
     """Return whether a species' happiness formula contains its light channel."""
     happiness, light = config.species[name].happiness, _light(config, name)
-    if not (light and happiness and happiness.formula):
-        return False
-    return bool(re.search(rf"\b{re.escape(light)}\b", happiness.formula))
+    return bool(light and happiness and re.search(rf"\b{re.escape(light)}\b", happiness.formula or ""))
 
 
 Policies: TypeAlias = str | dict[str, str]  # a name or folder, for all species or by species
@@ -178,6 +176,7 @@ _TREATMENTS = (
     Treatment("energy-and-light", "light lowers happiness", energy_and_light, needs_learning=True),
 )
 TREATMENTS: dict[str, Treatment] = {treatment.name: treatment for treatment in _TREATMENTS}
+FORMER = {"frozen-learning": "frozen"}  # former names → current names
 FOR_ONE_SPECIES = ("random-policy", "untrained-policy")  # such as random-policy:deer
 
 
@@ -188,7 +187,7 @@ def names(config: WorldConfig) -> list[str]:
 
 def find(name: str, config: WorldConfig) -> Treatment:
     """Return the treatment for a name or KEY=VALUE. Raises a ConfigError that suggests the closest name."""
-    name = {"frozen-learning": "frozen"}.get(name, name)  # its former name
+    name = FORMER.get(name, name)
     kind, _, species = name.partition(":")
     one = TREATMENTS[kind] if kind in FOR_ONE_SPECIES else None
     if one is not None and species in species_with_policy(config):

@@ -10,6 +10,7 @@ from ecs_eco.config.models.species import Species
 from ecs_eco.odd.document import Block, Heading, Items, grid
 from ecs_eco.odd.model import Model, is_built_in
 from ecs_eco.odd.values import shown, values_of
+from ecs_eco.record.dictionary import means_in
 
 
 def concepts(model: Model) -> Iterator[Block]:
@@ -93,9 +94,10 @@ def _objectives(model: Model) -> Iterator[Block]:
     for name, species in _species(model).items():
         if (happiness := species.happiness) is not None:
             weights = " + ".join(f"{shown(w)} × {sensor}" for sensor, w in happiness.weights.items())
-            formula = f"`{happiness.formula or weights or shown(happiness.function)}`"
+            formula = happiness.formula or weights or shown(happiness.function)
             genes = any("happiness." in (gene.trait or "") for gene in getattr(species.genome, "genes", ()))
-            rows.append((name, formula + ", with weights from genes" * genes, shown(happiness.minimum)))
+            says = f"`{formula}`{means_in(formula, species)}" + ", with weights from genes" * genes
+            rows.append((name, says, shown(happiness.minimum)))
     text = "The objective is happiness, a function of sensor readings; the reward is its change in a tick."
     yield text if rows else "Individuals have no objective."
     yield from grid(("species", "happiness", "minimum, and happiness at death"), rows)

@@ -12,6 +12,7 @@ import pyarrow as pa
 
 from ecs_eco.config.models.reporters import EATEN
 from ecs_eco.config.models.sensors import Smell
+from ecs_eco.config.models.species import Species
 from ecs_eco.config.reporter_formula import ReporterFormula
 from ecs_eco.config.traits import traits_of
 from ecs_eco.engine import files
@@ -173,7 +174,7 @@ def _of_sensor(table: Table, channel: str, dims: int) -> Meaning:
             of = next(
                 (str(v) for w in ("target", "field", "property") if (v := getattr(sensor, w, None))), ""
             )
-            mean = _means(table).get(of, "") if isinstance(sensor, Smell) else of
+            mean = _means(section).get(of, "") if isinstance(sensor, Smell) else of
             return _with(Meaning("1", text, f"sensors.{i}, {sensor.kind}"), mean or of)
     return Meaning("1", "", f"sensors, {channel}")
 
@@ -183,23 +184,24 @@ def _with(known: Meaning, more: str) -> Meaning:
 
 
 def _happiness(table: Table) -> str:
-    """Return a species' happiness formula, with the definitions of names that are means of several
-    channels."""
-    happiness = getattr(table.species.section, "happiness", None)
-    if happiness is None or happiness.formula is None:
-        return ""
-    used = set(re.findall(r"\w+", happiness.formula))
-    means = [text for name, text in _means(table).items() if name in used]
-    return happiness.formula + (f", where {' and '.join(means)}" if means else "")
+    """Return a species' happiness formula, with the definitions of its names."""
+    section: Any = table.species.section
+    formula = getattr(getattr(section, "happiness", None), "formula", None)
+    return formula + means_in(formula, section) if formula else ""
 
 
-def _means(table: Table) -> dict[str, str]:
+def means_in(formula: str, section: Species) -> str:
+    """Return the definitions of a formula's names that are means of several channels, or ""."""
+    used = set(re.findall(r"\w+", formula))
+    means = [text for name, text in _means(section).items() if name in used]
+    return f", where {' and '.join(means)}" if means else ""
+
+
+def _means(section: Species) -> dict[str, str]:
     """Return the definition of each field that a species smells with several sensors: their mean."""
-    noses: dict[str, list[str]] = {}
-    for sensor in getattr(table.species.section, "sensors", ()):
-        if isinstance(sensor, Smell):
-            noses.setdefault(sensor.field, []).extend(sensor.channels(2))
-    return {f: f"{f} is the mean of {' and '.join(each)}" for f, each in noses.items() if len(each) > 1}
+    channels, readings = section.channels(2), section.readings(2)
+    each = {name: [channels[i] for i in rows] for name, rows in readings.items() if len(rows) > 1}
+    return {name: f"{name} is the mean of {' and '.join(noses)}" for name, noses in each.items()}
 
 
 def genes(world: SpatialWorld) -> dict[str, dict[str, Any]]:

@@ -189,7 +189,7 @@ def _needed(module: str) -> Any:
         if error.name != module:
             raise
         raise ModuleNotFoundError(
-            f"{module} is not installed: pip install 'ecs-eco[notebook]'", name=module
+            f'{module} is not installed: pip install -e ".[notebook]" in the source folder', name=module
         ) from None
 
 

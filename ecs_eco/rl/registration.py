@@ -40,4 +40,5 @@ def register() -> None:
 
 def needed(module: str) -> ModuleNotFoundError:
     """Return the error for a missing optional package."""
-    return ModuleNotFoundError(f"{module} is not installed: pip install 'ecs-eco[rl]'", name=module)
+    message = f'{module} is not installed: pip install -e ".[rl]" in the source folder'
+    return ModuleNotFoundError(message, name=module)

@@ -46,7 +46,7 @@ def test_without_ray_it_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch) 
 
     monkeypatch.delitem(sys.modules, "ray", raising=False)
     monkeypatch.setattr(builtins, "__import__", without)
-    with pytest.raises(ConfigError, match=r'Ray is not installed; expected: .*pip install "ecs-eco\[ray\]"'):
+    with pytest.raises(ConfigError, match=r'Ray is not installed; expected: .*pip install -e "\.\[ray\]"'):
         executor("ray")
 
 

@@ -67,7 +67,7 @@ def test_without_them_it_says_which_extra_to_install(missing, method, series, mo
         return real(name, *rest)
 
     monkeypatch.setattr("importlib.import_module", lambda name: without(name))
-    with pytest.raises(ModuleNotFoundError, match=rf"{missing} is not installed: .*ecs-eco\[notebook\]"):
+    with pytest.raises(ModuleNotFoundError, match=rf"{missing} is not installed: .*\.\[notebook\]"):
         getattr(series, method)()
 
 

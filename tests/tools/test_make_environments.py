@@ -20,5 +20,6 @@ def test_a_page_lists_channels_options_reward_and_causes_of_death():
     deer = tool.pages()["predator_prey.md"].split("## ecs_eco/Wolf")[0]
     assert "| 3 | `grass_near` | 0 | 1 |" in deer
     assert "| 0 | `speed` | 0 `still`, 1 `walk`, 2 `run` |" in deer
-    assert "happiness is `energy - 0.3 * wolf_smell`" in deer
+    means = "wolf_smell is the mean of wolf_smell_1 and wolf_smell_2"
+    assert f"Happiness is `energy - 0.3 * wolf_smell`, where {means}; it is at least -1." in deer
     assert "starved, too old, eaten by wolf" in deer

@@ -24,7 +24,7 @@ from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
 MOST_BYTES = 2_000_000_000
 MOST_CELLS = 100_000_000
 MOST_OF_CRS = 100_000  # [bytes]
-INSTALL = 'pip install "ecs-eco[geo]"'
+INSTALL = 'pip install -e ".[geo]" in the source folder'
 OWN = (".npz", ".asc", ".grd")
 # common coordinate systems in degrees
 DEGREES = ("EPSG:4326", "OGC:CRS84", "EPSG:4269", "EPSG:4258", "EPSG:4979")

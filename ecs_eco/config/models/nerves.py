@@ -79,7 +79,9 @@ class Reflex(Section):
 
 
 class Happiness(Section):
-    """The happiness network: weights, a formula or a function of the sensors."""
+    """The happiness network: weights, a formula or a function of the sensors. If several sensors smell a
+    field, its name is the mean of their channels: `wolf_smell` is the mean of `wolf_smell_1` and
+    `wolf_smell_2`."""
 
     weights: dict[str, Real] = table("sensor = weight in a sum", dict, own=COLUMN)
     formula: str | None = about("expression of sensors", None)
