@@ -56,9 +56,9 @@ def submit(folder: str | Path, numbers: Sequence[int], options: Options = Option
     """Submit jobs of a sweep as an array, or as several consecutive arrays if there are too many; return the
     ids of the arrays.
 
-    Tasks start in an order that advances points, treatments and seeds evenly. Each job is one task with one CPU. Before its time limit, it writes a checkpoint and is requeued, which
-    also happens if SLURM preempts it or its node fails. Raises ConfigError if SLURM is missing or rejects the
-    jobs.
+    Tasks start in an order that advances points, treatments and seeds evenly. Each job is one task with one
+    CPU. Before its time limit, it writes a checkpoint and is requeued, which also happens if SLURM preempts
+    it or its node fails. Raises ConfigError if SLURM is missing or rejects the jobs.
     """
     sweep = read_sweep(folder)
     place = inside(sweep.folder, sweep.folder / FOLDER)
