@@ -9,6 +9,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import ConfigDict, Field
 
 from ecs_eco.config import WorldConfig, load
+from ecs_eco.config.checks.reporters import problems_of_rules
 from ecs_eco.config.document import read_document
 from ecs_eco.config.ranges import key_of
 from ecs_eco.config.shipped import named, shipped
@@ -18,7 +19,7 @@ from ecs_eco.lab.arm import Arm, arm_of, problems_of_policies
 from ecs_eco.lab.plan import MOST_JOBS, PlanFile, Point, number_of_points, points_of, problems_of_ranges
 from ecs_eco.lab.treatments import NotApplicable, find, species_with_policy
 from ecs_eco.learning.weights import hash_of
-from ecs_eco.record.manifest import Seed, Sha
+from ecs_eco.record.manifest import Seed, Sha, Tick
 from ecs_eco.worlds.policies import POLICIES
 
 Place = tuple[str | int, ...]
@@ -35,6 +36,8 @@ class Settings(Section):
     policies: Literal["trained", "random", "untrained"] | dict[str, Sha]
     world_seeds: list[Seed]
     training_seeds: list[Seed]
+    until: list[str] = []
+    from_tick: Tick = 0
 
 
 @dataclass(frozen=True)
@@ -85,11 +88,15 @@ class Design:
     @property
     def settings(self) -> dict[str, Any]:
         """The settings that affect results, as JSON; they do not depend on where the files of a plan are."""
-        plan = self.file.plan.model_dump(mode="json", exclude={"title", "world", "checkpoint_every"})
+        plan = self.file.plan.model_dump(
+            mode="json", exclude={"title", "world", "checkpoint_every", "until", "from_tick"}
+        )
+        given = {"until": self.file.plan.rules, "from_tick": self.file.plan.from_tick}
+        plan |= {key: value for key, value in given.items() if value}  # absent in plans of earlier versions
         seeds = {f"{kind}_seeds": list(self.file.plan.seeds(kind)) for kind in ("world", "training")}
-        if (given := plan_folder(self.file)) is not None:
+        if (policies := plan_folder(self.file)) is not None:
             plan["policies"] = {
-                name: hash_of(given / f"{name}.safetensors") for name in species_with_policy(self.base)
+                name: hash_of(policies / f"{name}.safetensors") for name in species_with_policy(self.base)
             }
         return (
             plan | seeds | {"ticks": self.ticks, "world": self.base.name, "world_hash": self.base.config_hash}
@@ -108,14 +115,22 @@ def design_of(file: PlanFile, *, trust: bool = False) -> Design:
         * max(1, len(plan.seeds("training")))
     ) > MOST_JOBS:
         raise file.refused([Problem(("grid",), f"makes {n:,} jobs", allowed=f"at most {MOST_JOBS:,}")])
-    if problems := [*_of_policies(file, base), *problems_of_ranges(plan, base)]:
+    problems = [
+        *_of_policies(file, base),
+        *problems_of_ranges(plan, base),
+        *problems_of_rules(base, plan.rules),
+    ]
+    if (plan.from_tick or 0) >= (ticks := plan.ticks or base.ticks):
+        fault, allowed = "is not before the end of the runs", f"less than {ticks}"
+        problems.append(Problem(("from_tick",), fault, plan.from_tick, allowed))
+    if problems:
         raise file.refused(problems)
     arms: list[tuple[dict[str, Any], str, Arm]] = []
     problems = list(islice(_arms(file, base, arms), MOST))
     if problems:
         raise file.refused(list({(p.key, p.what): p for p in problems}.values()))
     jobs, trainings = _jobs(file, base, arms)
-    return Design(file, base, plan.ticks or base.ticks, tuple(jobs), tuple(trainings.values()))
+    return Design(file, base, ticks, tuple(jobs), tuple(trainings.values()))
 
 
 def _base(file: PlanFile, trust: bool) -> WorldConfig:

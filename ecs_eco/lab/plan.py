@@ -59,6 +59,12 @@ class Plan(Section):
         "the plan",
         "trained",
     )
+    until: str | Names | None = about(
+        'conditions that end a run, over species\' numbers and reporters, such as "wolf == 0"', None
+    )
+    from_tick: Annotated[int, Field(ge=0)] | None = quantity(
+        "first tick that counts for means, cycles, births and deaths (burn-in); default: all", "ticks", None
+    )
     treatments: Names = about(
         "treatments in addition to the unchanged world, as for `ecs-eco compare --treatment`", []
     )
@@ -75,6 +81,11 @@ class Plan(Section):
         """Return the "world" or "training" seeds."""
         given = self.training_seeds if kind == "training" else self.world_seeds
         return tuple(range(1, given + 1)) if isinstance(given, int) else tuple(given or ())
+
+    @property
+    def rules(self) -> Names:
+        """The conditions that end a run."""
+        return [self.until] if isinstance(self.until, str) else self.until or []
 
 
 @dataclass(frozen=True)

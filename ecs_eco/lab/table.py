@@ -72,6 +72,7 @@ def row_of(point: int, done: dict[str, Any]) -> dict[str, Any]:
     """Return the row of a finished job: its identity, values and results.
 
     Times are in ticks; "deer.mean" is the mean number over the run, and "deer.final" the number at its end;
+    `ended_by` is the condition that ended the run, if any, and `ended_at` its tick;
     "deer.period" has a value if the species cycles; "deer.died.starved" counts deaths.
     """
     summary = done["summary"]
@@ -85,6 +86,8 @@ def row_of(point: int, done: dict[str, Any]) -> dict[str, Any]:
         "ticks": done["ticks"],
         "persisted": summary["persisted"],
         "lived": summary["lived"],
+        "ended_by": (ended := done.get("ended_by") or {}).get("by"),
+        "ended_at": ended.get("tick"),
     }
     for name, numbers in summary["species"].items():
         row |= {f"{name}.{key}": value for key, value in numbers.items() if key != "deaths"}
