@@ -38,6 +38,7 @@ class Settings(Section):
     training_seeds: list[Seed]
     until: list[str] = []
     from_tick: Tick = 0
+    latin_hypercube: dict[str, Any] | None = None
 
 
 @dataclass(frozen=True)
@@ -88,15 +89,11 @@ class Design:
     @property
     def settings(self) -> dict[str, Any]:
         """The settings that affect results, as JSON; they do not depend on where the files of a plan are."""
-        plan = self.file.plan.model_dump(
-            mode="json", exclude={"title", "world", "checkpoint_every", "until", "from_tick"}
-        )
-        given = {"until": self.file.plan.rules, "from_tick": self.file.plan.from_tick}
-        plan |= {key: value for key, value in given.items() if value}  # absent in plans of earlier versions
+        plan = self.file.plan.model_dump(mode="json", exclude={"title", "world", "checkpoint_every"})
         seeds = {f"{kind}_seeds": list(self.file.plan.seeds(kind)) for kind in ("world", "training")}
-        if (policies := plan_folder(self.file)) is not None:
+        if (given := plan_folder(self.file)) is not None:
             plan["policies"] = {
-                name: hash_of(policies / f"{name}.safetensors") for name in species_with_policy(self.base)
+                name: hash_of(given / f"{name}.safetensors") for name in species_with_policy(self.base)
             }
         return (
             plan | seeds | {"ticks": self.ticks, "world": self.base.name, "world_hash": self.base.config_hash}
@@ -118,9 +115,9 @@ def design_of(file: PlanFile, *, trust: bool = False) -> Design:
     problems = [
         *_of_policies(file, base),
         *problems_of_ranges(plan, base),
-        *problems_of_rules(base, plan.rules),
+        *problems_of_rules(base, plan.until),
     ]
-    if (plan.from_tick or 0) >= (ticks := plan.ticks or base.ticks):
+    if plan.from_tick >= (ticks := plan.ticks or base.ticks):
         fault, allowed = "is not before the end of the runs", f"less than {ticks}"
         problems.append(Problem(("from_tick",), fault, plan.from_tick, allowed))
     if problems:
