@@ -80,6 +80,10 @@ def run(
             help="Record N organisms of each species, or all organisms, in every tick.",
         ),
     ] = None,
+    until: Annotated[
+        list[str] | None,
+        typer.Option(metavar="CONDITION", help='End the run at a condition such as "wolf == 0". Repeatable.'),
+    ] = None,
     watch: Watch = False,
     port: Port = 0,
     no_browser: NoBrowser = False,
@@ -93,7 +97,11 @@ def run(
     allow(trust, world, set_)
     changes = set_ or []
     how = How(quiet, threads, report, (port, not no_browser) if watch else None, workers, on)
-    lead = partial(_run, world, changes, ticks, seed, out, learn, policies, checkpoint_every, keep, record)
+    if until and (bands or divided):
+        refuse("--until", "is not possible with --bands", until[0], "only one of these options")
+    lead = partial(
+        _run, world, changes, ticks, seed, out, learn, policies, checkpoint_every, keep, record, until or []
+    )
     if not (bands or divided):
         return lead(how)
 
@@ -213,6 +221,7 @@ def _run(
     checkpoint_every: int | None,
     keep: int,
     record: str | None,
+    until: list[str],
     how: How,
     prepare: Prepare | None = None,
 ) -> None:
@@ -221,6 +230,8 @@ def _run(
     for note in config._renamed:
         complain(f"Note: {note}")
     islands = _has_islands(config, world, how, checkpoint_every)
+    if until and islands:
+        refuse("--until", "is not possible in a world with islands", until[0], "no such option")
     if islands:
         check_engine(how.on)
     seed, ticks = config.seed if seed is None else seed, ticks or config.ticks
@@ -229,6 +240,7 @@ def _run(
 
         check_policies(policies, config)
     command = command_of(world, config, seed, ticks, policies, changes, learn, record)
+    command += "".join(f" --until {shlex.quote(rule)}" for rule in until)
     if islands:
         from ecs_eco.lab.archipelago import Archipelago
 
@@ -250,6 +262,7 @@ def _run(
             report=how.report,
             prepare=prepare if viewer is None else viewer.open,
             record=record,
+            until=until or None,
             checkpoint_every=checkpoint_every,
             keep=checkpoint_every and keep,
         )
@@ -257,8 +270,9 @@ def _run(
             result = run_to_folder(config, seed, ticks, claim, policies, learn, bar, command=command, **more)
         except KeyboardInterrupt:
             stopped(bar.done, ticks, out)
+    ended = f" (ended by {result['ended']['by']})" if result.get("ended") else ""
     say(
-        f"{ticks} ticks of {config.name}, seed {seed}, in {out}{numbers(result)}{kernels or ''}"
+        f"{result['done']} ticks of {config.name}{ended}, seed {seed}, in {out}{numbers(result)}{kernels or ''}"
         f"{_populations(out)}"
     )
 

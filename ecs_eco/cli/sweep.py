@@ -42,18 +42,19 @@ def sweep_plan(
     quiet: bool,
     trust: bool,
     sbatch: Sequence[str] = (),
+    design: str | None = None,
 ) -> None:
     """Run the jobs of a plan in a new folder, or continue in a folder begun with this plan."""
     check_where(on, sbatch)
-    file = read_plan(plan)
+    file = read_plan(plan, design)
     world = file.plan.world
     allow(trust, world if named(world) is not None else file.folder / world)
-    design = design_of(file)
+    checked = design_of(file)
     begun = out is not None and container.has(out, Manifest)
     if out is not None and begun:
-        check_plan(out, design)
+        check_plan(out, checked)
     with results(out, f"{Path(plan).stem}-sweep", begun) as claim:
-        do_sweep(begin(claim.path, design), on, workers, quiet, sbatch)
+        do_sweep(begin(claim.path, checked), on, workers, quiet, sbatch)
 
 
 def resume_sweep(

@@ -80,9 +80,16 @@ def run(
     ] = None,
     quiet: Quiet = False,
     trust: Trust = False,
+    design: Annotated[
+        str | None,
+        typer.Option(
+            metavar="lhs|sobol|morris",
+            help="How to draw the points of [latin_hypercube]. sobol and morris compute sensitivity indices.",
+        ),
+    ] = None,
 ) -> None:
     """Run all jobs of a plan; `sweep PLAN` is short for `sweep run PLAN`."""
-    _work(on, out).sweep_plan(plan, on, workers, out, quiet, trust, sbatch or [])
+    _work(on, out).sweep_plan(plan, on, workers, out, quiet, trust, sbatch or [], design)
 
 
 @sweep.command()

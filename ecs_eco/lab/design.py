@@ -9,6 +9,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import ConfigDict, Field
 
 from ecs_eco.config import WorldConfig, load
+from ecs_eco.config.checks.reporters import problems_of_rules
 from ecs_eco.config.document import read_document
 from ecs_eco.config.ranges import key_of
 from ecs_eco.config.shipped import named, shipped
@@ -18,7 +19,7 @@ from ecs_eco.lab.arm import Arm, arm_of, problems_of_policies
 from ecs_eco.lab.plan import MOST_JOBS, PlanFile, Point, number_of_points, points_of, problems_of_ranges
 from ecs_eco.lab.treatments import NotApplicable, find, species_with_policy
 from ecs_eco.learning.weights import hash_of
-from ecs_eco.record.manifest import Seed, Sha
+from ecs_eco.record.manifest import Seed, Sha, Tick
 from ecs_eco.worlds.policies import POLICIES
 
 Place = tuple[str | int, ...]
@@ -35,6 +36,9 @@ class Settings(Section):
     policies: Literal["trained", "random", "untrained"] | dict[str, Sha]
     world_seeds: list[Seed]
     training_seeds: list[Seed]
+    until: list[str] = []
+    from_tick: Tick = 0
+    latin_hypercube: dict[str, Any] | None = None
 
 
 @dataclass(frozen=True)
@@ -108,14 +112,22 @@ def design_of(file: PlanFile, *, trust: bool = False) -> Design:
         * max(1, len(plan.seeds("training")))
     ) > MOST_JOBS:
         raise file.refused([Problem(("grid",), f"makes {n:,} jobs", allowed=f"at most {MOST_JOBS:,}")])
-    if problems := [*_of_policies(file, base), *problems_of_ranges(plan, base)]:
+    problems = [
+        *_of_policies(file, base),
+        *problems_of_ranges(plan, base),
+        *problems_of_rules(base, plan.until),
+    ]
+    if plan.from_tick >= (ticks := plan.ticks or base.ticks):
+        fault, allowed = "is not before the end of the runs", f"less than {ticks}"
+        problems.append(Problem(("from_tick",), fault, plan.from_tick, allowed))
+    if problems:
         raise file.refused(problems)
     arms: list[tuple[dict[str, Any], str, Arm]] = []
     problems = list(islice(_arms(file, base, arms), MOST))
     if problems:
         raise file.refused(list({(p.key, p.what): p for p in problems}.values()))
     jobs, trainings = _jobs(file, base, arms)
-    return Design(file, base, plan.ticks or base.ticks, tuple(jobs), tuple(trainings.values()))
+    return Design(file, base, ticks, tuple(jobs), tuple(trainings.values()))
 
 
 def _base(file: PlanFile, trust: bool) -> WorldConfig:

@@ -6,6 +6,7 @@ import socket
 import time
 import traceback
 from collections.abc import Callable, Collection
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -143,6 +144,7 @@ class Done(Section):
     git_commit: str | None
     versions: dict[str, str]
     weights: dict[str, str]
+    ended_by: dict[str, Any] | None = None  # condition and tick
     seconds: float
     began: float
     ended: float
@@ -194,7 +196,8 @@ def _do(sweep: Sweep, job: Job, place: Path) -> dict[str, Any]:
     arm = sweep.arm(job)
     arm.config._code.require(sweep.content["source"])
     if not has_run(place / RUN, sweep.ticks, arm, job.world_seed):
-        run_arm(arm, job.world_seed, sweep.ticks, place / RUN, sweep.content["checkpoint_every"], note)
+        every, rules = sweep.content["checkpoint_every"], sweep.content["plan"].get("until", [])
+        run_arm(arm, job.world_seed, sweep.ticks, place / RUN, every, note, rules)
     manifest = read_manifest(place / RUN)
     return _identity(sweep, job) | {
         "format": 1,
@@ -202,26 +205,32 @@ def _do(sweep: Sweep, job: Job, place: Path) -> dict[str, Any]:
         "git_commit": manifest["git_commit"],
         "versions": manifest["versions"],
         "weights": manifest["weights"],
+        "ended_by": manifest.get("ended"),
         "seconds": round(manifest["wall_seconds"], 3),
         "ended": time.time(),
         "host": socket.gethostname(),
-        "summary": summary_of(place / RUN),
+        "summary": summary_of(place / RUN, sweep.content["plan"].get("from_tick", 0)),
     }
 
 
-def summary_of(run: Path) -> dict[str, Any]:
-    """Summarize a run folder as JSON: population sizes over the run and at its end, with times in ticks."""
-    series = load_series(run)
+def summary_of(run: Path, from_tick: int = 0) -> dict[str, Any]:
+    """Summarize a run folder as JSON: population sizes over the run and at its end, with times in ticks.
+
+    Means, cycles, births and deaths are computed from `from_tick` on, extinctions over the whole run.
+    """
+    whole = load_series(run)
+    late = whole.ticks >= from_tick
+    series = replace(whole, ticks=whole.ticks[late], columns={k: v[late] for k, v in whole.columns.items()})
     cycles = cycle_statistics(series, n_boot=BOOTSTRAPS)
     cycling = cycles.cycling() if cycles.enough else ()
-    lived, _ = lifetime(series)
+    lived, _ = lifetime(whole)
     species = {}
     for i, name in enumerate(series.species):
         peak = cycles.peaks.get(name)
         species[name] = {
-            "mean": series.n[:, i].mean(),
-            "final": series.n[-1, i],
-            "extinct": series.extinct[i],
+            "mean": series.n[:, i].mean() if late.any() else np.nan,
+            "final": whole.n[-1, i],
+            "extinct": whole.extinct[i],
             "period": peak.period if peak is not None and name in cycling else np.nan,
             "period_p": peak.p if peak is not None else np.nan,
             "deaths": {c: n for c in series.causes if (n := series.columns[DIED + c][:, i].sum())},
@@ -231,15 +240,15 @@ def summary_of(run: Path) -> dict[str, Any]:
     return dict(
         clean(
             {
-                "persisted": series.persisted,
+                "persisted": whole.persisted,
                 "lived": lived,
                 "species": species,
                 "reporters": {
                     what: {
-                        of: {"mean": run_mean(series, what, of), "final": course(series, what, of)[-1]}
+                        of: {"mean": run_mean(series, what, of), "final": course(whole, what, of)[-1]}
                         for of in kinds
                     }
-                    for what, kinds in measured(series).items()
+                    for what, kinds in measured(whole).items()
                 },
             }
         )

@@ -2,12 +2,14 @@
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from importlib import import_module
+from importlib.util import find_spec
 from itertools import product
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Discriminator, Field, Tag, ValidationError
+from pydantic import BeforeValidator, Discriminator, Field, Tag, ValidationError
 
 from ecs_eco.config import WorldConfig
 from ecs_eco.config.document import Document
@@ -16,7 +18,7 @@ from ecs_eco.config.models.search import Range, Ticks
 from ecs_eco.config.ranges import Key, key_of, name_of, real_key
 from ecs_eco.config.reading import read_toml
 from ecs_eco.engine.errors import ConfigError, Problem
-from ecs_eco.inputs.section import Section, about, quantity
+from ecs_eco.inputs.section import Section, about, quantity, table
 
 Seed = Annotated[int, Field(ge=0, lt=2**63)]
 Seeds = Annotated[
@@ -32,11 +34,46 @@ MOST_JOBS = 100_000
 
 
 class Hypercube(Section):
-    """Points spread evenly over any number of ranges."""
+    """Points spread evenly over any number of ranges, or as a sensitivity analysis needs them."""
 
-    points: int = quantity("points", "1", ge=1, le=MOST_JOBS)
+    points: int = quantity(
+        "points; sobol: base points, a power of 2, each with one point more per range and another; morris: "
+        "walks, each with one point more than there are ranges",
+        "1",
+        ge=1,
+        le=MOST_JOBS,
+    )
+    design: Literal["lhs", "sobol", "morris"] = about("lhs: a Latin hypercube", "lhs", omit=True)
     seed: Seed = about("seed for drawing the points", 0)
     ranges: dict[str, Range] = about("[low, high] for each value, by dotted key")
+
+    @property
+    def size(self) -> int:
+        """The number of points drawn."""
+        return (
+            self.points
+            * {"lhs": 1, "sobol": len(self.ranges) + 2, "morris": len(self.ranges) + 1}[self.design]
+        )
+
+    @property
+    def problem(self) -> dict[str, Any]:
+        """The ranges in SALib's form."""
+        return {
+            "num_vars": len(self.ranges),
+            "names": [*self.ranges],
+            "bounds": [[0.0, 1.0]] * len(self.ranges),
+        }
+
+    def shares(self) -> np.ndarray:
+        """Return all points, as fractions of the ranges (McKay, Beckman and Conover 1979; Saltelli et al. 2010;
+        Morris 1991)."""
+        if self.design == "lhs":
+            from scipy.stats import qmc
+
+            return qmc.LatinHypercube(len(self.ranges), rng=self.seed).random(self.points)
+        more = {"calc_second_order": False} if self.design == "sobol" else {}
+        sample = import_module(f"SALib.sample.{self.design}").sample
+        return np.asarray(sample(self.problem, self.points, seed=self.seed, **more))
 
 
 class Plan(Section):
@@ -58,6 +95,14 @@ class Plan(Section):
         "initial policies of runs without training: trained, random, untrained, or a folder relative to "
         "the plan",
         "trained",
+    )
+    until: Annotated[Names, BeforeValidator(lambda v: [v] if isinstance(v, str) else v)] = table(
+        'conditions that end a run, over species\' numbers and reporters, such as "wolf == 0"',
+        list,
+        omit=True,
+    )
+    from_tick: Annotated[int, Field(ge=0)] = quantity(
+        "first tick that counts for means, cycles, births and deaths (burn-in)", "ticks", 0, omit=True
     )
     treatments: Names = about(
         "treatments in addition to the unchanged world, as for `ecs-eco compare --treatment`", []
@@ -95,8 +140,9 @@ class PlanFile:
         return _refused(self.document, self.written, problems)
 
 
-def read_plan(plan: str | Path | Mapping[str, Any]) -> PlanFile:
-    """Read a plan from a file, or from a dict whose paths are relative to the working folder.
+def read_plan(plan: str | Path | Mapping[str, Any], design: str | None = None) -> PlanFile:
+    """Read a plan from a file, or from a dict whose paths are relative to the working folder; `design` replaces
+    the design of its ranges.
 
     Raises ConfigError if the plan is not valid TOML, or has unknown keys or values of the wrong type.
     """
@@ -111,6 +157,8 @@ def read_plan(plan: str | Path | Mapping[str, Any]) -> PlanFile:
             raise ConfigError(problems, error.title or f"cannot read the plan {path}") from None
         document = Document(data, path.name, path.parent, text)
     data, written = _flattened(document.data)
+    if design is not None:
+        data["latin_hypercube"] = {**data.get("latin_hypercube", {}), "design": design}
     try:
         model = Plan.model_validate(data)
     except ValidationError as error:
@@ -259,7 +307,7 @@ def points_of(plan: Plan, base: WorldConfig) -> Iterator[Point]:
 
 def number_of_points(plan: Plan) -> int:
     """Return the number of points of a plan."""
-    n = len(plan.list or [()]) * (plan.latin_hypercube.points if plan.latin_hypercube else 1)
+    n = len(plan.list or [()]) * (plan.latin_hypercube.size if plan.latin_hypercube else 1)
     for values in (plan.grid or {}).values():
         n *= len(values)
     return n
@@ -269,6 +317,17 @@ def problems_of_ranges(plan: Plan, base: WorldConfig) -> Iterator[Problem]:
     """Yield problems with the ranges of a plan's hypercube."""
     cube = plan.latin_hypercube
     data = base.model_dump() if cube is not None else {}
+    if cube is not None and cube.design != "lhs":
+        place = ("latin_hypercube", "design")
+        if find_spec("SALib") is None:
+            allowed = 'the package SALib: pip install -e ".[sensitivity]"'
+            yield Problem(place, "needs a package that is not installed", cube.design, allowed)
+        if plan.grid or plan.list:
+            yield Problem(place, "cannot be combined with [grid] or [[list]]", cube.design, "only ranges")
+        if cube.design == "sobol" and cube.points.bit_count() != 1:
+            yield Problem(
+                ("latin_hypercube", "points"), "is not a power of 2", cube.points, "64, 128, 256, …"
+            )
     for name, span in (cube.ranges if cube is not None else {}).items():
         place, (low, high) = (*RANGES, name), span.search
         _, value, wrong = real_key(data, key_of(name))
@@ -288,12 +347,10 @@ def problems_of_ranges(plan: Plan, base: WorldConfig) -> Iterator[Problem]:
 
 
 def _drawn(cube: Hypercube, base: WorldConfig) -> list[Point]:
-    """Return the points of a Latin hypercube (McKay, Beckman and Conover 1979)."""
-    from scipy.stats import qmc
-
-    shares = qmc.LatinHypercube(len(cube.ranges), rng=cube.seed).random(cube.points)
+    """Return the points of a plan's ranges."""
+    shares = cube.shares()
     data = base.model_dump()
-    points: list[Point] = [{} for _ in range(cube.points)]
+    points: list[Point] = [{} for _ in shares]
     for column, (name, span) in zip(shares.T, cube.ranges.items(), strict=True):
         value = real_key(data, key_of(name))[1]
         whole = all(isinstance(x, int) for x in (value, *span.search))

@@ -1,6 +1,6 @@
 """One run of an arm: reused if it is done, resumed if it was stopped, otherwise started."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -22,8 +22,10 @@ def run_arm(
     folder: Path,
     every: int | None = None,
     progress: Callable[[int, int], None] | None = None,
+    until: Sequence[str] = (),
 ) -> dict[str, Any]:
-    """Run an arm with a seed in a folder, with a checkpoint every `every` ticks; return its manifest.
+    """Run an arm with a seed in a folder, with a checkpoint every `every` ticks, until a condition is true or
+    all ticks are done; return its manifest.
 
     A stopped run resumes from its checkpoint, or restarts if it has none; nothing is removed. Raises
     FolderInUse, ForeignFile if the folder contains files from another run, and a RecordingError or
@@ -50,19 +52,20 @@ def run_arm(
             report=False,
             checkpoint_every=every,
             keep=1,
+            until=until,
         )
 
 
 def has_run(folder: Path, ticks: int, arm: Arm, seed: int) -> bool:
-    """Return whether a folder contains a run of this length. Raises ForeignFile if the run belongs to another
-    arm, seed or mode, RecordingError if its manifest is damaged.
+    """Return whether a folder contains a run of this length, or one that a condition ended. Raises ForeignFile
+    if the run belongs to another arm, seed or mode, RecordingError if its manifest is damaged.
     """
     try:
         manifest = read_manifest(folder)
     except FileNotFoundError:
         return False
     check_run(folder, manifest, arm, seed)
-    return bool(manifest.get("finished") and manifest.get("done", 0) >= ticks)
+    return bool(manifest.get("finished") and (manifest.get("ended") or manifest.get("done", 0) >= ticks))
 
 
 def check_run(folder: Path, manifest: dict[str, Any], arm: Arm, seed: int) -> None:

@@ -18,6 +18,7 @@ from ecs_eco.inputs.section import Section
 from ecs_eco.lab.folder import Sweep, read_sweep
 from ecs_eco.lab.jobs import UNFINISHED
 from ecs_eco.lab.pool import PINS
+from ecs_eco.lab.sweep import evenly
 from ecs_eco.record.container import inside
 from ecs_eco.record.manifest import Tick
 from ecs_eco.record.seal import read_sealed, write_manifest
@@ -30,7 +31,8 @@ SCRIPT = """\
 {options}
 {pins}
 trap 'told=1; kill -TERM "$work" 2>/dev/null' TERM
-{command} "$((SLURM_ARRAY_TASK_ID + {offset}))" &
+jobs=({jobs})
+{command} "${{jobs[SLURM_ARRAY_TASK_ID]}}" &
 work=$!
 wait "$work"; code=$?
 if [[ $told ]]; then wait "$work"; code=$?; fi  # the signal ended the first wait
@@ -54,22 +56,23 @@ def submit(folder: str | Path, numbers: Sequence[int], options: Options = Option
     """Submit jobs of a sweep as an array, or as several consecutive arrays if there are too many; return the
     ids of the arrays.
 
-    Each job is one task with one CPU. Before its time limit, it writes a checkpoint and is requeued, which
-    also happens if SLURM preempts it or its node fails. Raises ConfigError if SLURM is missing or rejects the
-    jobs.
+    Tasks start in an order that advances points, treatments and seeds evenly. Each job is one task with one
+    CPU. Before its time limit, it writes a checkpoint and is requeued, which also happens if SLURM preempts
+    it or its node fails. Raises ConfigError if SLURM is missing or rejects the jobs.
     """
     sweep = read_sweep(folder)
     place = inside(sweep.folder, sweep.folder / FOLDER)
     place.mkdir(exist_ok=True)
     arrays, before = _arrays(place), ""
     ids = []
-    for offset, indices in chunks(numbers, array_size()):
-        text = script(sweep, offset, indices, options, before)
+    numbers, size = evenly(sweep, numbers), array_size()
+    for jobs in (numbers[at : at + size] for at in range(0, len(numbers), size)):
+        text = script(sweep, jobs, options, before)
         path = write(place / f"array-{len(arrays) + 1}.sh", text)
         path.chmod(0o755)
         before = _slurm("sbatch", "--parsable", str(path)).strip().partition(";")[0]
         ids.append(before)
-        arrays.append({"id": before, "offset": offset, "indices": compressed(indices)})
+        arrays.append({"id": before, "jobs": jobs})
         write_manifest(place, {"arrays": arrays}, SUBMITTED)
     return ids
 
@@ -86,8 +89,8 @@ def resume(
 def queued(folder: str | Path) -> set[int]:
     """Return the numbers of queued and running jobs. Raises ConfigError if SLURM is missing."""
     sweep = read_sweep(folder)
-    offsets = {array["id"]: array["offset"] for array in _arrays(sweep.folder / FOLDER)}
-    if not offsets:
+    jobs = {array["id"]: array["jobs"] for array in _arrays(sweep.folder / FOLDER)}
+    if not jobs:
         return set()
     lines = _slurm(
         "squeue",
@@ -98,16 +101,16 @@ def queued(folder: str | Path) -> set[int]:
         "--format=%F %K",
     ).splitlines()
     words = [line.split() for line in lines]
-    return {offsets[one[0]] + int(one[1]) for one in words if one and one[0] in offsets}
+    return {jobs[one[0]][int(one[1])] for one in words if one and one[0] in jobs}
 
 
-def script(sweep: Sweep, offset: int, indices: Sequence[int], options: Options, after: str = "") -> str:
-    """Return the batch script of an array, in which a job's number is index + offset; the array starts
-    after the array `after` has ended. Raises ConfigError if an option contains a line break."""
+def script(sweep: Sweep, jobs: Sequence[int], options: Options, after: str = "") -> str:
+    """Return the batch script of an array with a task for each job; the array starts after the array `after`
+    has ended. Raises ConfigError if an option contains a line break."""
     logs = str(sweep.folder / FOLDER).replace("%", "%%") + "/%A_%a.log"  # SLURM expands %
     wanted = {
         "job-name": name_of(sweep),
-        "array": f"{compressed(indices)}%{options.limit}",
+        "array": f"0-{len(jobs) - 1}%{options.limit}",
         "ntasks": 1,
         "cpus-per-task": 1,
         "signal": f"B:TERM@{options.notice}",
@@ -129,7 +132,7 @@ def script(sweep: Sweep, offset: int, indices: Sequence[int], options: Options, 
     command = python(own, "sweep", "job", str(sweep.folder))
     return SCRIPT.format(
         options="\n".join(f"#SBATCH {line}" for line in lines),
-        offset=offset,
+        jobs=" ".join(map(str, jobs)),
         unfinished=UNFINISHED,
         pins="export " + " ".join(f"{name}=1" for name in PINS),
         command=shlex.join(command),
@@ -139,25 +142,6 @@ def script(sweep: Sweep, offset: int, indices: Sequence[int], options: Options, 
 def name_of(sweep: Sweep) -> str:
     """Return the name of a sweep's arrays in the SLURM queue."""
     return f"ecs-eco-{sweep.hash[:8]}"
-
-
-def chunks(numbers: Sequence[int], size: int) -> list[tuple[int, list[int]]]:
-    """Return (offset, indices below `size`) for each array that the jobs need."""
-    parts: dict[int, list[int]] = {}
-    for number in sorted(set(numbers)):
-        parts.setdefault(number // size * size, []).append(number % size)
-    return list(parts.items())
-
-
-def compressed(indices: Sequence[int]) -> str:
-    """Return sorted numbers in SLURM's format: 0-5,7,9-12."""
-    runs: list[list[int]] = []
-    for i in indices:
-        if runs and runs[-1][1] == i - 1:
-            runs[-1][1] = i
-        else:
-            runs.append([i, i])
-    return ",".join(str(a) if a == b else f"{a}-{b}" for a, b in runs)
 
 
 def array_size() -> int:
@@ -175,8 +159,7 @@ def _arrays(place: Path) -> list[dict[str, Any]]:
 
 class _Array(Section):
     id: Annotated[str, Field(pattern=r"^[0-9]+$")]
-    offset: Tick
-    indices: Annotated[str, Field(pattern=r"^[0-9,-]+$")]
+    jobs: list[Tick]
 
 
 class _Submitted(Section):

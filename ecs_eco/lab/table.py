@@ -11,9 +11,10 @@ from ecs_eco.analysis.page import drawn, interval, number, page, table, verdict,
 from ecs_eco.analysis.style import colors
 from ecs_eco.analysis.survival import Interval
 from ecs_eco.engine.errors import RecordingError
-from ecs_eco.lab import response
+from ecs_eco.lab import response, sensitivity
 from ecs_eco.lab.folder import RUN, Sweep
 from ecs_eco.lab.jobs import read_done
+from ecs_eco.lab.plan import Hypercube
 from ecs_eco.lab.response import Outcome, Row, group, outcomes_of
 from ecs_eco.lab.status import Survey
 from ecs_eco.record.container import inside
@@ -82,6 +83,7 @@ def row_of(point: int, done: dict[str, Any]) -> dict[str, Any]:
     """Return the row of a finished job: its identity, values and results.
 
     Times are in ticks; "deer.mean" is the mean number over the run, and "deer.final" the number at its end;
+    `ended_by` is the condition that ended the run, if any, and `ended_at` its tick;
     "deer.period" has a value if the species cycles; "deer.died.starved" counts deaths.
     """
     summary = done["summary"]
@@ -95,6 +97,8 @@ def row_of(point: int, done: dict[str, Any]) -> dict[str, Any]:
         "ticks": done["ticks"],
         "persisted": summary["persisted"],
         "lived": summary["lived"],
+        "ended_by": (ended := done.get("ended_by") or {}).get("by"),
+        "ended_at": ended.get("tick"),
     }
     for name, numbers in summary["species"].items():
         row |= {f"{name}.{key}": value for key, value in numbers.items() if key != "deaths"}
@@ -153,6 +157,8 @@ _RESPONSE = (
 _POINTS = "For a hypercube, each point is shown: its mean with the 95% interval over seeds."
 _HEAT = "Means over seeds and all other varied values; cells are empty if no run has a value."
 
+_INDICES = "Means over seeds, with 95% intervals over points. Variance between seeds counts as interaction."
+
 
 def write_page(sweep: Sweep, rows: Sequence[Row], failed: dict[int, str]) -> Path:
     """Write sweep.html and figures/ from the rows of the table; return the path of the page."""
@@ -164,6 +170,7 @@ def write_page(sweep: Sweep, rows: Sequence[Row], failed: dict[int, str]) -> Pat
     blocks = [
         *_head(sweep, rows, failed),
         *_responses(rows, keys, outcomes, hue, folder),
+        *_sensitivity(sweep, rows, outcomes, folder),
         *_points(rows, keys, outcomes),
         *_origin(sweep, rows),
     ]
@@ -218,6 +225,28 @@ def _responses(
             drawn(shown, folder / f"heat-{i + 1}.svg", _HEAT),
         ]
     return blocks
+
+
+def _sensitivity(sweep: Sweep, rows: Sequence[Row], outcomes: list[Outcome], folder: Path) -> list[str]:
+    """Return the section with sensitivity indices, if the points are those of Sobol or Morris and complete;
+    write sensitivity.parquet."""
+    design = (given := sweep.content["plan"].get("latin_hypercube") or {}).get("design", "lhs")
+    if design == "lhs":
+        return []
+    found = list(sensitivity.indices_of(Hypercube.model_validate(given), rows, outcomes))
+    if not found:
+        return ["<h2>Sensitivity</h2><p>Indices need all points, at which an outcome differs.</p>"]
+    write_table(sensitivity.as_rows(design, found), sweep.folder / "sensitivity.parquet")
+    cells = [
+        [treatment, outcome.label, response.short(key), *map(_cell, both)]
+        for treatment, outcome, own in found
+        for key, both in own.items()
+    ]
+    return [
+        "<h2>Sensitivity</h2>",
+        drawn(sensitivity.figure(design, found[:MOST_PANELS]), folder / "sensitivity.svg", _INDICES),
+        table(["treatment", "outcome", "key", *sensitivity.NAMES[design]], cells),
+    ]
 
 
 def _points(rows: Sequence[Row], keys: list[str], outcomes: list[Outcome]) -> list[str]:

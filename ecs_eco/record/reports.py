@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ecs_eco.config.checks.reporters import fault_of_name
-from ecs_eco.config.formula import FormulaError
+from ecs_eco.config.formula import Formula, FormulaError
 from ecs_eco.config.models.reporters import EATEN, is_reporter
 from ecs_eco.config.reporter_formula import ReporterFormula, Scope, compile_reporter
 from ecs_eco.engine.errors import ConfigError, Problem, listed, unknown_name
@@ -102,6 +102,28 @@ def said_by(
     if unknown := [s for s in said if s not in species]:
         raise ValueError(unknown_name(f"reporter {name!r}", "species", unknown[0], species))
     return {s: _number(f"{name}, {s}", x) for s, x in said.items()}
+
+
+def is_true(world: SpatialWorld, rule: Formula) -> bool:
+    """Return whether the condition of a stop rule is true after the last tick.
+
+    Raises ValueError if it reads a reporter of each species as one of the world, or the reverse.
+    """
+    names = world.species_names()
+    values: dict[str, Any] = {name: table.n for name, table in world.tables.items()}
+    for name, what in world.reporters.items():
+        if any(used == name or used.startswith(f"{name}_") for used in rule.names):
+            latest = world.recorder.reports.latest if world.recorder and world.recorder.reports else {}
+            said = latest[name] if name in latest else said_by(world, name, what, dict.fromkeys(names, 0))
+            own = (
+                {f"{name}_{s}": said.get(s, np.nan) for s in names}
+                if isinstance(said, dict)
+                else {name: said}
+            )
+            values = own | values
+    if missing := sorted(rule.names - values.keys()):
+        raise ValueError(unknown_name(f"until = {rule.text!r}", "number", missing[0], values))
+    return bool(rule({name: values[name] for name in rule.names}))
 
 
 def _number(name: str, said: Any) -> float:

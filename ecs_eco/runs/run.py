@@ -11,11 +11,12 @@ from typing import Any
 
 from ecs_eco.compiled import portable
 from ecs_eco.config import WorldConfig, load
+from ecs_eco.config.checks.reporters import problems_of_rules, rule_of
 from ecs_eco.config.loading import WorldSource, changed
 from ecs_eco.config.overrides import Overrides
 from ecs_eco.ecosystem import World
 from ecs_eco.engine.arguments import called_with, whole_number
-from ecs_eco.engine.errors import CheckpointError, Halted, RecordingError
+from ecs_eco.engine.errors import CheckpointError, ConfigError, Halted, RecordingError
 from ecs_eco.engine.hooks import listening
 from ecs_eco.engine.versions import versions
 from ecs_eco.life.reconfigure import reconfigure
@@ -24,6 +25,7 @@ from ecs_eco.record.belonging import check_checkpoint
 from ecs_eco.record.claim import Claim, stopped_early
 from ecs_eco.record.details import how_many
 from ecs_eco.record.folder import Folder, check_content, git_commit
+from ecs_eco.record.reports import is_true
 from ecs_eco.runs.begin import (
     begin,
     begun,
@@ -66,6 +68,7 @@ def run_to_folder(
     checkpoint_every: int | None = None,
     keep: int = KEEP,
     record: str | None = None,
+    until: Sequence[str] = (),
     prepare: Callable[[Any], None] | None = None,
     trust: bool = False,
 ) -> dict[str, Any]:
@@ -103,6 +106,9 @@ def run_to_folder(
         Number of checkpoints to keep.
     record : str, optional
         Organisms to record in every tick: "focal=N" for N organisms of each species, or "full" for all of them.
+    until : sequence of str, optional
+        Conditions over numbers of organisms and reporters, such as "wolf == 0"; the run ends after the first
+        tick in which one is true, and the manifest names it in `ended`.
     prepare : callable, optional
         Called with the world before the first tick.
     trust : bool, default False
@@ -140,6 +146,8 @@ def run_to_folder(
     how_many(record, "record")
     ticks = config.ticks if ticks is None else whole_number("ticks", ticks)
     every = snapshots(config, ticks) if snapshot_every is None else snapshot_every
+    if wrong := [p.moved(key=(), source="--until") for p in problems_of_rules(config, until)]:
+        raise ConfigError(wrong)
     with begun(out) as claim:
         world = built(config, seed, policies, threads, learn, controls)
         manifest = manifest_of(world, ticks, policies, learn, controls) | {
@@ -148,6 +156,7 @@ def run_to_folder(
             "checkpoint_every": checkpoint_every,
             "keep": keep,
             "record": record,
+            "until": list(until),
         }
         folder = begin(world, claim, manifest, weights_files(config, policies), prepare)
         return go_on(world, folder, manifest, ticks, progress, report, start)
@@ -240,7 +249,7 @@ def resume(
                 f"an earlier tick: --from-tick {until} --out NEW"
             )
         check_content(path, folder.parts)
-        manifest |= {"ticks": until, "finished": False, **folder.written}
+        manifest |= {"ticks": until, "finished": False, "ended": None, **folder.written}
         keep_manifest(folder, manifest)  # must precede the deletion of parts beyond this count
         folder.forget_later()
         if prepare is not None:
@@ -321,6 +330,8 @@ def fork(
             "target": portable.target(),
             "git_commit": git_commit(),
             "asked": [],
+            "until": [],
+            "ended": None,
             "parts": {},
             "heads": {},
             "forked": {
@@ -499,7 +510,13 @@ def go_on(
     every, path = manifest.get("checkpoint_every") or 0, folder.path
     first, spent, whole = world.tick, float(manifest.get("wall_seconds", 0.0)), False
 
+    rules = [rule_of(world.config, text) for text in manifest.get("until", ())]
+
     def look() -> None:
+        met = next((rule.text for rule in rules if is_true(world, rule)), None) if world.tick else None
+        if met is not None:
+            manifest["ended"] = {"by": met, "tick": world.tick}
+            world.stop()
         if note_requests(world, manifest):
             keep_manifest(folder, manifest)
 
@@ -525,7 +542,13 @@ def go_on(
         raise Halted(_cannot_write(error, world, path)) from error
     finally:
         manifest["wall_seconds"] = spent + time.perf_counter() - start
-        _close(world, folder, manifest, finished=whole and world.tick >= until, last=whole)
+        _close(
+            world,
+            folder,
+            manifest,
+            finished=whole and (world.tick >= until or bool(manifest.get("ended"))),
+            last=whole,
+        )
     if not manifest["finished"]:
         raise Stopped(world.tick, path)
     pass_on()

@@ -75,6 +75,9 @@ def test_the_hash_is_that_of_the_plan_and_not_of_its_place(tmp_path: Path) -> No
 @pytest.mark.parametrize(
     ("more", "words"),
     [
+        ('until = "mss == 0"\n', ["line 4", 'unknown name "mss" at character 1', 'did you mean "moss"']),
+        ('until = ["moss == 0",\n"moss >"]\n', ["line 5", "not an expression", '"moss >"']),
+        ("from_tick = 6\n", ["line 4", "is not before the end of the runs", "less than 6"]),
         ("[grid]\nspecies.mos.count = [1]\n", ["line 5", 'no species named "mos"', 'did you mean "moss"']),
         ("[grid]\nspecies.moss.count = [1,\n-4]\n", ["line 6", "-4", "at least 0"]),
         ("[grid]\nspecies.moss.cuont = [1]\n", ["line 5", "unknown key", 'did you mean "count"']),

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from ecs_eco.analysis.runs import load_series
 from ecs_eco.engine.errors import ConfigError, ForeignFile, RecordingError
 from ecs_eco.lab import jobs
 from ecs_eco.lab.arm import Arm
@@ -18,6 +19,7 @@ from ecs_eco.lab.design import design_of
 from ecs_eco.lab.folder import Manifest, Sweep, begin, read_sweep
 from ecs_eco.lab.jobs import _tick_of, read_done, run_job
 from ecs_eco.lab.plan import read_plan
+from ecs_eco.lab.table import row_of
 from ecs_eco.record import container, seal
 from ecs_eco.runs.run import Stopped, run_to_folder
 from tests.lab.moss import PLAN, written
@@ -67,6 +69,22 @@ def test_a_job_that_was_stopped_goes_on_from_its_checkpoint_to_the_same_digest(
     assert (sweep.job_folder(0) / "run" / "checkpoints").exists()
     assert _tick_of(sweep.job_folder(0) / "run") == 3
     assert run_job(sweep.folder, 0)["digest"] == run_job(other.folder, 0)["digest"]
+
+
+def test_a_job_ends_at_a_condition_and_its_means_begin_at_a_tick(tmp_path: Path) -> None:
+    plan = PLAN.replace("ticks = 6", 'ticks = 9\nuntil = "moss > 12"\nfrom_tick = 3')
+    sweep = begun(tmp_path, plan)
+    done = [run_job(sweep.folder, number) for number in (0, 2)]
+    rows = [row_of(0, one) for one in done]
+    assert rows[1]["ended_by"] == "moss > 12"
+    assert rows[1]["ended_at"] == 1
+    assert rows[1]["moss.mean"] is None  # it ended before the burn-in
+    assert run_job(sweep.folder, 2) == done[1]
+    n = load_series(sweep.job_folder(0) / "run").n[:, 0]
+    assert rows[0]["moss.mean"] == pytest.approx(n[3:].mean())
+    assert rows[0]["moss.final"] == n[-1]
+    plain = begun(tmp_path / "plain")
+    assert not {"until", "from_tick"} & plain.content["plan"].keys()  # older folders still match their plans
 
 
 def test_a_failed_job_says_why_until_it_is_done(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

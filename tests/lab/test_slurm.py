@@ -24,7 +24,7 @@ from ecs_eco.lab.design import design_of
 from ecs_eco.lab.folder import Sweep, begin, read_sweep
 from ecs_eco.lab.jobs import read_done, run_job
 from ecs_eco.lab.plan import read_plan
-from ecs_eco.lab.slurm import Options, chunks, compressed, queued, resume, script, submit
+from ecs_eco.lab.slurm import Options, queued, resume, script, submit
 from ecs_eco.record import seal
 from ecs_eco.record.claim import owner_of
 from tests.lab.moss import PLAN, written
@@ -65,18 +65,13 @@ def until(condition: Any, seconds: float = 240) -> None:
         time.sleep(0.05)
 
 
-def test_numbers_are_written_as_ranges_and_cut_into_arrays() -> None:
-    assert compressed([0, 1, 2, 5, 7, 8]) == "0-2,5,7-8"
-    assert chunks([9, 0, 1, 12, 10, 3], 5) == [(0, [0, 1, 3]), (5, [4]), (10, [0, 2])]
-
-
 def test_a_script_asks_for_notice_and_to_be_queued_again(tmp_path: Path) -> None:
     sweep = sweep_in(tmp_path)
-    text = script(sweep, 1000, [0, 2], Options(limit=7, more=("--time=2:00:00", "--qos=long")), after="55")
+    text = script(sweep, [7, 3], Options(limit=7, more=("--time=2:00:00", "--qos=long")), after="55")
     head = [line for line in text.splitlines() if line.startswith("#SBATCH")]
     assert {
         "#SBATCH --requeue",
-        "#SBATCH --array=0,2%7",
+        "#SBATCH --array=0-1%7",
         "#SBATCH --signal=B:TERM@120",
         "#SBATCH --open-mode=append",
         "#SBATCH --dependency=afterany:55",
@@ -84,7 +79,8 @@ def test_a_script_asks_for_notice_and_to_be_queued_again(tmp_path: Path) -> None
         f"#SBATCH --output={sweep.folder}/slurm/%A_%a.log",
     } <= set(head)
     assert head[-1] == "#SBATCH --qos=long"  # what the user says comes last
-    assert '"$((SLURM_ARRAY_TASK_ID + 1000))"' in text
+    assert "jobs=(7 3)" in text
+    assert '"${jobs[SLURM_ARRAY_TASK_ID]}"' in text
     assert f"{sys.executable} -P -c" in text  # whatever modules lie where the job runs
 
 
@@ -93,7 +89,7 @@ def test_nothing_of_a_folder_becomes_a_command_of_its_script(
 ) -> None:
     monkeypatch.setattr(sys, "executable", "/bin/true")
     sweep = sweep_in(tmp_path / "it's $(touch mark) 5% #x")
-    lines = script(sweep, 0, [0], Options()).splitlines()
+    lines = script(sweep, [0], Options()).splitlines()
     [output] = [shlex.split(line)[1] for line in lines if "--output" in line]
     assert output == f"--output={sweep.folder}/slurm/%A_%a.log".replace("5% ", "5%% ")
     subprocess.run(
@@ -104,9 +100,9 @@ def test_nothing_of_a_folder_becomes_a_command_of_its_script(
     )
     assert not list(tmp_path.rglob("mark"))
     with pytest.raises(ConfigError, match="cannot be a line of a batch script"):
-        script(sweep_in(tmp_path / "a\ntouch mark"), 0, [0], Options())
+        script(sweep_in(tmp_path / "a\ntouch mark"), [0], Options())
     with pytest.raises(ConfigError, match="--sbatch"):
-        script(sweep, 0, [0], Options(more=("--time=1\ntouch mark",)))
+        script(sweep, [0], Options(more=("--time=1\ntouch mark",)))
 
 
 def test_a_hash_that_is_none_is_refused(tmp_path: Path) -> None:
@@ -120,9 +116,7 @@ def test_a_hash_that_is_none_is_refused(tmp_path: Path) -> None:
 def test_a_note_of_arrays_with_other_values_is_refused(tmp_path: Path) -> None:
     sweep = sweep_in(tmp_path)
     (sweep.folder / "slurm").mkdir()
-    seal.write_manifest(
-        sweep.folder / "slurm", {"arrays": [{"id": "1\nx", "offset": 0, "indices": "0"}]}, "submitted.json"
-    )
+    seal.write_manifest(sweep.folder / "slurm", {"arrays": [{"id": "1\nx", "jobs": [0]}]}, "submitted.json")
     with pytest.raises(RecordingError, match=r"submitted\.json: arrays\.0\.id: "):
         queued(sweep.folder)
 
@@ -193,19 +187,37 @@ def test_a_task_is_told_ahead_of_its_time_limit_and_queued_again_where_it_is_unf
     sweep = sweep_in(tmp_path)
     [array] = submit(sweep.folder, [2], Options(notice=58, more=("--time=1:00",)))
     until(lambda: not queued(sweep.folder))
-    assert log(slurm, array, 2) == ["started", "signalled", "requeue", "started", "COMPLETED"]
+    assert log(slurm, array, 0) == ["started", "signalled", "requeue", "started", "COMPLETED"]
+
+
+def test_any_beginning_of_the_tasks_is_even_over_points_arms_and_seeds(
+    tmp_path: Path, slurm: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "executable", "/bin/true")
+    monkeypatch.setenv("MAX_ARRAY_SIZE", "10")
+    treated = PLAN.replace("world_seeds = 2", 'world_seeds = 4\ntreatments = ["species.moss.count=7"]')
+    sweep = sweep_in(tmp_path, treated)
+    submit(sweep.folder, list(reversed(range(16))))
+    arrays = seal.read_manifest(sweep.folder / "slurm", "submitted.json")["arrays"]
+    order = [sweep.jobs[number] for array in arrays for number in array["jobs"]]
+    assert [len(array["jobs"]) for array in arrays] == [10, 6]
+    for of, most in (("point", 1), ("treatment", 1), ("world_seed", 2)):
+        kinds = [getattr(job, of) for job in order]
+        for n in range(1, 16):
+            counts = [kinds[:n].count(kind) for kind in set(kinds)]
+            assert max(counts) - min(counts) <= most, (of, n)
 
 
 @pytest.mark.slow
 def test_what_is_unfinished_is_submitted_once_more_in_arrays_of_the_size_allowed(
     tmp_path: Path, slurm: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setenv("MAX_ARRAY_SIZE", "3")
+    monkeypatch.setenv("MAX_ARRAY_SIZE", "2")
     sweep = sweep_in(tmp_path)
     digests = [run_job(sweep.folder, 1)["digest"]]
     ids, waiting = resume(sweep.folder, [0, 2, 3])
     assert (len(ids), waiting) == (2, [])
-    assert [list(tasks(slurm, array)) for array in ids] == [["0", "2"], ["0"]]
+    assert [list(tasks(slurm, array)) for array in ids] == [["0", "1"], ["0"]]
     until(lambda: not queued(sweep.folder))
     digests += [(read_done(sweep, n) or {})["digest"] for n in (0, 2, 3)]
     assert len(digests) == 4

@@ -9,7 +9,7 @@ import pyarrow as pa
 import pytest
 
 from ecs_eco import World
-from ecs_eco.engine.errors import RecordingError
+from ecs_eco.engine.errors import ConfigError, RecordingError
 from ecs_eco.record import fork, resume, run_to_folder
 from ecs_eco.record.parquet import read_parts
 from ecs_eco.runs.repeat import repeat
@@ -52,6 +52,37 @@ def _as_whole(folder, whole):
     mine = json.loads((folder / "manifest.json").read_text())
     assert (mine["finished"], mine["done"], mine["digest"]) == (True, TICKS, manifest["digest"])
     assert _content(folder) == content
+
+
+def test_a_run_ends_at_the_first_tick_at_which_a_condition_is_true_and_resumes_to_the_same_end(tmp_path):
+    moss = {
+        "format": 1,
+        "name": "moss",
+        "species": {
+            "moss": {
+                "count": 20,
+                "body": {"radius": 0.1},
+                "reproduction": {"kind": "spread", "rate": 0.5, "spacing": 0.1},
+            }
+        },
+        "reporters": {"both": "count(moss) / 2", "each": "count()"},
+        "space": {"size": [12.0, 12.0]},
+    }
+    for until in ("both > 15", "each.moss > 30 and moss > 30"):
+        out = tmp_path / until[:4]
+        ended = _run(moss, out, until=["moss == 0", until])
+        n = read_parts(out / "series")["n"].to_pylist()
+        first = next(i for i, number in enumerate(n) if number > 30)
+        assert (ended["ended"], ended["done"]) == ({"by": until, "tick": first + 1}, first + 1)
+        assert len(n) == first + 1 < TICKS
+        assert ended["finished"]
+        again = resume(out, report=False)  # as after a kill between the last checkpoint and the manifest
+        assert (again["digest"], again["ended"]) == (ended["digest"], ended["ended"])
+    assert fork(out, tmp_path / "fork", report=False)["done"] == TICKS
+    with pytest.raises(ConfigError, match=r'(?s)--until.*unknown name "mss" at character 1.*mean "moss"'):
+        _run(moss, tmp_path / "no", until=["mss == 0"])
+    with pytest.raises(ConfigError, match=r'unknown name "each"'):
+        _run(moss, tmp_path / "no", until=["each > 3"])
 
 
 def test_checkpoints_change_nothing_and_the_last_ones_stay(menagerie, tmp_path, whole):

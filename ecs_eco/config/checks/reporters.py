@@ -1,13 +1,13 @@
 """Checks of reporters, of recorded fields, and (without calling it) of the code that a world names."""
 
 import re
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from fnmatch import fnmatchcase
 from typing import Any, TypeGuard
 
 from ecs_eco import components
 from ecs_eco.config.checks.genome import components_of
-from ecs_eco.config.formula import FormulaError
+from ecs_eco.config.formula import Formula, FormulaError, compile_formula
 from ecs_eco.config.models.reporters import is_reporter
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.names import Key, is_component, used_in
@@ -77,6 +77,26 @@ def formula_of(config: WorldConfig, text: str) -> ReporterFormula:
     """Return the compiled formula of a reporter. Raises FormulaError."""
     fields, complete = fields_of_components(config)
     return compile_reporter(text, [*config.species, *config.objects], fields, complete)
+
+
+def rule_of(config: WorldConfig, text: str) -> Formula:
+    """Return the compiled condition of a stop rule: a formula over `wolf` (the number of wolves), `name` (a
+    reporter of the world) and `name.wolf` (a reporter of each species). Raises FormulaError."""
+    names = [*config.species, *config.objects]
+    for name, what in config.reporters.items():
+        each = formula_of(config, what).each if is_formula(what) else None  # a function may return either
+        names += [] if each else [name]
+        names += [] if each is False else [f"{name}_{species}" for species in config.species]
+    return compile_formula(text, names)
+
+
+def problems_of_rules(config: WorldConfig, rules: Sequence[str]) -> Iterator[Problem]:
+    """Yield problems with the conditions that end a run."""
+    for i, text in enumerate(rules):
+        try:
+            rule_of(config, text)
+        except FormulaError as error:
+            yield Problem(("until", i), error.what, text, error.allowed, error.nearest)
 
 
 def fields_of_components(config: WorldConfig) -> tuple[Fields, bool]:
