@@ -262,6 +262,8 @@ def test_who_learns_by_what_rate_and_for_what_is_said_of_each_species() -> None:
     assert "| deer | before the run and during the run | one for all members | 0.004 | 64 |" in text_of(
         "predator-prey"
     )
+    means = "wolf_smell is the mean of wolf_smell_1 and wolf_smell_2"
+    assert f"| deer | `energy - 0.3 * wolf_smell`, where {means} | -1 |" in text_of("predator-prey")
 
 
 def test_interventions_are_input_with_their_ticks() -> None:
