@@ -131,7 +131,7 @@ def repeat(
     why = f"; it was recorded with versions other than {listed}" if other else ""
     if mode := portable.other_mode(manifest):
         why += f"; it {mode}"
-    elif (cpu := manifest.get("target", {}).get("cpu")) != (here := portable.target()["cpu"]):
+    elif (here := portable.target()["cpu"]) != (cpu := manifest.get("target", {}).get("cpu", here)):
         why += f"; it was recorded on another processor ({cpu}; this one is {here})"
     return {
         "world": config.name,

@@ -1,5 +1,5 @@
-"""A checkpoint of the former format, of goats with a brain each that learn and breed,
-made by version 0.1 at tick 30."""
+"""Checkpoints in the two former formats: goats that each have their own brain, learn and breed, saved in format 1
+by version 0.1 at tick 30; and the world of `former/fell.toml` with seed 3, saved in format 2 at tick 12."""
 
 import hashlib
 from pathlib import Path
@@ -36,3 +36,19 @@ def test_a_checkpoint_of_the_former_format_holds_what_it_held_and_goes_on_as_it_
     assert facts_now[0]["goat"] > 0
     if target().cpu == MADE_ON:
         assert facts_now == ({"red": 5, "yellow": 15, "green": 32, "goat": 17}, 88, AT_50)
+
+
+def test_a_checkpoint_in_format_2_has_its_digestion_in_ticks_and_continues_as_it_did_in_that_version():
+    world = World.restore(FORMER.with_name("format_2.safetensors"))
+    vole = world.tables["vole"]
+    digesting = vole[Metabolism].digesting[vole.by_uid()]
+    assert (digesting.dtype, digesting.tolist()) == (np.int32, [0, 0, 0, 1, *[0] * 10])  # 0.107 s, rounded up
+    assert ({name: table.n for name, table in world.tables.items()}, world.next_uid) == (
+        {"moss": 13, "vole": 14, "worm": 22},
+        65,
+    )
+    world.run(10)
+    assert ({name: table.n for name, table in world.tables.items()}, world.next_uid) == (
+        {"moss": 13, "vole": 12, "worm": 25},
+        74,
+    )
