@@ -114,10 +114,10 @@ class Code:
         """Return the problem with a name; None if it is valid, or if its code is not allowed to run or
         fails."""
         try:
-            if isinstance(name, str) and not self.lists(name):
-                return None if name.partition(":")[0] in self.unread else self.unlisted(key, name)
             if self._unseen(name):
                 return None
+            if isinstance(name, str) and not self.lists(name):
+                return self.unlisted(key, name)
             thing = self.function(name)
         except AttributeError as error:
             return self._missing(key, str(name), str(error))
@@ -145,12 +145,12 @@ class Code:
         ]
 
     def _unseen(self, name: object) -> bool:
-        """Return whether a name belongs to a listed source file that is not allowed to run or failed to run."""
+        """Return whether a name's listed source cannot be read, is not allowed to run, or failed to run."""
         return (
             isinstance(name, str)
             and name not in SHIPPED
-            and self.lists(name)
-            and (not self.allowed or isinstance(self._modules[name.partition(":")[0]], Exception))
+            and (self.lists(name) or name.partition(":")[0] in self.unread)
+            and (not self.allowed or not isinstance(self._modules.get(name.partition(":")[0]), ModuleType))
         )
 
     def _missing(self, key: tuple[str | int, ...], name: str, why: str) -> Problem:
