@@ -6,52 +6,35 @@ imports neither numba nor torch. Names are loaded when first used: `import ecs_e
 
 from typing import TYPE_CHECKING
 
-from ecs_eco._lazy import lazy, listing
+from ecs_eco._lazy import lazy
 
 if TYPE_CHECKING:
-    from ecs_eco.config.features.feature import Feature
-    from ecs_eco.config.formula import Formula, FormulaError, compile_formula
-    from ecs_eco.config.loading import for_training, load
-    from ecs_eco.config.models.world import WorldConfig
-    from ecs_eco.inputs.section import (
-        ANEW,
-        FREE,
-        Count,
-        Name,
-        NonNegative,
-        Positive,
-        Real,
-        Section,
-        Share,
-        about,
-        quantity,
-    )
+    from ecs_eco.config.features.feature import Feature as Feature
+    from ecs_eco.config.formula import Formula as Formula
+    from ecs_eco.config.formula import FormulaError as FormulaError
+    from ecs_eco.config.formula import compile_formula as compile_formula
+    from ecs_eco.config.loading import for_training as for_training
+    from ecs_eco.config.loading import load as load
+    from ecs_eco.config.models.world import WorldConfig as WorldConfig
+    from ecs_eco.inputs.section import ANEW as ANEW
+    from ecs_eco.inputs.section import FREE as FREE
+    from ecs_eco.inputs.section import Count as Count
+    from ecs_eco.inputs.section import Name as Name
+    from ecs_eco.inputs.section import NonNegative as NonNegative
+    from ecs_eco.inputs.section import Positive as Positive
+    from ecs_eco.inputs.section import Real as Real
+    from ecs_eco.inputs.section import Section as Section
+    from ecs_eco.inputs.section import Share as Share
+    from ecs_eco.inputs.section import about as about
+    from ecs_eco.inputs.section import quantity as quantity
 
-_HOME = {  # modules that define names not in ecs_eco.inputs.section
-    "Feature": "ecs_eco.config.features.feature",
-    **dict.fromkeys(("Formula", "FormulaError", "compile_formula"), "ecs_eco.config.formula"),
-    **dict.fromkeys(("for_training", "load"), "ecs_eco.config.loading"),
-    "WorldConfig": "ecs_eco.config.models.world",
-}
-__all__ = [
-    "ANEW",
-    "FREE",
-    "Count",
-    "Feature",
-    "Formula",
-    "FormulaError",
-    "Name",
-    "NonNegative",
-    "Positive",
-    "Real",
-    "Section",
-    "Share",
-    "WorldConfig",
-    "about",
-    "compile_formula",
-    "for_training",
-    "load",
-    "quantity",
-]
-__getattr__ = lazy(__name__, {name: _HOME.get(name, "ecs_eco.inputs.section") for name in __all__})
-__dir__ = listing(globals(), __all__)
+__getattr__ = lazy(
+    __name__,
+    {
+        "ecs_eco.inputs.section": "ANEW Count FREE Name NonNegative Positive Real Section Share about quantity",
+        ".features.feature": "Feature",
+        ".formula": "Formula FormulaError compile_formula",
+        ".loading": "for_training load",
+        ".models.world": "WorldConfig",
+    },
+)

@@ -7,5 +7,4 @@ arranges them.
 
 from ecs_eco._lazy import lazy
 
-__all__ = ["Document", "describe"]
-__getattr__ = lazy(__name__, {"Document": "ecs_eco.odd.document", "describe": "ecs_eco.odd.protocol"})
+__getattr__ = lazy(__name__, {".document": "Document", ".protocol": "describe"})
