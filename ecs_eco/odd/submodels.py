@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 
+from ecs_eco.engine.comments import comments_of
 from ecs_eco.engine.system import System
 from ecs_eco.inputs.section import NAMED, Section, Use
 from ecs_eco.odd.document import Block, Heading, Items, grid
@@ -12,7 +13,6 @@ from ecs_eco.odd.model import Model, Part, is_built_in
 from ecs_eco.odd.values import (
     Value,
     applies,
-    comments_of,
     first_paragraph,
     first_sentence,
     lists_of,

@@ -16,10 +16,7 @@ from ecs_eco.engine.table import Table
 from ecs_eco.inputs.section import Section, Use, function_name
 from ecs_eco.learning.settings import PPO
 
-_DECLARED = re.compile(
-    r"^(?P<space> *)(?:self\.)?(?P<name>\w+)\s*(?::[^=#\n]+)?(?:=[^#\n]*)?,?\s*# (?P<text>.*)$"
-)
-_UNIT, _UNIT_AT_END = re.compile(r"^\[([^]]*)\][,;]?\s*"), re.compile(r" \[([^]]*)\]$")
+_UNIT_AT_END = re.compile(r" \[([^]]*)\]$")
 TECHNICAL = ("device",)  # keys that never change results
 PPO_TEXTS = {field.name: str(field.metadata["doc"]) for field in dataclasses.fields(PPO)}
 
@@ -171,25 +168,3 @@ def first_sentence(thing: Any) -> str:
 def first_paragraph(thing: type) -> str:
     """Return the first paragraph of a class's docstring."""
     return " ".join(inspect.cleandoc(vars(thing).get("__doc__") or "").partition("\n\n")[0].split())
-
-
-def comments_of(thing: type) -> dict[str, tuple[str, str]]:
-    """Return the unit and meaning of each field that a class declares, from the comment on or above its
-    line."""
-    try:
-        lines = inspect.getsource(thing).splitlines()
-    except (OSError, TypeError):  # the class was created in an interactive session
-        return {}
-    found: dict[str, tuple[str, str]] = {}
-    above = ""
-    for line in lines:
-        if (bare := line.strip()).startswith("# "):
-            above = bare[2:]
-            continue
-        match = _DECLARED.match(line) or (re.match(r" *(?P<name>\w+)(?P<text>): ", line) if above else None)
-        if match is not None and match["name"] not in found:
-            text = match["text"] or above
-            unit = _UNIT.match(text)
-            found[match["name"]] = (unit[1], text[unit.end() :]) if unit else ("", text)
-        above = ""
-    return found
