@@ -23,37 +23,41 @@ from ecs_eco._lazy import find_former_names, lazy
 from ecs_eco.compiled.portable import begin as _begin_portable
 
 if TYPE_CHECKING:
-    from ecs_eco import analysis as analysis
-    from ecs_eco import components as components
-    from ecs_eco import config as config
-    from ecs_eco import genomes as genomes
-    from ecs_eco import lab as lab
-    from ecs_eco import learning as learning
-    from ecs_eco import record as record
-    from ecs_eco import rl as rl
-    from ecs_eco import runs as runs
-    from ecs_eco import space as space
-    from ecs_eco import systems as systems
-    from ecs_eco import testing as testing
-    from ecs_eco import view as view
-    from ecs_eco import worlds as worlds
+    from ecs_eco import (
+        analysis as analysis,
+        components as components,
+        config as config,
+        genomes as genomes,
+        lab as lab,
+        learning as learning,
+        record as record,
+        rl as rl,
+        runs as runs,
+        space as space,
+        systems as systems,
+        testing as testing,
+        view as view,
+        worlds as worlds,
+    )
     from ecs_eco.compiled.jit import njit as njit
     from ecs_eco.ecosystem import World as World
     from ecs_eco.engine.phases import PHASES as PHASES
     from ecs_eco.engine.random import draw as draw
-    from ecs_eco.engine.schema import boolean as boolean
-    from ecs_eco.engine.schema import column as column
-    from ecs_eco.engine.schema import component as component
-    from ecs_eco.engine.schema import f32 as f32
-    from ecs_eco.engine.schema import f64 as f64
-    from ecs_eco.engine.schema import i8 as i8
-    from ecs_eco.engine.schema import i16 as i16
-    from ecs_eco.engine.schema import i32 as i32
-    from ecs_eco.engine.schema import i64 as i64
-    from ecs_eco.engine.schema import u8 as u8
-    from ecs_eco.engine.schema import u16 as u16
-    from ecs_eco.engine.schema import u32 as u32
-    from ecs_eco.engine.schema import u64 as u64
+    from ecs_eco.engine.schema import (
+        boolean as boolean,
+        column as column,
+        component as component,
+        f32 as f32,
+        f64 as f64,
+        i8 as i8,
+        i16 as i16,
+        i32 as i32,
+        i64 as i64,
+        u8 as u8,
+        u16 as u16,
+        u32 as u32,
+        u64 as u64,
+    )
     from ecs_eco.engine.system import System as System
     from ecs_eco.engine.table import Table as Table
 

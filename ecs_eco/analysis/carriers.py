@@ -414,7 +414,7 @@ def numbers(words: Sequence[str], gene: dict[str, Any], alphabet: str) -> np.nda
     place = np.minimum(np.searchsorted(np.array(list(alphabet))[order], letters), len(alphabet) - 1)
     digits = order[place]
     if (strange := np.array(list(alphabet))[digits] != letters).any():
-        raise ValueError(f"gene {gene['name']!r}: the letter {letters[strange][0]!r} is not in {alphabet!r}")
+        raise ValueError(f"gene {gene['name']!r}: the letter {str(letters[strange][0])!r} is not in {alphabet!r}")
     if "values" in gene:
         return np.array(gene["values"], float)[_number(digits, len(alphabet)).astype(np.int64)]
     span = gene["range"]

@@ -10,23 +10,26 @@ from ecs_eco._lazy import lazy
 
 if TYPE_CHECKING:
     from ecs_eco.config.features.feature import Feature as Feature
-    from ecs_eco.config.formula import Formula as Formula
-    from ecs_eco.config.formula import FormulaError as FormulaError
-    from ecs_eco.config.formula import compile_formula as compile_formula
-    from ecs_eco.config.loading import for_training as for_training
-    from ecs_eco.config.loading import load as load
+    from ecs_eco.config.formula import (
+        Formula as Formula,
+        FormulaError as FormulaError,
+        compile_formula as compile_formula,
+    )
+    from ecs_eco.config.loading import for_training as for_training, load as load
     from ecs_eco.config.models.world import WorldConfig as WorldConfig
-    from ecs_eco.inputs.section import ANEW as ANEW
-    from ecs_eco.inputs.section import FREE as FREE
-    from ecs_eco.inputs.section import Count as Count
-    from ecs_eco.inputs.section import Name as Name
-    from ecs_eco.inputs.section import NonNegative as NonNegative
-    from ecs_eco.inputs.section import Positive as Positive
-    from ecs_eco.inputs.section import Real as Real
-    from ecs_eco.inputs.section import Section as Section
-    from ecs_eco.inputs.section import Share as Share
-    from ecs_eco.inputs.section import about as about
-    from ecs_eco.inputs.section import quantity as quantity
+    from ecs_eco.inputs.section import (
+        ANEW as ANEW,
+        FREE as FREE,
+        Count as Count,
+        Name as Name,
+        NonNegative as NonNegative,
+        Positive as Positive,
+        Real as Real,
+        Section as Section,
+        Share as Share,
+        about as about,
+        quantity as quantity,
+    )
 
 __getattr__ = lazy(
     __name__,

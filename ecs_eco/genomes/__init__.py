@@ -10,21 +10,20 @@ from typing import TYPE_CHECKING
 from ecs_eco._lazy import lazy
 
 if TYPE_CHECKING:
-    from ecs_eco.genomes.alphabet import DNA as DNA
-    from ecs_eco.genomes.alphabet import Alphabet as Alphabet
-    from ecs_eco.genomes.batch import Operators as Operators
-    from ecs_eco.genomes.batch import operators_of as operators_of
+    from ecs_eco.genomes.alphabet import DNA as DNA, Alphabet as Alphabet
+    from ecs_eco.genomes.batch import Operators as Operators, operators_of as operators_of
     from ecs_eco.genomes.choices import CHOICES as CHOICES
-    from ecs_eco.genomes.fit import Fitted as Fitted
-    from ecs_eco.genomes.fit import fit_network as fit_network
+    from ecs_eco.genomes.fit import Fitted as Fitted, fit_network as fit_network
     from ecs_eco.genomes.layout import Layout as Layout
     from ecs_eco.genomes.models import Gene as Gene
     from ecs_eco.genomes.operators import toolbox_of as toolbox_of
     from ecs_eco.genomes.traits import Trait as Trait
     from ecs_eco.genomes.variable_layout import layout_of as layout_of
-    from ecs_eco.genomes.variety import diversity as diversity
-    from ecs_eco.genomes.variety import frequencies as frequencies
-    from ecs_eco.genomes.variety import statistics as statistics
+    from ecs_eco.genomes.variety import (
+        diversity as diversity,
+        frequencies as frequencies,
+        statistics as statistics,
+    )
 
 __getattr__ = lazy(
     __name__,

@@ -12,8 +12,7 @@ from itertools import takewhile
 
 from ecs_eco.components import Biology, Metabolism, Physical
 from ecs_eco.config.loading import WorldSource, island_of, load
-from ecs_eco.config.models.interventions import Intervention
-from ecs_eco.config.models.interventions import describe as in_words
+from ecs_eco.config.models.interventions import Intervention, describe as in_words
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.ecosystem import World
