@@ -349,22 +349,6 @@ def hypot(x, y):
     return np.sqrt(x * x + y * y)
 
 
-ONE = {
-    "exp": exp,
-    "exp2": exp2,
-    "expm1": expm1,
-    "log": log,
-    "log2": log2,
-    "log10": log10,
-    "log1p": log1p,
-    "sin": sin,
-    "cos": cos,
-    "tan": tan,
-    "asin": asin,
-    "acos": acos,
-    "atan": atan,
-    "sinh": sinh,
-    "cosh": cosh,
-    "tanh": tanh,
-}  # functions of one argument by their C names
+_ONE = exp, exp2, expm1, log, log2, log10, log1p, sin, cos, tan, asin, acos, atan, sinh, cosh, tanh
+ONE: dict[str, Any] = {function.__name__: function for function in _ONE}  # of one argument, by C names
 TWO = {"pow": power, "atan2": atan2, "hypot": hypot}  # and of two
