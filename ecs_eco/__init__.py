@@ -19,110 +19,61 @@ if (
         sys.path.append(_here)
 from typing import TYPE_CHECKING
 
-from ecs_eco._lazy import find_former_names, lazy, listing
+from ecs_eco._lazy import find_former_names, lazy
 from ecs_eco.compiled.portable import begin as _begin_portable
 
 if TYPE_CHECKING:
     from ecs_eco import (
-        analysis,
-        components,
-        config,
-        genomes,
-        lab,
-        learning,
-        record,
-        rl,
-        runs,
-        space,
-        systems,
-        testing,
-        view,
-        worlds,
+        analysis as analysis,
+        components as components,
+        config as config,
+        genomes as genomes,
+        lab as lab,
+        learning as learning,
+        record as record,
+        rl as rl,
+        runs as runs,
+        space as space,
+        systems as systems,
+        testing as testing,
+        view as view,
+        worlds as worlds,
     )
-    from ecs_eco.compiled.jit import njit
-    from ecs_eco.ecosystem import World
-    from ecs_eco.engine.phases import PHASES
-    from ecs_eco.engine.random import draw
+    from ecs_eco.compiled.jit import njit as njit
+    from ecs_eco.ecosystem import World as World
+    from ecs_eco.engine.phases import PHASES as PHASES
+    from ecs_eco.engine.random import draw as draw
     from ecs_eco.engine.schema import (
-        boolean,
-        column,
-        component,
-        f32,
-        f64,
-        i8,
-        i16,
-        i32,
-        i64,
-        u8,
-        u16,
-        u32,
-        u64,
+        boolean as boolean,
+        column as column,
+        component as component,
+        f32 as f32,
+        f64 as f64,
+        i8 as i8,
+        i16 as i16,
+        i32 as i32,
+        i64 as i64,
+        u8 as u8,
+        u16 as u16,
+        u32 as u32,
+        u64 as u64,
     )
-    from ecs_eco.engine.system import System
-    from ecs_eco.engine.table import Table
+    from ecs_eco.engine.system import System as System
+    from ecs_eco.engine.table import Table as Table
 
-__all__ = [
-    "PHASES",
-    "System",
-    "Table",
-    "World",
-    "analysis",
-    "boolean",
-    "column",
-    "component",
-    "components",
-    "config",
-    "draw",
-    "f32",
-    "f64",
-    "genomes",
-    "i8",
-    "i16",
-    "i32",
-    "i64",
-    "lab",
-    "learning",
-    "njit",
-    "record",
-    "rl",
-    "runs",
-    "space",
-    "systems",
-    "testing",
-    "u8",
-    "u16",
-    "u32",
-    "u64",
-    "view",
-    "worlds",
-]
-_HOME = {
-    "World": "ecosystem",
-    "System": "engine.system",
-    "PHASES": "engine.phases",
-    "Table": "engine.table",
-    "njit": "compiled.jit",
-    "draw": "engine.random",
-}
-_TYPES = (
-    "column",
-    "component",
-    "boolean",
-    "f32",
-    "f64",
-    "i8",
-    "i16",
-    "i32",
-    "i64",
-    "u8",
-    "u16",
-    "u32",
-    "u64",
+__getattr__ = lazy(
+    __name__,
+    {
+        ".ecosystem": "World",
+        ".engine.system": "System",
+        ".engine.phases": "PHASES",
+        ".engine.table": "Table",
+        ".compiled.jit": "njit",
+        ".engine.random": "draw",
+        ".engine.schema": "column component boolean f32 f64 i8 i16 i32 i64 u8 u16 u32 u64",
+    },
+    "analysis components config genomes lab learning record rl runs space systems testing view worlds",
 )
-_HOME |= dict.fromkeys(_TYPES, "engine.schema")
-_ROOMS = [name for name in __all__ if name not in _HOME]
-__getattr__ = lazy(__name__, {name: f"ecs_eco.{module}" for name, module in _HOME.items()}, _ROOMS)
-__dir__ = listing(globals(), __all__)
 find_former_names()
 _begin_portable()  # if ECS_ECO_PORTABLE is set; must precede any import of numpy
 __version__ = "0.2.0"

@@ -33,20 +33,26 @@ FORMER = {  # public modules of earlier versions; an entry for a package covers 
 }
 
 
-def lazy(package: str, modules: Mapping[str, str], rooms: Sequence[str] = ()) -> Callable[[str], Any]:
-    """Return a package's `__getattr__`, given the module of each name, and the subpackages (`rooms`)."""
+def lazy(package: str, homes: Mapping[str, str], subpackages: str = "") -> Callable[[str], Any]:
+    """Return a package's `__getattr__`, and set its `__all__` and `__dir__`, given the names that each module
+    defines and the package's public subpackages, separated by spaces."""
+    modules = {name: module for module, names in homes.items() for name in names.split()}
+    public = [*modules, *subpackages.split()]
+    loaded = vars(sys.modules[package])
 
     def find(name: str) -> Any:
+        if name in modules:
+            return getattr(import_module(modules[name], package), name)
         present = present_name(f"{package}.{name}")
         if present and file_of(name) != name:  # a class
             warnings.warn(f"{package}.{name} is now {present}", DeprecationWarning, stacklevel=2)
             return getattr(import_module(package), present.rpartition(".")[2])
-        if name in rooms or present:
+        if present or name in public:
             return import_module(f"{package}.{name}")
-        if name not in modules:
-            raise AttributeError(f"{package} has no {name!r}; it has {', '.join((*modules, *rooms))}")
-        return getattr(import_module(modules[name]), name)
+        raise AttributeError(f"{package} has no {name!r}; it has {', '.join(public)}")
 
+    loaded["__all__"] = public
+    loaded["__dir__"] = lambda: sorted({*loaded["__all__"], *(name for name in loaded if name[:2] == "__")})
     return find
 
 
@@ -78,11 +84,6 @@ class Later:
 def file_of(name: str) -> str:
     """Return the module name of a class in a package with one class per file: give_birth for GiveBirth."""
     return re.sub(r"(?<!^)(?=[A-Z])", "_", name).lower()
-
-
-def listing(loaded: Mapping[str, Any], public: Sequence[str]) -> Callable[[], list[str]]:
-    """Return a package's `__dir__`: its public names, loaded or not, and the standard module attributes."""
-    return lambda: sorted({*public, *(name for name in loaded if name.startswith("__"))})
 
 
 class Former(MetaPathFinder, Loader):

@@ -13,7 +13,7 @@ from types import MappingProxyType
 from typing import Any, NoReturn, Self
 
 from ecs_eco import debug
-from ecs_eco._lazy import lazy
+from ecs_eco._lazy import Later
 from ecs_eco.config.loading import WorldSource
 from ecs_eco.engine.errors import UnknownName, unknown_name
 from ecs_eco.engine.interruption import require_whole
@@ -32,7 +32,7 @@ from ecs_eco.worlds.build import build
 from ecs_eco.worlds.policies import Learn, Policies, policy
 
 # higher-level or slow packages, imported by the methods that use them
-_above = lazy(__name__, {"plot": "ecs_eco.analysis.figures", "view": "ecs_eco.view.watch"})
+_figures, _watch = Later("ecs_eco.analysis.figures"), Later("ecs_eco.view.watch")
 
 
 class World(SpatialWorld):
@@ -445,7 +445,7 @@ class World(SpatialWorld):
         >>> figure = World.from_config("predator-prey", seed=1).run(3).plot(species=["deer", "wolf"])
         >>> figure.savefig("animals.png")
         """
-        return _above("plot")(self, column, species)
+        return _figures.plot(self, column, species)
 
     def view(self, ticks: int | None = None, **how: Any) -> Any:
         """Show this live world in a notebook's output cell or, outside a notebook, in the browser until Ctrl-C.
@@ -473,7 +473,7 @@ class World(SpatialWorld):
         >>> world = World.from_config("predator-prey", seed=1)
         >>> world.view(ticks=500, speed=20)  # doctest: +SKIP
         """
-        return _above("view")(self, ticks, **how)
+        return _watch.view(self, ticks, **how)
 
     def policy(self, species: str, uid: int | None = None) -> Any:
         """Return a copy of a policy as a torch module in evaluation mode.

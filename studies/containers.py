@@ -284,8 +284,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     """Test one chunk of folders of one kind."""
     import os
 
-    from studies.common.malicious.ground import KINDS as ENDS
-    from studies.common.malicious.ground import Attack, ground, judged
+    from studies.common.malicious.ground import KINDS as ENDS, Attack, ground, judged
 
     before, done = os.environ["PATH"], []
     with ground() as place:
@@ -324,8 +323,7 @@ def _finished(folder: Path) -> set[Path]:
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     """Count the outcomes of attempts by kind of container."""
-    from studies.common.malicious.ground import KINDS as ENDS
-    from studies.common.malicious.ground import REFUSED, TRACEBACK, UNNAMED
+    from studies.common.malicious.ground import KINDS as ENDS, REFUSED, TRACEBACK, UNNAMED
 
     def of(key: str, kind: str = "") -> int:
         return sum(

@@ -99,7 +99,7 @@ def _of_python(content: str) -> Iterator[tuple[int, str, str]]:
                     "docstring",
                     re.sub(r"^ *(>>>|\.\.\.|\w+ : ).*$", "", node.value, flags=re.M),
                 )
-            elif len(re.findall(r"[a-z]{2,} ", node.value)) >= 2:
+            elif len(re.findall(r"\b[a-z]{2,} ", node.value)) >= 2:
                 yield node.lineno, "text", node.value
     for token in tokenize.generate_tokens(io.StringIO(content).readline):
         if token.type == tokenize.COMMENT:

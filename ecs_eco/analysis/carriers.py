@@ -210,20 +210,10 @@ def _values(
     if "values" in gene:
         distinct = list(dict.fromkeys(gene["values"]))
         names = [f"{v:g}" for v in distinct]
-        meaning = {w: distinct.index(gene["values"][codon_number(w, alphabet)]) for w in words}
+        meaning = {w: distinct.index(v) for w, v in zip(words, numbers(words, gene, alphabet), strict=True)}
     else:
         names, meaning = words, {w: i for i, w in enumerate(words)}
     return tuple(names), [np.array([meaning.get(w, -1) for w in cut])[which] for cut, which in codons]
-
-
-def codon_number(codon: str, alphabet: str) -> int:
-    """Return a codon's index among all codons, sorted in alphabet order."""
-    number = 0
-    for letter in codon:
-        if letter not in alphabet:
-            raise ValueError(f"codon {codon!r} has the letter {letter!r}; the alphabet is {alphabet!r}")
-        number = number * len(alphabet) + alphabet.index(letter)
-    return number
 
 
 def has_few_values(gene: dict[str, Any]) -> bool:
@@ -441,7 +431,9 @@ def numbers(words: Sequence[str], gene: dict[str, Any], alphabet: str) -> np.nda
     place = np.minimum(np.searchsorted(np.array(list(alphabet))[order], letters), len(alphabet) - 1)
     digits = order[place]
     if (strange := np.array(list(alphabet))[digits] != letters).any():
-        raise ValueError(f"gene {gene['name']!r}: the letter {letters[strange][0]!r} is not in {alphabet!r}")
+        raise ValueError(
+            f"gene {gene['name']!r}: the letter {str(letters[strange][0])!r} is not in {alphabet!r}"
+        )
     if "values" in gene:
         return np.array(gene["values"], float)[_number(digits, len(alphabet)).astype(np.int64)]
     span = gene["range"]

@@ -22,10 +22,10 @@ from ecs_eco.analysis.style import (
     grid_of_arms,
     many_and_one,
     panels,
+    save as save,
+    save_svg as save_svg,
     styled,
 )
-from ecs_eco.analysis.style import save as save
-from ecs_eco.analysis.style import save_svg as save_svg
 from ecs_eco.analysis.survival import SurvivalCurve
 from ecs_eco.analysis.svg import DIM
 from ecs_eco.config.models.interventions import describe

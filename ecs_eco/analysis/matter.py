@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 import pyarrow as pa
 
-from ecs_eco.analysis.learning import read as read_kind
-from ecs_eco.analysis.learning import thinned
+from ecs_eco.analysis.learning import read as read_kind, thinned
 from ecs_eco.analysis.page import bullets, drawn, number, table
 from ecs_eco.analysis.runs import Series
 from ecs_eco.analysis.style import PALETTE, Figure, colors_of, panels, styled

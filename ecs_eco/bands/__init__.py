@@ -6,8 +6,4 @@ A system declares its divisible work through `world.bands` (`ecs_eco.space.one_b
 
 from ecs_eco._lazy import lazy
 
-__all__ = ["Bands", "Divided", "divide"]
-__getattr__ = lazy(
-    __name__,
-    {"Bands": "ecs_eco.bands.bands", "Divided": "ecs_eco.bands.divided", "divide": "ecs_eco.bands.begin"},
-)
+__getattr__ = lazy(__name__, {".bands": "Bands", ".divided": "Divided", ".begin": "divide"})

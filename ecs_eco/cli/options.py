@@ -14,6 +14,11 @@ def number(help: str, *names: str, least: int = 1, most: int = 10**12, metavar: 
     return typer.Option(*names, parser=whole(least, most), metavar=metavar, help=help)
 
 
+def option(help: str, *names: str, metavar: str = "NAME") -> Any:
+    """Return an option that takes a text."""
+    return typer.Option(*names, metavar=metavar, help=help)
+
+
 def new_folder(help: str) -> Any:
     """Return an option that takes the path of a folder."""
     return typer.Option(parser=path_of, metavar="PATH", help=help)
@@ -28,10 +33,10 @@ Seed = Annotated[
 ]
 Set = Annotated[
     list[str] | None,
-    typer.Option(
+    option(
+        "Change a value of the world, such as species.deer.count=500. Repeatable.",
         "--set",
         metavar="KEY=VALUE",
-        help="Change a value of the world, such as species.deer.count=500. Repeatable.",
     ),
 ]
 Out = Annotated[Path | None, new_folder("Results folder: new or empty. Default: in runs/.")]
@@ -43,9 +48,9 @@ Learn = Annotated[
 ]
 Policies = Annotated[
     str,
-    typer.Option(
+    option(
+        "Initial policies: trained, random, untrained, or a folder written by `train`.",
         metavar="trained|random|DIR",
-        help="Initial policies: trained, random, untrained, or a folder written by `train`.",
     ),
 ]
 Watch = Annotated[
@@ -79,17 +84,15 @@ Divided = Annotated[
 ]
 On = Annotated[
     str,
-    typer.Option(
-        "--on", metavar="local|ray", help="Where to run: in processes on this machine, or on a Ray cluster."
-    ),
+    option("Where to run: in processes on this machine, or on a Ray cluster.", "--on", metavar="local|ray"),
 ]
 Workers = Annotated[
     int | None, number("Number of processes, with one thread each. Default: 2; on Ray, all CPUs.", most=1024)
 ]
 Report = Annotated[bool, typer.Option("--report/--no-report", help="Draw figures at the end.")]
-Of = Annotated[str | None, typer.Option(metavar="NAME", help="Only this species.")]
+Of = Annotated[str | None, option("Only this species.")]
 Run = Annotated[Path, typer.Argument(metavar="DIR", help="A folder written by `run`.")]
-Size = Annotated[str, typer.Option(metavar="WIDTHxHEIGHT", help="In pixels.")]
+Size = Annotated[str, option("In pixels.", metavar="WIDTHxHEIGHT")]
 
 
 @dataclass(frozen=True)

@@ -49,8 +49,7 @@ from ecs_eco.lab.executors import LOCAL, check_engine
 from ecs_eco.record.archipelago import is_archipelago
 from ecs_eco.record.details import how_many
 from ecs_eco.runs.repeat import repeat as repeat_run
-from ecs_eco.runs.run import fork, read_manifest, run_to_folder, world_at
-from ecs_eco.runs.run import resume as resume_run
+from ecs_eco.runs.run import fork, read_manifest, resume as resume_run, run_to_folder, world_at
 from ecs_eco.worlds.first_start import known_to_list, two_processes
 
 if TYPE_CHECKING:

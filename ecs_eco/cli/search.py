@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from concurrent.futures import BrokenExecutor
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from ecs_eco.cli.folders import results
-from ecs_eco.cli.options import On, Quiet, Set, Trust, Workers, World, new_folder, number
+from ecs_eco.cli.options import On, Quiet, Set, Trust, Workers, World, new_folder, number, option
 from ecs_eco.cli.terminal import FAILED, INTERRUPTED, complain, exits, refuse, say, shown
 from ecs_eco.cli.trust import allow
 from ecs_eco.config import load
@@ -22,24 +23,23 @@ from ecs_eco.lab.ray_executor import WorkerLost
 from ecs_eco.lab.searching.course import Search
 from ecs_eco.lab.searching.journal import has_search
 
+_seeds = partial(number, most=1000)
+
 
 @exits
 def search(
     world: World,
     range_: Annotated[
         list[str] | None,
-        typer.Option(
+        option(
+            "Value to vary, in addition to the ranges in the file. Repeatable.",
             "--range",
             metavar="KEY=LOW:HIGH",
-            help="Value to vary, in addition to the ranges in the file. Repeatable.",
         ),
     ] = None,
     objective: Annotated[
         str | None,
-        typer.Option(
-            metavar="NAME",
-            help="persistence, cycling, population, data or module:function. Default: as in the world file.",
-        ),
+        option("persistence, cycling, population, data or module:function. Default: as in the world file."),
     ] = None,
     budget: Annotated[
         float | None,
@@ -49,30 +49,19 @@ def search(
         int | None, number("Number of candidates, instead of or in addition to --budget.")
     ] = None,
     ticks: Annotated[int | None, number("Ticks of a full run.")] = None,
-    world_seeds: Annotated[int | None, number("Number of world seeds per candidate.", most=1000)] = None,
-    training_seeds: Annotated[
-        int | None, number("Number of training seeds per candidate.", most=1000)
-    ] = None,
+    world_seeds: Annotated[int | None, _seeds("Number of world seeds per candidate.")] = None,
+    training_seeds: Annotated[int | None, _seeds("Number of training seeds per candidate.")] = None,
     policies: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME", help="trained, random, untrained, train (for each candidate) or train-once."
-        ),
+        str | None, option("trained, random, untrained, train (for each candidate) or train-once.")
     ] = None,
     training_ticks: Annotated[int | None, number("Ticks of a training run.")] = None,
-    confirm_world_seeds: Annotated[
-        int | None, number("Number of world seeds for confirmation.", most=1000)
-    ] = None,
+    confirm_world_seeds: Annotated[int | None, _seeds("Number of world seeds for confirmation.")] = None,
     confirm_training_seeds: Annotated[
-        int | None, number("Number of training seeds for confirmation.", most=1000)
+        int | None, _seeds("Number of training seeds for confirmation.")
     ] = None,
     confirm_ticks: Annotated[int | None, number("Ticks of a confirmation run.")] = None,
     optimiser: Annotated[
-        str,
-        typer.Option(
-            metavar="NAME",
-            help="gp, tpe or random (a baseline); abc or abc-smc samples values that fit [data].",
-        ),
+        str, option("gp, tpe or random (a baseline); abc or abc-smc samples values that fit [data].")
     ] = "gp",
     seed: Annotated[int | None, number("Seed of the optimizer.", least=0, most=2**63 - 1)] = None,
     workers: Workers = None,

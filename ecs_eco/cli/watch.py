@@ -25,8 +25,7 @@ from ecs_eco.view.islands import watch_islands
 from ecs_eco.view.live import Live
 from ecs_eco.view.pair import Pair, Picker
 from ecs_eco.view.replay import Replay
-from ecs_eco.view.watch import Window
-from ecs_eco.view.watch import watch as serve
+from ecs_eco.view.watch import Window, watch as serve
 from ecs_eco.worlds.policies import POLICIES
 
 

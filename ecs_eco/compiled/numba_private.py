@@ -22,13 +22,16 @@ from typing import TYPE_CHECKING, Any
 import llvmlite.binding as llvm
 import numba
 from numba import _dynfunc, types  # type: ignore[attr-defined]
-from numba.core import compiler_machinery, ir
-from numba.core import serialize as serialize
+from numba.core import compiler_machinery, ir, serialize as serialize
 from numba.core.caching import NullCache as NullCache
 from numba.core.ccallback import CFunc
 from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import CompilerBase, DefaultPassBuilder, compile_result
-from numba.core.compiler import CompileResult as CompileResult
+from numba.core.compiler import (
+    CompilerBase,
+    CompileResult as CompileResult,
+    DefaultPassBuilder,
+    compile_result,
+)
 from numba.core.cpu import CPUTargetOptions
 from numba.core.environment import Environment, lookup_environment
 from numba.core.lowering import Lower
@@ -48,8 +51,7 @@ if TYPE_CHECKING:
     from numba.core.cpu import CPUContext as CPUContext
     from numba.core.datamodel import DataModelManager as DataModelManager
     from numba.core.funcdesc import FunctionDescriptor
-    from numba.core.typing import Context as Context
-    from numba.core.typing import Signature as Signature
+    from numba.core.typing import Context as Context, Signature as Signature
 
 _register: Any = compiler_machinery.register_pass  # numba's decorators are not annotated
 ENVIRONMENT = "_ZN08NumbaEnv"  # prefix of variables that contain environments

@@ -22,9 +22,12 @@ from ecs_eco.compiled import portable
 from ecs_eco.compiled.numba_version import interpreted
 
 if TYPE_CHECKING:
-    from ecs_eco.compiled.numba_private import Context, DataModelManager
-    from ecs_eco.compiled.numba_private import CPUContext as CPUContext
-    from ecs_eco.compiled.numba_private import Signature as Signature
+    from ecs_eco.compiled.numba_private import (
+        Context,
+        CPUContext as CPUContext,
+        DataModelManager,
+        Signature as Signature,
+    )
 
     Typing: TypeAlias = Context
     Emit: TypeAlias = Callable[[CPUContext, ir.IRBuilder, Signature, Sequence[ir.Value]], ir.Value]

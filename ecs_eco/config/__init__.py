@@ -6,52 +6,38 @@ imports neither numba nor torch. Names are loaded when first used: `import ecs_e
 
 from typing import TYPE_CHECKING
 
-from ecs_eco._lazy import lazy, listing
+from ecs_eco._lazy import lazy
 
 if TYPE_CHECKING:
-    from ecs_eco.config.features.feature import Feature
-    from ecs_eco.config.formula import Formula, FormulaError, compile_formula
-    from ecs_eco.config.loading import for_training, load
-    from ecs_eco.config.models.world import WorldConfig
+    from ecs_eco.config.features.feature import Feature as Feature
+    from ecs_eco.config.formula import (
+        Formula as Formula,
+        FormulaError as FormulaError,
+        compile_formula as compile_formula,
+    )
+    from ecs_eco.config.loading import for_training as for_training, load as load
+    from ecs_eco.config.models.world import WorldConfig as WorldConfig
     from ecs_eco.inputs.section import (
-        ANEW,
-        FREE,
-        Count,
-        Name,
-        NonNegative,
-        Positive,
-        Real,
-        Section,
-        Share,
-        about,
-        quantity,
+        ANEW as ANEW,
+        FREE as FREE,
+        Count as Count,
+        Name as Name,
+        NonNegative as NonNegative,
+        Positive as Positive,
+        Real as Real,
+        Section as Section,
+        Share as Share,
+        about as about,
+        quantity as quantity,
     )
 
-_HOME = {  # modules that define names not in ecs_eco.inputs.section
-    "Feature": "ecs_eco.config.features.feature",
-    **dict.fromkeys(("Formula", "FormulaError", "compile_formula"), "ecs_eco.config.formula"),
-    **dict.fromkeys(("for_training", "load"), "ecs_eco.config.loading"),
-    "WorldConfig": "ecs_eco.config.models.world",
-}
-__all__ = [
-    "ANEW",
-    "FREE",
-    "Count",
-    "Feature",
-    "Formula",
-    "FormulaError",
-    "Name",
-    "NonNegative",
-    "Positive",
-    "Real",
-    "Section",
-    "Share",
-    "WorldConfig",
-    "about",
-    "compile_formula",
-    "for_training",
-    "load",
-    "quantity",
-]
-__getattr__ = lazy(__name__, {name: _HOME.get(name, "ecs_eco.inputs.section") for name in __all__})
-__dir__ = listing(globals(), __all__)
+__getattr__ = lazy(
+    __name__,
+    {
+        "ecs_eco.inputs.section": "ANEW Count FREE Name NonNegative Positive Real Section Share about quantity",
+        ".features.feature": "Feature",
+        ".formula": "Formula FormulaError compile_formula",
+        ".loading": "for_training load",
+        ".models.world": "WorldConfig",
+    },
+)

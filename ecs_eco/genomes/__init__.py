@@ -7,53 +7,36 @@ The layout of a genome defines its meaning; `ecs_eco.systems` uses the traits. N
 
 from typing import TYPE_CHECKING
 
-from ecs_eco._lazy import lazy, listing
+from ecs_eco._lazy import lazy
 
 if TYPE_CHECKING:
-    from ecs_eco.genomes.alphabet import DNA, Alphabet
-    from ecs_eco.genomes.batch import Operators, operators_of
-    from ecs_eco.genomes.choices import CHOICES
-    from ecs_eco.genomes.fit import Fitted, fit_network
-    from ecs_eco.genomes.layout import Layout
-    from ecs_eco.genomes.models import Gene
-    from ecs_eco.genomes.operators import toolbox_of
-    from ecs_eco.genomes.traits import Trait
-    from ecs_eco.genomes.variable_layout import layout_of
-    from ecs_eco.genomes.variety import diversity, frequencies, statistics
+    from ecs_eco.genomes.alphabet import DNA as DNA, Alphabet as Alphabet
+    from ecs_eco.genomes.batch import Operators as Operators, operators_of as operators_of
+    from ecs_eco.genomes.choices import CHOICES as CHOICES
+    from ecs_eco.genomes.fit import Fitted as Fitted, fit_network as fit_network
+    from ecs_eco.genomes.layout import Layout as Layout
+    from ecs_eco.genomes.models import Gene as Gene
+    from ecs_eco.genomes.operators import toolbox_of as toolbox_of
+    from ecs_eco.genomes.traits import Trait as Trait
+    from ecs_eco.genomes.variable_layout import layout_of as layout_of
+    from ecs_eco.genomes.variety import (
+        diversity as diversity,
+        frequencies as frequencies,
+        statistics as statistics,
+    )
 
-_HOME = {
-    "Alphabet": "alphabet",
-    "DNA": "alphabet",
-    "CHOICES": "choices",
-    "Gene": "models",
-    "Layout": "layout",
-    "Operators": "batch",
-    "toolbox_of": "operators",
-    "Trait": "traits",
-    "diversity": "variety",
-    "frequencies": "variety",
-    "statistics": "variety",
-    "Fitted": "fit",
-    "fit_network": "fit",
-    "layout_of": "variable_layout",
-    "operators_of": "batch",
-}
-__all__ = [
-    "CHOICES",
-    "DNA",
-    "Alphabet",
-    "Fitted",
-    "Gene",
-    "Layout",
-    "Operators",
-    "Trait",
-    "diversity",
-    "fit_network",
-    "frequencies",
-    "layout_of",
-    "operators_of",
-    "statistics",
-    "toolbox_of",
-]
-__getattr__ = lazy(__name__, {name: f"{__name__}.{module}" for name, module in _HOME.items()})
-__dir__ = listing(globals(), __all__)
+__getattr__ = lazy(
+    __name__,
+    {
+        ".alphabet": "Alphabet DNA",
+        ".batch": "Operators operators_of",
+        ".choices": "CHOICES",
+        ".fit": "Fitted fit_network",
+        ".layout": "Layout",
+        ".models": "Gene",
+        ".operators": "toolbox_of",
+        ".traits": "Trait",
+        ".variable_layout": "layout_of",
+        ".variety": "diversity frequencies statistics",
+    },
+)

@@ -9,24 +9,24 @@ terminal output `ecs_eco.cli`.
 
 from typing import TYPE_CHECKING
 
-from ecs_eco._lazy import lazy, listing
+from ecs_eco._lazy import lazy
 
 if TYPE_CHECKING:
-    from ecs_eco.lab.archipelago import Archipelago
-    from ecs_eco.lab.comparison import compare
-    from ecs_eco.lab.jobs import run_job
-    from ecs_eco.lab.pretraining import pretrain
-    from ecs_eco.lab.searching.run import search
-    from ecs_eco.lab.sweep import run_sweep
+    from ecs_eco.lab.archipelago import Archipelago as Archipelago
+    from ecs_eco.lab.comparison import compare as compare
+    from ecs_eco.lab.jobs import run_job as run_job
+    from ecs_eco.lab.pretraining import pretrain as pretrain
+    from ecs_eco.lab.searching.run import search as search
+    from ecs_eco.lab.sweep import run_sweep as run_sweep
 
-__all__ = ["Archipelago", "compare", "pretrain", "run_job", "run_sweep", "search"]
-_HOME = {
-    "Archipelago": "archipelago",
-    "compare": "comparison",
-    "pretrain": "pretraining",
-    "run_job": "jobs",
-    "run_sweep": "sweep",
-    "search": "searching.run",
-}
-__getattr__ = lazy(__name__, {name: f"ecs_eco.lab.{module}" for name, module in _HOME.items()})
-__dir__ = listing(globals(), __all__)
+__getattr__ = lazy(
+    __name__,
+    {
+        ".archipelago": "Archipelago",
+        ".comparison": "compare",
+        ".jobs": "run_job",
+        ".pretraining": "pretrain",
+        ".searching.run": "search",
+        ".sweep": "run_sweep",
+    },
+)

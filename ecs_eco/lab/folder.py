@@ -18,8 +18,7 @@ from ecs_eco.lab.arm import Arm
 from ecs_eco.lab.design import Design, Job, Settings, Training, plan_folder, treated
 from ecs_eco.lab.treatments import NotApplicable, species_with_policy
 from ecs_eco.record import container
-from ecs_eco.record.code import FOLDER as CODE
-from ecs_eco.record.code import check_code, keep_copies, noted, sources
+from ecs_eco.record.code import FOLDER as CODE, check_code, keep_copies, noted, sources
 from ecs_eco.record.container import Container, inside
 from ecs_eco.record.manifest import Config, Tick
 

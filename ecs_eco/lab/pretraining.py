@@ -17,8 +17,7 @@ from ecs_eco.config.ranges import key_of, real_key
 from ecs_eco.ecosystem import World
 from ecs_eco.engine.arguments import called_with, seed_number, whole_number
 from ecs_eco.lab.training_worlds import TrainingWorlds, counts_of
-from ecs_eco.learning.weights import hash_of
-from ecs_eco.learning.weights import save as save_weights
+from ecs_eco.learning.weights import hash_of, save as save_weights
 from ecs_eco.life.reconfigure import reconfigure
 from ecs_eco.record.seal import write_manifest
 from ecs_eco.worlds.policies import names_of

@@ -7,8 +7,7 @@ import os
 import socket
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from concurrent.futures import Executor, Future
-from concurrent.futures import wait as wait_for
+from concurrent.futures import Executor, Future, wait as wait_for
 from pathlib import Path
 from threading import Thread
 from types import TracebackType

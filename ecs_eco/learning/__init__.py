@@ -8,53 +8,34 @@ import PPO` imports neither torch nor numba.
 
 from typing import TYPE_CHECKING
 
-from ecs_eco._lazy import lazy, listing
+from ecs_eco._lazy import lazy
 
 if TYPE_CHECKING:
-    from ecs_eco.learning.brain import Brain
-    from ecs_eco.learning.choice import choose, choose_best
-    from ecs_eco.learning.continuous import CONTINUOUS
-    from ecs_eco.learning.individual import Individuals
-    from ecs_eco.learning.mlp import MLP, from_torch
-    from ecs_eco.learning.module_brain import ModuleBrain
-    from ecs_eco.learning.ppo import Learner
-    from ecs_eco.learning.rollout import Rollout
-    from ecs_eco.learning.settings import PPO
-    from ecs_eco.learning.torch_ppo import TorchLearner
-    from ecs_eco.learning.vector_env import Training, train
+    from ecs_eco.learning.brain import Brain as Brain
+    from ecs_eco.learning.choice import choose as choose, choose_best as choose_best
+    from ecs_eco.learning.continuous import CONTINUOUS as CONTINUOUS
+    from ecs_eco.learning.individual import Individuals as Individuals
+    from ecs_eco.learning.mlp import MLP as MLP, from_torch as from_torch
+    from ecs_eco.learning.module_brain import ModuleBrain as ModuleBrain
+    from ecs_eco.learning.ppo import Learner as Learner
+    from ecs_eco.learning.rollout import Rollout as Rollout
+    from ecs_eco.learning.settings import PPO as PPO
+    from ecs_eco.learning.torch_ppo import TorchLearner as TorchLearner
+    from ecs_eco.learning.vector_env import Training as Training, train as train
 
-__all__ = [
-    "CONTINUOUS",
-    "MLP",
-    "PPO",
-    "Brain",
-    "Individuals",
-    "Learner",
-    "ModuleBrain",
-    "Rollout",
-    "TorchLearner",
-    "Training",
-    "choose",
-    "choose_best",
-    "from_torch",
-    "train",
-]
-
-_HOME = {
-    "PPO": "settings",
-    "Brain": "brain",
-    "choose": "choice",
-    "choose_best": "choice",
-    "CONTINUOUS": "continuous",
-    "Individuals": "individual",
-    "Rollout": "rollout",
-    "Learner": "ppo",
-    "TorchLearner": "torch_ppo",
-    "ModuleBrain": "module_brain",
-    "MLP": "mlp",
-    "from_torch": "mlp",
-    "Training": "vector_env",
-    "train": "vector_env",
-}
-__getattr__ = lazy(__name__, {name: f"{__name__}.{module}" for name, module in _HOME.items()})
-__dir__ = listing(globals(), __all__)
+__getattr__ = lazy(
+    __name__,
+    {
+        ".brain": "Brain",
+        ".choice": "choose choose_best",
+        ".continuous": "CONTINUOUS",
+        ".individual": "Individuals",
+        ".mlp": "MLP from_torch",
+        ".module_brain": "ModuleBrain",
+        ".ppo": "Learner",
+        ".rollout": "Rollout",
+        ".settings": "PPO",
+        ".torch_ppo": "TorchLearner",
+        ".vector_env": "Training train",
+    },
+)

@@ -9,8 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from ecs_eco.compiled.vectors import LANES, every, load, prefetch, spread, store
-from ecs_eco.engine.blocks import BLOCK as ROWS_OF_BLOCK
-from ecs_eco.engine.blocks import apart, flat_block_of
+from ecs_eco.engine.blocks import BLOCK as ROWS_OF_BLOCK, apart, flat_block_of
 from ecs_eco.learning.arithmetic import fused_njit, lone_fused_njit, tanh
 from ecs_eco.learning.layers import layer_of
 from ecs_eco.learning.tiles import ROWS, product, round_up

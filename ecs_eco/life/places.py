@@ -21,8 +21,7 @@ from ecs_eco.space.geometry import Extent, into
 from ecs_eco.space.index import Entries
 from ecs_eco.space.shapes import touching
 from ecs_eco.space.sight import gather, offset
-from ecs_eco.space.solids import Solids
-from ecs_eco.space.solids import around as solids_around
+from ecs_eco.space.solids import Solids, around as solids_around
 from ecs_eco.space.terrain import ROCK, WATER, Ground, ground_at
 
 if TYPE_CHECKING:

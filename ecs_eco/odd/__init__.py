@@ -6,5 +6,4 @@ each `ecs_eco.engine.submodel.Submodel`. This package only arranges it.
 
 from ecs_eco._lazy import lazy
 
-__all__ = ["Document", "describe"]
-__getattr__ = lazy(__name__, {"Document": "ecs_eco.odd.document", "describe": "ecs_eco.odd.protocol"})
+__getattr__ = lazy(__name__, {".document": "Document", ".protocol": "describe"})

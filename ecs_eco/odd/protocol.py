@@ -12,17 +12,17 @@ from itertools import takewhile
 
 from ecs_eco.components import Biology, Metabolism, Physical
 from ecs_eco.config.loading import WorldSource, island_of, load
-from ecs_eco.config.models.interventions import Intervention
-from ecs_eco.config.models.interventions import describe as in_words
+from ecs_eco.config.models.interventions import Intervention, describe as in_words
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.ecosystem import World
+from ecs_eco.engine.comments import comments_of
 from ecs_eco.life.founders import energy_spread
 from ecs_eco.odd.concepts import concepts
 from ecs_eco.odd.document import Block, Document, Heading, Items, grid
 from ecs_eco.odd.model import Model
 from ecs_eco.odd.submodels import parameters, submodels
-from ecs_eco.odd.values import comments_of, first_sentence, keys_given, lists_of, shown, values_of
+from ecs_eco.odd.values import first_sentence, keys_given, lists_of, shown, values_of
 
 OTHERWISE = ("count", "age", "max_count", "at", "between", "heading", "color", "components", "policy", "ppo")
 """Keys of kinds that element 5 describes or that have no biological meaning."""

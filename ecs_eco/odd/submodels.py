@@ -6,20 +6,12 @@ import inspect
 import re
 from collections.abc import Iterator, Sequence
 
+from ecs_eco.engine.comments import comments_of
 from ecs_eco.engine.system import System
 from ecs_eco.inputs.section import NAMED, Section, Use
 from ecs_eco.odd.document import Block, Heading, Items, grid
 from ecs_eco.odd.model import Model, Part, is_built_in
-from ecs_eco.odd.values import (
-    Value,
-    applies,
-    comments_of,
-    first_sentence,
-    lists_of,
-    sentences,
-    shown,
-    values_of,
-)
+from ecs_eco.odd.values import Value, applies, first_sentence, lists_of, sentences, shown, values_of
 
 WIDEST = 6  # maximum number of kind columns in a parameter table
 FEW = 5  # maximum number of words in a docstring that serves only as a heading

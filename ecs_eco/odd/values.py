@@ -15,10 +15,7 @@ from ecs_eco.engine.table import Table
 from ecs_eco.inputs.section import Section, Use, function_name
 from ecs_eco.learning.settings import PPO
 
-_DECLARED = re.compile(
-    r"^(?P<space> *)(?:self\.)?(?P<name>\w+)\s*(?::[^=#\n]+)?(?:=[^#\n]*)?,?\s*# (?P<text>.*)$"
-)
-_UNIT, _UNIT_AT_END = re.compile(r"^\[([^]]*)\][,;]?\s*"), re.compile(r" \[([^]]*)\]$")
+_UNIT_AT_END = re.compile(r" \[([^]]*)\]$")
 TECHNICAL = ("device",)  # keys that never change results
 PPO_TEXTS = {field.name: str(field.metadata["doc"]) for field in dataclasses.fields(PPO)}
 
@@ -165,26 +162,3 @@ def sentences(thing: Any, whole: bool = True) -> str:
 def first_sentence(thing: Any) -> str:
     """Return the first sentence of a class's or function's docstring."""
     return re.split(r"(?<=[.!?])\s+(?=[A-Z`])", sentences(thing), maxsplit=1)[0]
-
-
-def comments_of(thing: Any) -> dict[str, tuple[str, str]]:
-    """Return the unit and meaning of each value that a class or module declares, from comments on or above."""
-    try:
-        lines = inspect.getsource(thing).splitlines()
-    except (OSError, TypeError):  # the class was created in an interactive session
-        return {}
-    found: dict[str, tuple[str, str]] = {}
-    above = ""
-    for line in lines:
-        if (bare := line.strip()).startswith("# "):
-            above = bare[2:]
-            continue
-        match = _DECLARED.match(line) or (
-            re.match(r" *(?P<name>\w+)(?P<text>)(?::| =) ", line) if above else None
-        )
-        if match is not None and match["name"] not in found:
-            text = match["text"] or above
-            unit = _UNIT.match(text)
-            found[match["name"]] = (unit[1], text[unit.end() :]) if unit else ("", text)
-        above = ""
-    return found

@@ -5,18 +5,18 @@ This package writes and reads these files. Statistics belong in `ecs_eco.analysi
 
 from typing import TYPE_CHECKING
 
-from ecs_eco._lazy import lazy, listing
+from ecs_eco._lazy import lazy
 
 if TYPE_CHECKING:
-    from ecs_eco.record.recorder import Recorder
+    from ecs_eco.record.recorder import Recorder as Recorder
 
-_HOME = {
-    "Recorder": "record.recorder",
-    "run_to_folder": "runs.run",
-    "resume": "runs.run",
-    "fork": "runs.run",
-    "write_report": "analysis.report",
-}  # names used in version 0.1
+# Recorder, and names used in version 0.1
+__getattr__ = lazy(
+    __name__,
+    {
+        ".recorder": "Recorder",
+        "ecs_eco.runs.run": "run_to_folder resume fork",
+        "ecs_eco.analysis.report": "write_report",
+    },
+)
 __all__ = ["Recorder"]
-__getattr__ = lazy(__name__, {name: f"ecs_eco.{module}" for name, module in _HOME.items()})
-__dir__ = listing(globals(), __all__)

@@ -7,18 +7,24 @@ Requires the `rl` extra: `pip install -e ".[rl]"`. Importing this package regist
 
 from typing import TYPE_CHECKING
 
-from ecs_eco._lazy import lazy, listing
-from ecs_eco.rl.registration import ENVIRONMENTS, register
+from ecs_eco._lazy import lazy
+from ecs_eco.rl.registration import register
 
 if TYPE_CHECKING:
-    from ecs_eco.rl.parallel import parallel_env
-    from ecs_eco.rl.sb3 import vec_env
-    from ecs_eco.rl.single import body
-    from ecs_eco.rl.vector import slots
+    from ecs_eco.rl.parallel import parallel_env as parallel_env
+    from ecs_eco.rl.registration import ENVIRONMENTS as ENVIRONMENTS
+    from ecs_eco.rl.sb3 import vec_env as vec_env
+    from ecs_eco.rl.single import body as body
+    from ecs_eco.rl.vector import slots as slots
 
-__all__ = ["ENVIRONMENTS", "body", "parallel_env", "slots", "vec_env"]
-
-_HOME = {"body": "single", "parallel_env": "parallel", "slots": "vector", "vec_env": "sb3"}
-__getattr__ = lazy(__name__, {name: f"ecs_eco.rl.{module}" for name, module in _HOME.items()})
-__dir__ = listing(globals(), __all__)
+__getattr__ = lazy(
+    __name__,
+    {
+        ".parallel": "parallel_env",
+        ".registration": "ENVIRONMENTS",
+        ".sb3": "vec_env",
+        ".single": "body",
+        ".vector": "slots",
+    },
+)
 register()

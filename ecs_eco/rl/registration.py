@@ -24,8 +24,7 @@ def register() -> None:
     """Register the environments with Gymnasium if it is installed and they are not yet registered."""
     if find_spec("gymnasium") is None:
         return
-    from gymnasium.envs.registration import register as enter
-    from gymnasium.envs.registration import registry
+    from gymnasium.envs.registration import register as enter, registry
 
     for name, (world, species) in ENVIRONMENTS.items():
         if (full := f"{NAMESPACE}/{name}") not in registry:

@@ -15,8 +15,7 @@ from ecs_eco.ecosystem import World
 from ecs_eco.engine import files
 from ecs_eco.engine.errors import RecordingError
 from ecs_eco.learning.weights import hash_of
-from ecs_eco.record import belonging, checkpoint
-from ecs_eco.record import freeze as frozen
+from ecs_eco.record import belonging, checkpoint, freeze as frozen
 from ecs_eco.record.claim import Claim, claimed, remove_start
 from ecs_eco.record.code import keep_copies, noted, recorded, sources
 from ecs_eco.record.folder import Folder

@@ -17,8 +17,7 @@ from ecs_eco.components.position import Position
 from ecs_eco.engine.addresses import Addresses
 from ecs_eco.engine.table import Table
 from ecs_eco.esper_bridge.world import World
-from ecs_eco.space import gate
-from ecs_eco.space import pairs as near
+from ecs_eco.space import gate, pairs as near
 from ecs_eco.space.environment import Environment
 from ecs_eco.space.field import Field
 from ecs_eco.space.geometry import Space

@@ -11,8 +11,7 @@ import numpy as np
 
 from ecs_eco.ecosystem import World
 from ecs_eco.engine.errors import CheckpointError
-from ecs_eco.record import freeze as frozen
-from ecs_eco.record import parts
+from ecs_eco.record import freeze as frozen, parts
 from ecs_eco.view.journal import Journal
 from ecs_eco.view.story import Story
 

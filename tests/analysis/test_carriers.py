@@ -2,7 +2,7 @@
 
 import pytest
 
-from ecs_eco.analysis.carriers import carriers, codon_number
+from ecs_eco.analysis.carriers import carriers, numbers
 from ecs_eco.analysis.figures import save
 from ecs_eco.analysis.lineage import ALIVE
 from tests.analysis.families import GENES, family
@@ -71,9 +71,10 @@ def test_carriers_of_genes_without_a_place_are_found_by_promoters_once_for_each_
 
 
 def test_codons_are_numbered_with_the_first_letter_first():
-    assert [codon_number(c, "ACGT") for c in ("A", "T", "CA", "TT", "CAG")] == [0, 3, 4, 15, 18]
-    with pytest.raises(ValueError, match="codon 'AX' has the letter 'X'; the alphabet is 'ACGT'"):
-        codon_number("AX", "ACGT")
+    size = {"name": "size", "letters": 2, "values": range(16)}
+    assert numbers(["AA", "AT", "CA", "TT"], size, "ACGT").tolist() == [0, 3, 4, 15]
+    with pytest.raises(ValueError, match="gene 'size': the letter 'X' is not in 'ACGT'"):
+        numbers(["AX"], size, "ACGT")
 
 
 def test_carriers_are_drawn_in_the_colour_of_their_gene(tmp_path):

@@ -12,8 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from ecs_eco.compiled import jit, kernel_folder
-from ecs_eco.compiled import kernel_cache as module
+from ecs_eco.compiled import jit, kernel_cache as module, kernel_folder
 from ecs_eco.compiled.kernel_cache import KernelCache
 from ecs_eco.compiled.kernel_folder import Folder, why_not_private
 from ecs_eco.compiled.numba_version import plain

@@ -6,8 +6,7 @@ from itertools import pairwise
 
 import pytest
 
-from ecs_eco import component, f32, u8
-from ecs_eco import components as shipped
+from ecs_eco import component, components as shipped, f32, u8
 from ecs_eco.config import load
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.shapes import policy_shapes

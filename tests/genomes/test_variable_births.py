@@ -5,8 +5,7 @@ from collections import Counter
 import numpy as np
 import pytest
 from deap import tools
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from scipy.stats import chi2, chi2_contingency
 
 from ecs_eco.genomes.unequal import UnequalCrossover

@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.genomes import Gene, Layout, diversity, frequencies, layout_of, statistics

@@ -14,8 +14,7 @@ from typing import Any
 import pytest
 
 from ecs_eco.engine.errors import ForeignFile
-from ecs_eco.lab import run_sweep, work
-from ecs_eco.lab import sweep as run
+from ecs_eco.lab import run_sweep, sweep as run, work
 from ecs_eco.lab.design import design_of
 from ecs_eco.lab.folder import Sweep, begin, read_sweep
 from ecs_eco.lab.plan import read_plan

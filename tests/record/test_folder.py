@@ -238,7 +238,7 @@ def test_genomes_are_strings_that_repeat_or_do_not(tmp_path):
 def test_the_manifest_names_the_genes_of_a_layout():
     from types import SimpleNamespace
 
-    from ecs_eco.analysis.carriers import codon_number
+    from ecs_eco.analysis.carriers import numbers
     from ecs_eco.genomes import Gene, Layout
     from ecs_eco.life.kind import Kind
     from ecs_eco.record.genomes import genes_of
@@ -281,8 +281,8 @@ def test_the_manifest_names_the_genes_of_a_layout():
         ],
     }
     row = layout.encode({"red": -1, "size": 0.2, "song": 11})[0]
-    # codons mean the same to those who read a folder
-    assert codon_number("ACGU"[row[7]] + "ACGU"[row[8]], "ACGU") == 11
+    # codons mean the same to readers of a folder
+    assert numbers(["ACGU"[row[7]] + "ACGU"[row[8]]], described["genes"][2], "ACGU") == 11
     assert genes_of(SimpleNamespace(species=Kind())) is None
     assert genes_of(SimpleNamespace(species=Kind(heredity=SimpleNamespace(layout=None)))) is None
 

@@ -7,8 +7,7 @@ import sys
 import esper
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
 
 from ecs_eco import System, World, component, f32
 from ecs_eco.components import Biology, Metabolism, Position

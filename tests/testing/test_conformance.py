@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from ecs_eco import System, World, components, f32, systems
-from ecs_eco import component as declare
+from ecs_eco import System, World, component as declare, components, f32, systems
 from ecs_eco.components import Metabolism, Position
 from ecs_eco.config import load
 from ecs_eco.config.shipped import shipped
@@ -18,8 +17,8 @@ from ecs_eco.testing import (
     difference,
     shuffle,
     state,
+    system as system_checks,
 )
-from ecs_eco.testing import system as system_checks
 from tests.worlds.aviary import AVIARY
 from tests.worlds.own_worlds import WORLDS
 

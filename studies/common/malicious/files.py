@@ -105,8 +105,7 @@ def checkpoints_by_mutation(ground: Ground, seed: int, number: int) -> Iterator[
 
 def _checkpoint(ground: Ground, label: str, content: Any, turn: int) -> Attack:
     from ecs_eco import World
-    from ecs_eco.record import checkpoint as file
-    from ecs_eco.record import fork
+    from ecs_eco.record import checkpoint as file, fork
 
     run = ground.copy_of_run()
     _put_evil(ground, run)
