@@ -4,9 +4,9 @@ texts.
     python tools/plain_words.py [FILE or FOLDER …]  [--count]
 
 Prints FILE:LINE, the words found and a replacement, and exits with 1 if there are any.
-`tools/plain_words.toml` lists the rules. Code, code spans and quoted text are ignored. So are claims and
-result labels, which stay as registered and stored (evidence pages, and study texts other than docstrings and
-comments), and the shipped worlds' code, which their hashes cover.
+`tools/plain_words.toml` lists the rules. Code, code spans and quoted text are ignored. So are evidence pages
+and labels of registered or stored results, which cannot change, and the shipped worlds' code, which their
+hashes cover.
 """
 
 from __future__ import annotations
@@ -21,9 +21,11 @@ import tomllib
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
+STUDIES = ROOT / "studies"
 PLACES = (
     "README.md",
     "CONTRIBUTING.md",
@@ -39,6 +41,8 @@ BLANKS = re.compile(
     r"```.*?^```$|\{[^{}\n]*\}|`[^`\n]*`|\[\^?[^\]]*\]:.*$|\]\([^)]*\)|<[^>]*>|https?://\S+|\"[^\"\n]{1,60}\"",
     re.M | re.S,
 )
+
+STRING = re.compile(r"\"([^\"]+)\"|`([^`]+)`|>(\w[^<>\"`]+)<")  # on one line of TOML, JS or HTML
 
 
 @dataclass(frozen=True)
@@ -65,22 +69,28 @@ def rules() -> list[Rule]:
 
 def texts(path: Path) -> Iterator[tuple[int, str, str]]:
     """Yield the first line, kind and content of each human-readable text in a file."""
-    content = path.read_text(encoding="utf-8")
-    if path.suffix == ".md":
+    content, suffix = path.read_text(encoding="utf-8"), _suffix(path)
+    if suffix == ".md":
         yield 1, "page", content
-    elif path.suffix == ".py":
+    elif suffix == ".py":
         yield from _of_python(content)
-    elif path.suffix in {".toml", ".js", ".html"}:
-        comment = re.compile(
-            r"#+ (.*)" if path.suffix == ".toml" else r"(?:^\s*/?\*\*?|//) (.*)|<!-- (.*) -->"
-        )
+    elif suffix in {".toml", ".js", ".html"}:
+        comment = re.compile(r"#+ (.*)" if suffix == ".toml" else r"(?:^\s*/?\*\*?|//) (.*)|<!-- (.*) -->")
         for number, row in enumerate(content.splitlines(), 1):
+            for string in STRING.finditer(row):
+                words = re.sub(r"\$?\{[^{}]*\}", "…", string[string.lastindex or 0])
+                if not re.search(r"[<>={}_&|]", words) and len(re.findall(r"[a-z]+\b.? ", words)) >= 3:
+                    yield number, "text", words
             if found := comment.search(row):
                 said = next(filter(None, found.groups()), "")
                 said = re.sub(
                     r"@\w+( \{.*\})?( \[?[\w.]+\]?)?|\w+: (\w+|\(.*\) => \w+)[;,}]", "", said
                 )  # types
                 yield number, "comment", said
+
+
+def _suffix(path: Path) -> str:
+    return Path(path.name.removesuffix(".template")).suffix
 
 
 def _of_python(content: str) -> Iterator[tuple[int, str, str]]:
@@ -106,10 +116,16 @@ def _of_python(content: str) -> Iterator[tuple[int, str, str]]:
             yield token.start[0], "comment", token.string.lstrip("# ")
 
 
+@cache
+def stored() -> str:
+    """Return all results and registrations of studies, whose labels cannot change."""
+    return "".join(p.read_text(encoding="utf-8") for p in STUDIES.glob("re*/*.*"))
+
+
 def findings(path: Path, among: list[Rule]) -> Iterator[tuple[int, str, str]]:
     """Yield the line, words and advice for each rule violation in a file."""
     for first, kind, text in texts(path):
-        if kind == "text" and "studies" in path.parts:
+        if kind == "text" and "studies" in path.parts and text in stored():
             continue
         prose = BLANKS.sub(lambda gap: re.sub(r"[^\n]", "¤", gap[0]), text)
         for rule in among:
@@ -121,7 +137,7 @@ def findings(path: Path, among: list[Rule]) -> Iterator[tuple[int, str, str]]:
 def files(places: list[Path]) -> Iterator[Path]:
     """Yield the files with texts at or below the given paths."""
     for place in places:
-        inside = sorted(p for p in place.rglob("*") if p.suffix in {".md", ".py", ".toml", ".js", ".html"})
+        inside = sorted(p for p in place.rglob("*") if _suffix(p) in {".md", ".py", ".toml", ".js", ".html"})
         yield from (
             [
                 p

@@ -40,7 +40,18 @@ from ecs_eco.cli.options import (
     new_folder,
     number,
 )
-from ecs_eco.cli.terminal import FAILED, INTERRUPTED, complain, exits, numbers, progress, refuse, say, stopped
+from ecs_eco.cli.terminal import (
+    FAILED,
+    INTERRUPTED,
+    complain,
+    exits,
+    numbers,
+    progress,
+    recorded,
+    refuse,
+    say,
+    stopped,
+)
 from ecs_eco.cli.trust import allow
 from ecs_eco.compiled import portable
 from ecs_eco.config import WorldConfig, load
@@ -123,6 +134,7 @@ def repeat(
     trust: Trust = False,
 ) -> None:
     """Repeat a recorded run with all its interventions, and check that the result is the same."""
+    recorded(folder)
     allow(trust, folder)
     with (
         nullcontext() if out is None else results(out, folder.name) as claim,
@@ -133,8 +145,7 @@ def repeat(
         f"repeated {result['ticks']} ticks of {result['world']} with {result['interventions']} interventions"
     )
     if result["same"]:
-        say(f"{done}: the same result, {result['digest'][:16]}")
-        return
+        return say(f"{done}: the same result, {result['digest'][:16]}")
     complain(
         f"{done}: DIFFERENT result, {result['digest'][:16]} instead of {result['recorded'][:16]}{result['why']}"
     )
@@ -170,6 +181,8 @@ def resume(
     divided: Divided = False,
 ) -> None:
     """Resume a run from its last checkpoint, or fork it with changed values."""
+    if not is_archipelago(folder):
+        recorded(folder)
     allow(trust, folder)
     changes = set_ or []
     how = How(quiet, threads, report, (port, not no_browser) if watch else None, workers, on)
@@ -177,8 +190,12 @@ def resume(
     if not (bands or divided):
         return lead(how)
     if from_tick is not None or changes or out is not None:
-        allowed = "resume without --from-tick, --set and --out"
-        refuse("--bands", "can only resume a run; a fork must start in one process", "", allowed)
+        refuse(
+            "--bands",
+            "can only resume a run; a fork must start in one process",
+            "",
+            "resume without --from-tick, --set and --out",
+        )
     manifest = read_manifest(folder)
 
     def build() -> Ecosystem:

@@ -88,8 +88,9 @@ def why(
     pages(out, folder)
     findings = write_why(folder, out)
     if json_:
-        say(json.dumps({k: v for k, v in findings.items() if k != "sentences"}, indent=1, ensure_ascii=False))
-        return
+        return say(
+            json.dumps({k: v for k, v in findings.items() if k != "sentences"}, indent=1, ensure_ascii=False)
+        )
     _print_blocks(findings["sentences"])
     say(f"\nwritten: {(out or folder) / 'why.html'}")
 
@@ -163,15 +164,16 @@ def _summary(lineage: Lineage, name: str) -> str:
     """Return a short summary of a species' lineage."""
     founders, alive = int(lineage.founders.sum()), lineage.alive(lineage.end)
     mean = f"{lineage.generation()[alive].mean():.1f}" if alive.any() else "none alive"
-    lines = [
-        name,
-        f"  without parents: {founders:,}",
-        f"  born to parents: {len(lineage) - founders:,}",
-        f"  alive at tick {lineage.end:,}: {int(alive.sum()):,}",
-        f"  their mean generation: {mean}",
-        f"  founders with living descendants: {len(lineage.founders_left()):,}",
-    ]
-    return "\n".join(lines)
+    return "\n".join(
+        [
+            name,
+            f"  without parents: {founders:,}",
+            f"  born to parents: {len(lineage) - founders:,}",
+            f"  alive at tick {lineage.end:,}: {int(alive.sum()):,}",
+            f"  their mean generation: {mean}",
+            f"  founders with living descendants: {len(lineage.founders_left()):,}",
+        ]
+    )
 
 
 @exits
@@ -191,6 +193,7 @@ def tracks(
     ] = False,
 ) -> None:
     """Export the positions of organisms as geographic data."""
+    recorded(folder)
     written = write_tracks(folder, file, species, lines)
     say(
         f"{written.places:,} positions of {written.individuals:,} organisms in {file}, in "

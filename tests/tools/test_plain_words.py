@@ -46,3 +46,30 @@ def test_docstrings_comments_and_messages_of_python_are_read(tmp_path):
 def test_good_english_is_left_alone(tmp_path):
     text = "The mean is 0.5 (95% interval: 0.4 to 0.6). There is no limit. It is no longer used.\n"
     assert found(tmp_path / "page.md", text) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("page.js", 'h("p", { text: "Click where nobody lives." });'),
+        ("page.js", "notice(`After tick ${tick} there is nobody.`);"),
+        ("page.html", '<b title="A place for nobody else">'),
+        ("page.html", "<p>There is nobody here.</p>"),
+        ("world.toml", 'description = "Grass that nobody eats."'),
+        ("project.toml.template", 'description = "Grass that nobody eats."'),
+        ("system.py.template", "nobody = 1  # nobody"),
+    ],
+)
+def test_texts_of_the_viewer_of_worlds_and_of_templates_are_read(tmp_path, name, text):
+    assert found(tmp_path / name, text) == [(1, "nobody")]
+
+
+def test_code_in_strings_is_passed_over(tmp_path):
+    assert found(tmp_path / "world.toml", 'when = "nobody > 0.8 or beside > 0.98"\n') == []
+
+
+def test_labels_of_stored_results_are_left_alone(tmp_path):
+    (tmp_path / "studies").mkdir()
+    label = 'LABEL = "yellow: selection coefficient where nobody learns"\n'
+    assert found(tmp_path / "studies" / "goats.py", label) == []
+    assert found(tmp_path / "studies" / "goats.py", label.replace("yellow", "blue")) == [(1, "nobody")]

@@ -287,5 +287,5 @@ def _command(*words: str) -> str:
     return (
         ""
         if done.exit_code == 0 or done.stderr.strip()
-        else f"{words[0]}: ends with {done.exit_code} and says nothing"
+        else f"{words[0]}: ends with {done.exit_code} and prints nothing"
     )

@@ -26,7 +26,7 @@ WORDS = [
     "world.toml",
     "case-",
     "`code` does not list",
-    "nobody has allowed",
+    "not allowed yet",
     "controls",
 ]
 
@@ -334,7 +334,7 @@ def journals(ground: Ground) -> Iterator[Attack]:
     lines = _searched(ground)[1]
     for name in ("evil:judge", "os:system", *ground.texts[:4]):
         for change in ({"objective": name}, {"world": name}, {"optimiser": name}):
-            yield _journal(ground, f"its head says {change}", [lines[0] | change, *lines[1:]])
+            yield _journal(ground, f"its head with {change}", [lines[0] | change, *lines[1:]])
         yield _journal(
             ground,
             f"values name {name[:30]}",
@@ -409,5 +409,5 @@ def _journal(ground: Ground, label: str, content: Any) -> Attack:
     return Attack(
         f"a journal: {label}",
         [*WORDS, "--out"],
-        [("search goes on", cli("search", whole, *again, "--out", folder))],
+        [("search continues", cli("search", whole, *again, "--out", folder))],
     )
