@@ -26,7 +26,7 @@ from ecs_eco.lab.plan import read_plan
 from ecs_eco.lab.slurm import Options, resume
 from ecs_eco.lab.status import Status, Survey
 from ecs_eco.lab.sweep import Outcome, do_jobs, unfinished
-from ecs_eco.lab.table import collect
+from ecs_eco.lab.table import collect, missing_for
 from ecs_eco.record import container
 from ecs_eco.record.claim import Claim
 from ecs_eco.record.code import FOLDER
@@ -43,10 +43,14 @@ def sweep_plan(
     trust: bool,
     sbatch: Sequence[str] = (),
     design: str | None = None,
+    most: int | None = None,
+    until: tuple[str, float] | None = None,
 ) -> None:
     """Run the jobs of a plan in a new folder, or continue in a folder begun with this plan."""
+    if until is not None and on == SLURM:
+        refuse("--until-width", "is not possible on SLURM", until[1], "--on local or ray")
     check_where(on, sbatch)
-    file = read_plan(plan, design)
+    file = read_plan(plan, design, most)
     world = file.plan.world
     allow(trust, world if named(world) is not None else file.folder / world)
     checked = design_of(file)
@@ -54,7 +58,7 @@ def sweep_plan(
     if out is not None and begun:
         check_plan(out, checked)
     with results(out, f"{Path(plan).stem}-sweep", begun) as claim:
-        do_sweep(begin(claim.path, checked), on, workers, quiet, sbatch)
+        do_sweep(begin(claim.path, checked), on, workers, quiet, sbatch, until)
 
 
 def resume_sweep(
@@ -85,10 +89,18 @@ def allow_kept(sweep: Sweep) -> None:
         say(f"allowed to run: {source}")
 
 
-def do_sweep(sweep: Sweep, on: str, workers: int | None, quiet: bool, sbatch: Sequence[str] = ()) -> None:
-    """Run or submit the unfinished jobs of a sweep; end the command if any failed or it was stopped."""
-    numbers = unfinished(sweep)
-    if len(numbers) < len(sweep.jobs) and not quiet:
+def do_sweep(
+    sweep: Sweep,
+    on: str,
+    workers: int | None,
+    quiet: bool,
+    sbatch: Sequence[str] = (),
+    until: tuple[str, float] | None = None,
+) -> None:
+    """Run or submit the unfinished jobs of a sweep, or only as many as an interval's width needs; end the
+    command if any failed or it was stopped."""
+    numbers = unfinished(sweep) if until is None else missing_for(sweep, *until)
+    if until is None and len(numbers) < len(sweep.jobs) and not quiet:
         complain(f"{len(sweep.jobs) - len(numbers)} of {len(sweep.jobs)} jobs are already done.")
     if on == SLURM:
         submit_sweep(sweep, numbers, workers, sbatch)
@@ -96,6 +108,8 @@ def do_sweep(sweep: Sweep, on: str, workers: int | None, quiet: bool, sbatch: Se
     try:
         with engine(on, workers) as pool, watched(sweep, quiet):
             outcome = do_jobs(sweep, pool, numbers)
+            while until is not None and outcome.whole and (numbers := missing_for(sweep, *until)):
+                outcome = do_jobs(sweep, pool, numbers)
     except KeyboardInterrupt:
         complain(f"Stopped; finished jobs are kept. Resume with: ecs-eco sweep resume {sweep.folder}")
         raise typer.Exit(INTERRUPTED) from None
@@ -126,8 +140,9 @@ def tell_outcome(sweep: Sweep, outcome: Outcome) -> None:
             f"failed jobs: ecs-eco sweep resume {sweep.folder}"
         )
         raise typer.Exit(FAILED)
+    done = len(sweep.jobs) - len(unfinished(sweep))
     say(
-        f"{len(sweep.jobs)} jobs are done in {sweep.folder}; to write the table and figures: ecs-eco sweep "
+        f"{done} jobs are done in {sweep.folder}; to write the table and figures: ecs-eco sweep "
         f"collect {sweep.folder}"
     )
 

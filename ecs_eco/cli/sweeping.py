@@ -87,9 +87,26 @@ def run(
             help="How to draw the points of [latin_hypercube]. sobol and morris compute sensitivity indices.",
         ),
     ] = None,
+    until_width: Annotated[
+        float | None,
+        typer.Option(
+            min=0.0,
+            metavar="WIDTH",
+            help="Run only as many world seeds as needed for a 95% interval of the mean response that is at most "
+            "this wide at each point.",
+        ),
+    ] = None,
+    response: Annotated[
+        str,
+        typer.Option(metavar="COLUMN", help="Column of runs.parquet for --until-width, such as wolf.mean."),
+    ] = "persisted",
+    most: Annotated[
+        int | None, number("Number of world seeds, instead of the plan's; a maximum with --until-width.")
+    ] = None,
 ) -> None:
     """Run all jobs of a plan; `sweep PLAN` is short for `sweep run PLAN`."""
-    _work(on, out).sweep_plan(plan, on, workers, out, quiet, trust, sbatch or [], design)
+    until = None if until_width is None else (response, until_width)
+    _work(on, out).sweep_plan(plan, on, workers, out, quiet, trust, sbatch or [], design, most, until)
 
 
 @sweep.command()

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Self
 
 from ecs_eco.config import WorldConfig, load
+from ecs_eco.config.loading import WorldSource
 from ecs_eco.engine.errors import ConfigError, Problem, nearest, refusal
 from ecs_eco.lab.treatments import OPTION, NotApplicable, Policies, Treatment, find, species_with_policy
 from ecs_eco.worlds.policies import POLICIES
@@ -50,7 +51,7 @@ class Arm:
         return replace(self, policies=by_species)
 
 
-def arms_of(world: str, changes: list[str], treatments: Sequence[str]) -> list[Arm]:
+def arms_of(world: WorldSource, changes: list[str], treatments: Sequence[str]) -> list[Arm]:
     """Return the arms of the unchanged world and of each treatment (a name or KEY=VALUE)."""
     arms = [Arm(UNTREATED, load(world, changes))]
     for name in treatments:
@@ -61,7 +62,7 @@ def arms_of(world: str, changes: list[str], treatments: Sequence[str]) -> list[A
     return arms
 
 
-def _treated(world: str, changes: list[str], config: WorldConfig, treatment: Treatment) -> Arm:
+def _treated(world: WorldSource, changes: list[str], config: WorldConfig, treatment: Treatment) -> Arm:
     """Return the arm of one treatment. Raises ConfigError if it does not apply to the world."""
     try:
         if treatment.assignment:  # loaded with the other changes, so that errors name the file and the line

@@ -12,6 +12,7 @@ from pydantic import Field
 
 from ecs_eco.analysis.compare import compare as differences
 from ecs_eco.config import WorldConfig
+from ecs_eco.config.loading import WorldSource
 from ecs_eco.engine.arguments import called_with
 from ecs_eco.inputs.section import Section
 from ecs_eco.lab.arm import Arm, arms_of, check_training
@@ -248,7 +249,7 @@ def missing(jobs: Jobs) -> Jobs:
 
 
 def compare(
-    world: str,
+    world: WorldSource,
     treatments: Sequence[str] = ("random-policy",),
     *,
     out: str | Path,
@@ -265,8 +266,8 @@ def compare(
 
     Parameters
     ----------
-    world : str
-        Name of a shipped world, or path to a world file.
+    world : str, Path, Mapping or WorldConfig
+        The world, as in `World.from_config`.
     treatments : sequence of str, default ("random-policy",)
         Names of treatments, or changes such as "species.deer.metabolism.basal=0.008".
     out : str or Path

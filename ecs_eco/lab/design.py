@@ -133,8 +133,9 @@ def design_of(file: PlanFile, *, trust: bool = False) -> Design:
 def _base(file: PlanFile, trust: bool) -> WorldConfig:
     """Return the world of a plan, with the values and reporters shared by all runs."""
     plan = file.plan
+    given = file.document.data["world"]
     world = plan.world if named(plan.world) is not None else str(file.folder / plan.world)
-    document = read_document(_there(file, world))
+    document = read_document(_there(file, world) if isinstance(given, str) else given)
     document.set_by = file.document.source
     values = plan.set | {f'reporters."{name}"': what for name, what in plan.reporters.items()}
     try:

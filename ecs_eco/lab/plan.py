@@ -79,7 +79,10 @@ class Hypercube(Section):
 class Plan(Section):
     """A whole plan file; the values of grid, latin_hypercube and list are fully crossed."""
 
-    world: str = about("path to a world file, relative to the plan, or name of a shipped world")
+    world: str = about(
+        "path to a world file, relative to the plan, or name of a shipped world; in Python, also a dict or "
+        "WorldConfig"
+    )
     title: str = about("title of the report", "")
     ticks: Ticks | None = quantity("length of a run; default: the world's `ticks`", "ticks", None)
     world_seeds: Seeds = about("number of world seeds, counted from 1, or a list of seeds", 1)
@@ -140,9 +143,11 @@ class PlanFile:
         return _refused(self.document, self.written, problems)
 
 
-def read_plan(plan: str | Path | Mapping[str, Any], design: str | None = None) -> PlanFile:
+def read_plan(
+    plan: str | Path | Mapping[str, Any], design: str | None = None, seeds: int | None = None
+) -> PlanFile:
     """Read a plan from a file, or from a dict whose paths are relative to the working folder; `design` replaces
-    the design of its ranges.
+    the design of its ranges, and `seeds` its world seeds.
 
     Raises ConfigError if the plan is not valid TOML, or has unknown keys or values of the wrong type.
     """
@@ -157,6 +162,9 @@ def read_plan(plan: str | Path | Mapping[str, Any], design: str | None = None) -
             raise ConfigError(problems, error.title or f"cannot read the plan {path}") from None
         document = Document(data, path.name, path.parent, text)
     data, written = _flattened(document.data)
+    if isinstance(data.get("world"), Mapping | WorldConfig):
+        data["world"] = "world"  # `design` reads the world from the document
+    data |= {} if seeds is None else {"world_seeds": seeds}
     if design is not None:
         data["latin_hypercube"] = {**data.get("latin_hypercube", {}), "design": design}
     try:

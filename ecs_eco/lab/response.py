@@ -4,7 +4,7 @@ import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from ecs_eco.analysis.style import DASHES, PALETTE, Axes, Figure, panels, styled
 from ecs_eco.analysis.survival import Interval, wilson
 
 Row = Mapping[str, Any]
+Item = TypeVar("Item")
 
 
 @dataclass(frozen=True)
@@ -108,9 +109,9 @@ def _numbers(rows: Sequence[Row], outcome: Outcome) -> tuple[float, ...]:
     return tuple(float(row[outcome.column]) for row in rows if row[outcome.column] is not None)
 
 
-def group(rows: Sequence[Row], of: Callable[[Row], Any]) -> dict[Any, list[Row]]:
+def group(rows: Sequence[Item], of: Callable[[Item], Any]) -> dict[Any, list[Item]]:
     """Group rows by the result of a function, keeping their order."""
-    parts: dict[Any, list[Row]] = {}
+    parts: dict[Any, list[Item]] = {}
     for row in rows:
         parts.setdefault(of(row), []).append(row)
     return parts

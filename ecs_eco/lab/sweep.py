@@ -47,7 +47,8 @@ def run_sweep(
     Parameters
     ----------
     plan : str, Path or Mapping
-        A plan file or its contents; see docs/how-to/clusters.md.
+        A plan file or its contents, whose `world` can also be a dict or a WorldConfig; see
+        docs/how-to/clusters.md.
     folder : str or Path
     executor : str or Executor, default "local"
         "local" (`workers` processes), "ray", or any `concurrent.futures.Executor` whose processes can access

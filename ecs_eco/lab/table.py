@@ -10,7 +10,7 @@ from ecs_eco.analysis.measures import WORLD
 from ecs_eco.analysis.page import drawn, interval, number, page, table, verdict, write_text
 from ecs_eco.analysis.style import colors
 from ecs_eco.analysis.survival import Interval
-from ecs_eco.engine.errors import RecordingError
+from ecs_eco.engine.errors import RecordingError, listed, nearest, refusal
 from ecs_eco.lab import response, sensitivity
 from ecs_eco.lab.folder import RUN, Sweep
 from ecs_eco.lab.jobs import read_done
@@ -21,6 +21,7 @@ from ecs_eco.record.container import inside
 from ecs_eco.record.seal import read_manifest
 
 RUNS = "runs.parquet"
+FEWEST = 3  # seeds before an interval counts
 UNTREATED = "world"  # name of the unchanged world in the treatment column
 
 
@@ -77,6 +78,34 @@ def rows_of(sweep: Sweep) -> list[dict[str, Any]]:
     ]
     columns = sorted({name for row in rows for name in row}, key=_place(rows))
     return [{name: row.get(name, 0.0 if ".died." in name else None) for name in columns} for row in rows]
+
+
+def missing_for(sweep: Sweep, column: str, width: float) -> list[int]:
+    """Return the jobs of the next seeds at each point and treatment at which the 95% interval of the mean of a
+    column is wider than `width`; there are at least three seeds, and then half as many again.
+
+    Raises ConfigError if no run has such a column.
+    """
+    known = [f"{name}.{what}" for name in sweep.base.species for what in ("mean", "final")]
+    known += [
+        f"{name}{of}.mean"
+        for name in sweep.base.reporters
+        for of in ("", *(f".{s}" for s in sweep.base.species))
+    ]
+    if column not in (known := ["persisted", "lived", *known]):
+        raise refusal((), "no such response", column, listed(known), nearest(column, known), "--response")
+    jobs, done = (
+        group(sweep.jobs, lambda job: (job.point, job.treatment)),
+        {r["job"]: r for r in rows_of(sweep)},
+    )
+    out: list[tuple[int, int]] = []
+    for own in jobs.values():
+        rows = [done[job.number] for job in own if job.number in done]
+        mean = response.interval(rows, Outcome(column, column, share=column == "persisted")) if rows else None
+        if mean is None or not mean.high - mean.low <= width or len(rows) < FEWEST:
+            left = sorted((job.world_seed, job.number) for job in own if job.number not in done)
+            out += left[: max(FEWEST - len(rows), len(rows) // 2, 1)]
+    return [number for _, number in sorted(out)]
 
 
 def row_of(point: int, done: dict[str, Any]) -> dict[str, Any]:

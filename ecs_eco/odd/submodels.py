@@ -126,7 +126,7 @@ def _listed(kind: type[Section], rows: list[tuple[str, str, Section]]) -> Iterat
 def _own_values(system: System) -> Iterator[Block]:
     """Yield a custom system's numbers, with their comments: its attributes and the module's constants."""
     kind, module, rows = type(system), inspect.getmodule(type(system)), list[tuple[str, ...]]()
-    known = comments_of(module) | comments_of(kind)
+    known = comments_of(module) | comments_of(kind)  # type: ignore[arg-type]
     read = {n for one in vars(kind).values() if inspect.isfunction(one) for n in one.__code__.co_names}
     constants = {name: value for name, value in vars(module).items() if name in read}
     for name, value in {**constants, **vars(kind), **vars(system)}.items():

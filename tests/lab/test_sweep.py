@@ -7,20 +7,24 @@ import os
 import shutil
 import signal
 import time
+import tomllib
 from concurrent.futures import Future, ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from ecs_eco.engine.errors import ForeignFile
-from ecs_eco.lab import run_sweep, sweep as run, work
+from ecs_eco.config import load
+from ecs_eco.engine.errors import ConfigError, ForeignFile
+from ecs_eco.lab import compare, run_sweep, sweep as run, work
 from ecs_eco.lab.design import design_of
 from ecs_eco.lab.folder import Sweep, begin, read_sweep
 from ecs_eco.lab.plan import read_plan
 from ecs_eco.lab.pool import Pool
+from ecs_eco.lab.response import Outcome, interval
 from ecs_eco.lab.sweep import do_jobs, unfinished
-from tests.lab.moss import PLAN, written
+from ecs_eco.lab.table import missing_for, rows_of
+from tests.lab.moss import PLAN, WORLD, written
 
 
 def digests(folder: Path) -> list[str]:
@@ -63,6 +67,37 @@ def test_a_sweep_that_is_done_is_left_and_one_of_another_plan_refused(tmp_path: 
     plan.write_text(PLAN.replace("world_seeds = 2", "world_seeds = 3"))
     with pytest.raises(ForeignFile, match="contains the sweep of another plan: world_seeds differs"):
         run_sweep(plan, tmp_path / "out", workers=1)
+
+
+def test_a_sweep_and_a_comparison_take_a_world_made_in_python(tmp_path: Path) -> None:
+    world, hashes = tomllib.loads(WORLD), set()
+    for i, made in enumerate((world, load(world), str(written(tmp_path).with_name("moss.toml")))):
+        plan = {"world": made, "ticks": 3, "grid": {"species.moss.count": [3, 5]}}
+        assert run_sweep(plan, tmp_path / str(i), executor=Here()).done == [0, 1]
+        hashes.add(read_sweep(tmp_path / str(i)).hash)
+        change, out = ["species.moss.count=7"], tmp_path / f"c{i}"
+        assert len(compare(made, change, out=out, seeds=1, ticks=3, executor=Here())["arms"]) == 2
+    assert len(hashes) == 1
+    with pytest.raises(ConfigError, match='did you mean "moss"'):
+        run_sweep({"world": world, "grid": {"species.mos.count": [3]}}, tmp_path / "no", executor=Here())
+
+
+@pytest.mark.slow
+def test_replicates_are_added_until_the_intervals_are_narrow_or_no_seed_is_left(tmp_path: Path) -> None:
+    plan = PLAN.replace("world_seeds = 2", "world_seeds = 9").replace("[10, 30]", "[0, 30]")
+    sweep = begun(tmp_path, plan)
+    rounds = []
+    while numbers := missing_for(sweep, "moss.mean", 1.5):
+        rounds.append(numbers)
+        do_jobs(sweep, Here(), numbers)
+    assert [sweep.jobs[n].world_seed for n in rounds[0]] == [1, 1, 2, 2, 3, 3]
+    rows = rows_of(sweep)
+    counts = [sum(row["point"] == point for row in rows) for point in (0, 1)]
+    assert counts[0] < counts[1] <= 9  # the empty point needs fewer
+    interval_of = interval([row for row in rows if row["point"] == 0], Outcome("moss.mean", ""))
+    assert interval_of.high - interval_of.low <= 1.5
+    with pytest.raises(ConfigError, match=r'(?s)--response.*did you mean "moss\.mean"'):
+        missing_for(sweep, "mos.mean", 1.0)
 
 
 def test_a_sweep_goes_on_where_its_world_and_plan_are_gone(tmp_path: Path) -> None:
