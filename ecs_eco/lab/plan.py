@@ -326,12 +326,12 @@ def problems_of_ranges(plan: Plan, base: WorldConfig) -> Iterator[Problem]:
     cube = plan.latin_hypercube
     data = base.model_dump() if cube is not None else {}
     if cube is not None and cube.design != "lhs":
-        place = ("latin_hypercube", "design")
+        at = ("latin_hypercube", "design")
         if find_spec("SALib") is None:
             allowed = 'the package SALib: pip install -e ".[sensitivity]"'
-            yield Problem(place, "needs a package that is not installed", cube.design, allowed)
+            yield Problem(at, "needs a package that is not installed", cube.design, allowed)
         if plan.grid or plan.list:
-            yield Problem(place, "cannot be combined with [grid] or [[list]]", cube.design, "only ranges")
+            yield Problem(at, "cannot be combined with [grid] or [[list]]", cube.design, "only ranges")
         if cube.design == "sobol" and cube.points.bit_count() != 1:
             yield Problem(
                 ("latin_hypercube", "points"), "is not a power of 2", cube.points, "64, 128, 256, …"
