@@ -67,3 +67,13 @@ def test_what_random_search_does_is_told_with_the_numbers_of_its_study():
     random = said["the same with random candidates, in the same time"]
     page = read("how-to/searching.md")
     assert f"persisted in {search} runs, and those of two random searches in {random} (" in page
+
+
+def test_the_readme_is_short_and_light():
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    bullets = re.findall(r"^- (.*)", re.sub(r"\[(.*?)\]\(.*?\)|[*`]", r"\1", readme), re.MULTILINE)
+    assert len(readme.splitlines()) <= 120
+    assert len(bullets) == 5
+    assert max(map(len, bullets)) <= 110
+    assert (ROOT / "docs/img/predator_prey.gif").stat().st_size <= 4e6
+    assert (ROOT / "docs/img/readme.png").stat().st_size <= 400e3

@@ -1,4 +1,4 @@
-"""Take the screenshots of the viewer's page for README and docs, and write them to docs/img.
+"""Take the screenshots of the viewer and of README, and write them to docs/img.
 
     python tools/screenshots.py [NAME …]
 
@@ -18,9 +18,15 @@ from typing import Any, NamedTuple
 from ecs_eco.config.shipped import shipped
 from ecs_eco.testing.browser import launched, served, until
 
-IMAGES = Path(__file__).parents[1] / "docs" / "img"
+ROOT = Path(__file__).parents[1]
+IMAGES = ROOT / "docs" / "img"
 SIZE = {"width": 1280, "height": 800}
 LARGEST = 300_000  # [bytes]
+STYLE = """
+body { font: 16px/1.5 system-ui, sans-serif; box-sizing: border-box; width: 1012px; margin: 0 auto; padding: 32px; }
+h1 { margin: 0 0 16px; border-bottom: 1px solid #d1d9e0; } p { margin: 0 0 16px; } img { max-width: 100%; }
+pre { padding: 16px; background: #f6f8fa; overflow: auto; } code { font-size: 85%; }
+"""
 
 
 class Shot(NamedTuple):
@@ -199,6 +205,23 @@ def take(browser: Any, name: str, shot: Shot) -> Path:
     return path
 
 
+def readme(browser: Any) -> Path:
+    """Take a picture of the first screen of README, as wide as GitHub shows it; return its path."""
+    from markdown_it import MarkdownIt
+
+    text = MarkdownIt("commonmark").enable("table").render((ROOT / "README.md").read_text(encoding="utf-8"))
+    page, path = browser.new_page(viewport={"width": 1440, "height": 900}), IMAGES / "readme.png"
+    with tempfile.TemporaryDirectory() as folder:
+        (file := Path(folder) / "readme.html").write_text(
+            f"<meta charset=utf-8><base href='{ROOT.as_uri()}/'><style>{STYLE}</style>{text}",
+            encoding="utf-8",
+        )
+        page.goto(file.as_uri())
+        page.wait_for_timeout(3000)  # [ms] of the moving picture
+        path.write_bytes(small(page.screenshot()))
+    return path
+
+
 def _run(shot: Shot, out: str) -> None:
     import subprocess
 
@@ -224,14 +247,14 @@ def small(png: bytes) -> bytes:
 def main() -> int:
     """Take the requested screenshots, or all whose worlds are available."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
-    parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(SHOTS))
-    there = [name for name, shot in SHOTS.items() if shot.map or shot.world in shipped()]
+    parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(known := ["readme", *SHOTS]))
+    there = ["readme", *(name for name, shot in SHOTS.items() if shot.map or shot.world in shipped())]
     names = parser.parse_args().names or there
-    if unknown := [name for name in names if name not in SHOTS]:
-        parser.error(f"{unknown[0]}: there is {', '.join(SHOTS)}")
+    if unknown := [name for name in names if name not in known]:
+        parser.error(f"{unknown[0]}: there is {', '.join(known)}")
     with launched() as browser:
         for name in names:
-            path = take(browser, name, SHOTS[name])
+            path = readme(browser) if name == "readme" else take(browser, name, SHOTS[name])
             print(
                 f"{path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path}: "
                 f"{path.stat().st_size / 1000:.0f} kB"

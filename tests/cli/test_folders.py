@@ -152,3 +152,11 @@ def test_names_of_controls_are_no_paths(control: str) -> None:
     assert name == Path(name).name
     assert name not in ("", ".", "..")
     assert name.isprintable()
+
+
+@pytest.mark.parametrize("command", ["resume", "repeat", "tracks", "report", "why", "picture", "lineage"])
+def test_a_missing_run_is_refused_alike_by_all_commands(command: str) -> None:
+    said = refused(command, "nowhere", *(["tracks.csv"] if command == "tracks" else []))
+    assert (
+        said == '1 problem\nDIR: "nowhere"\n  no such folder; expected: a folder written by `ecs-eco run`\n'
+    )
