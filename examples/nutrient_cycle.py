@@ -10,7 +10,7 @@ GRASS = {
     "count": 500,
     "body": {"radius": 0.05, "opaque": False},  # half a liter
     "substances": {"nitrogen": 0.3},
-    "born_with": "soil",  # a seed sprouts if the soil contains 0.16 mol for it
+    "born_with": "soil",  # a seed sprouts if the soil around it contains 0.16 mol
     "metabolism": {"energy": 0.2, "energy_max": 1.0, "photosynthesis": 0.02},
     "reproduction": {"kind": "spread", "rate": 0.04, "spacing": 0.5, "place": "near", "dispersal": 2.0},
     "lethal": [{"property": "age", "max": 20 * DAY}],
