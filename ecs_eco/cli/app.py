@@ -45,7 +45,8 @@ COMMANDS = {  # each command's module and its help, which is the same as its doc
     "sweep": (
         "sweeping",
         "Run a world under many values, seeds and treatments: sweep PLAN [--on local|slurm|ray] "
-        "[--workers N] [--sbatch OPTION] [--out DIR] [--quiet] [--trust]; then status, resume and collect.",
+        "[--workers N] [--design NAME] [--until-width W --response NAME --most N] [--sbatch OPTION] "
+        "[--out DIR] [--quiet] [--trust]; then status, resume and collect.",
     ),
     "cache": ("cache", "Manage the cache of compiled kernels: show, warm and clear."),
     "world": ("beginning", "Write a world file: world from-raster RASTER [FILE]."),

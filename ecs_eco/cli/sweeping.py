@@ -35,7 +35,8 @@ sweep = typer.Typer(
     add_completion=False,
     rich_markup_mode=None,
     help="Run a world under many values, seeds and treatments: sweep PLAN [--on local|slurm|ray] "
-    "[--workers N] [--sbatch OPTION] [--out DIR] [--quiet] [--trust]; then status, resume and collect.",
+    "[--workers N] [--design NAME] [--until-width W --response NAME --most N] [--sbatch OPTION] "
+    "[--out DIR] [--quiet] [--trust]; then status, resume and collect.",
 )
 
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a sweep.")]

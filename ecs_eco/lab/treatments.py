@@ -28,7 +28,7 @@ class NotApplicable(ValueError):
 def no_smell(config: WorldConfig) -> dict[str, Any]:
     """Disable the sense of smell; smells stay in the world, and networks keep their inputs."""
     values = {
-        f"species.{name}.sensors.{i}.half_saturation": ANOSMIC
+        f"species.{name}.sensors.{i}.{'half_saturation' if sensor.kind == 'smell' else 'scale'}": ANOSMIC
         for name, species in config.species.items()
         for i, sensor in enumerate(species.sensors)
         if isinstance(sensor, Smell | Gradient)

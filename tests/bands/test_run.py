@@ -146,5 +146,5 @@ def test_without_mpi_the_message_says_how_to_install_it(monkeypatch):
     from ecs_eco.engine.errors import ConfigError
 
     monkeypatch.setitem(sys.modules, "mpi4py", None)
-    with pytest.raises(ConfigError, match=r"ecs-eco\[mpi\]"):
+    with pytest.raises(ConfigError, match=r"-e \"\.\[mpi\]\""):
         mpi()

@@ -126,8 +126,8 @@ OWN = [
     (forget_the_tuple, "returns list .* expected a tuple of one genome"),
     (use_numpy, "numpy's global random numbers"),
     (need_fitness, "fails on a list of letter numbers: AttributeError"),
-    (lambda genome: ([0.5] * 4,), "puts 0.5 at position 0"),
-    (lambda genome: ([0, -1, 0, 0],), "puts -1 at position 1"),
+    (lambda genome: ([0.5] * 4,), "puts 0.5, which is not a letter, at position 0"),
+    (lambda genome: ([0, -1, 0, 0],), "puts -1, which is not a letter, at position 1"),
 ]
 
 

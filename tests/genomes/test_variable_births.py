@@ -256,7 +256,7 @@ def test_functions_of_ones_own_may_return_any_length_and_their_excess_is_counted
     assert children(one, "TACGCAAC", None, 2) == ["TACGCAAC"] * 2
     assert one.at_limit.tolist() == [0, 0, 0, 2, 0]
     one.toolbox.register("mutate", lambda genome: ([*genome[:-1], 4],))
-    with pytest.raises(ValueError, match="puts 4 at position"):
+    with pytest.raises(ValueError, match="puts 4, which is not a letter, at position"):
         children(one, "TACGCAAC", None, 1)
 
 
