@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from ecs_eco.config import load
 from ecs_eco.record import run_to_folder
 
 ROOT = Path(__file__).parents[1]
@@ -77,3 +78,8 @@ def test_the_readme_is_short_and_light():
     assert max(map(len, bullets)) <= 110
     assert (ROOT / "docs/img/predator_prey.gif").stat().st_size <= 4e6
     assert (ROOT / "docs/img/readme.png").stat().st_size <= 400e3
+
+
+def test_the_numbers_of_the_lesson_come_from_the_world_as_it_is():
+    ran = re.search(r"config_hash: (\w+)", read("tutorials/lesson.md"))
+    assert load("predator-prey").config_hash.startswith(ran[1])
