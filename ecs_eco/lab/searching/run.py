@@ -84,7 +84,7 @@ def search(
     ...     "count": 4,
     ...     "body": {"radius": 0.1},
     ...     "metabolism": {"energy": energy, "energy_max": 1.0, "basal": 0.02},
-    ...     "lethal": [{"property": "energy", "min": 0.0, "low": "starved"}],
+    ...     "lethal": [{"property": "energy", "min": 0.0, "cause_below": "starved"}],
     ... }
     >>> world = {"format": 1, "name": "fell", "ticks": 60, "space": {"size": [20.0, 20.0]}}
     >>> plan = {"world_seeds": 1, "finalists": 1, "confirm": {"world_seeds": 1}}
