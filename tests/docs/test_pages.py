@@ -1,8 +1,10 @@
 """Statements of pages that no snippet checks: BibTeX, columns that R reads, tables of seeds, world files."""
 
+import json
 import re
 import tomllib
 from pathlib import Path
+from typing import Any
 
 import pyarrow.dataset as ds
 import pytest
@@ -117,3 +119,48 @@ def test_voles_of_the_page_are_those_that_their_sources_give() -> None:
     assert f"{burned:.1f} kJ/day at 40 g" in page
     assert f"= {useful:,.0f} kJ a day" in page
     assert f"= {useful / burned:.0f} voles, or {useful / burned * 4:.0f} per hectare" in page
+
+
+def result(name: str) -> Any:
+    """Return the stored result of a study."""
+    return json.loads((ROOT / f"studies/results/{name}.json").read_text(encoding="utf-8"))
+
+
+def words(page: Path) -> str:
+    """Return the text of a page with single spaces."""
+    return " ".join(page.read_text(encoding="utf-8").split())
+
+
+def test_numbers_of_isolation_are_those_of_the_study() -> None:
+    isolation = result("isolation")
+    arms = {row[0]: row[1:] for row in isolation["table"]["rows"]}
+    value = {line["statement"]: line["value"] for line in isolation["verdicts"]}
+    gain = value["H_T, isolated minus panmictic"]
+    wright = [v for statement, v in value.items() if "relative to Wright's" in statement]
+    page = words(HOW_TO / "archipelago.md")
+    for text in (
+        f"heterozygosity of {arms['isolated'][0]:.3f} on average, against {arms['panmictic'][0]:.3f}",
+        f"heterozygosity of {arms['isolated'][1]:.3f} ({gain[1]:.3f} to {gain[2]:.3f} higher)",
+        f"({arms['isolated'][3]:.1f}, against {arms['panmictic'][3]:.1f})",
+        f"{wright[0]:.1f} and {wright[1]:.1f} times the value that Wright's island model predicts",
+        f"{arms['isolated'][5]:.2f} of their divergence is between islands",
+    ):
+        assert text in page
+
+
+def test_numbers_of_searches_are_those_of_the_studies() -> None:
+    best = {row[0]: row[3:5] for row in result("optimisers")["table"]["rows"]}
+    (of_40, of_80), (tpe, tpe_80), (cma, cma_80), (random, random_80) = (
+        best[name] for name in ("gp", "tpe", "cmaes", "random")
+    )
+    value = {line["statement"]: line["value"] for line in result("search")["verdicts"]}
+    found = value["the search: share of runs on fresh seeds in which all species persist"].partition(" (")[0]
+    page = words(HOW_TO / "searching.md")
+    for text in (
+        f"persisted in {of_40} of new runs, compared with {tpe} for the tree-structured Parzen estimator",
+        f"{cma} for CMA-ES and {random} for random search",
+        f"the shares were {of_80}, {tpe_80}, {cma_80} and {random_80}",
+        f"persisted in {found} runs, and those of two random searches in "
+        f"{value['the same with random candidates, in the same time']}",
+    ):
+        assert text in page
