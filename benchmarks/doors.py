@@ -7,7 +7,7 @@ Agents act at random. `external` passes arrays, `slots` is a Gymnasium vector of
 `parallel_env` uses PettingZoo's dicts; `within` is the same world without an interface, with random choices.
 MAgent2's battle, with about as many agents, is stepped through its parallel environment in the same run: each
 round uses every interface once, and the median over rounds counts. Times are processor seconds of one thread.
-Needs the extra `rl`; MAgent2 is skipped if it is not installed. The worlds differ: a deer senses 14 numbers and
+Needs the `rl` extra; MAgent2 is skipped if it is not installed. The worlds differ: a deer senses 14 numbers and
 an MAgent2 agent 845.
 """
 

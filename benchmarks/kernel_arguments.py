@@ -32,7 +32,7 @@ SHAPES = ((1, 6), (3, 6), (5, 6), (4, 10))  # number of views, and arrays per vi
 
 
 def written(source: str, **names: Any) -> Any:
-    """Return the function `read` defined by some source code."""
+    """Return the `read` function defined by some source code."""
     exec(source, names)
     return names["read"]
 

@@ -1,4 +1,4 @@
-"""Harvest: every year, a share of a fish stock is caught, and the rest must regrow."""
+"""Harvest: every year, a share of a fish stock is caught, and the stock regrows."""
 
 import numpy as np
 

@@ -1,5 +1,5 @@
 """CleanRL-style PPO on PettingZoo's dicts, while agents are born and die. `python examples/rl_parallel.py
-130000` takes about a minute; it needs the extra `rl`."""
+130000` takes about a minute; it needs the `rl` extra."""
 
 import sys
 from itertools import pairwise

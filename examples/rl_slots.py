@@ -1,6 +1,6 @@
 """Stable-Baselines3's PPO trains deer in slots; the trained policy then runs in the world.
 
-python examples/rl_slots.py 200000      # about a minute; needs the extra `rl` and stable-baselines3
+python examples/rl_slots.py 200000      # about a minute; needs the `rl` extra and stable-baselines3
 """
 
 import sys

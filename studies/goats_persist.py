@@ -1,6 +1,6 @@
 """Search for a meadow in which goats and all other species persist for 50,000 ticks.
 
-The search starts from the world `reflexes` with grass that grows so slowly that goats go extinct within 2,000
+The search starts from the `reflexes` world with grass that grows so slowly that goats go extinct within 2,000
 ticks. The search may change six parameters of green grass and goats; the best world and the initial world are
 confirmed on fresh world seeds. The study takes about 15 minutes on one core, and an interrupted search can be
 resumed.

@@ -89,7 +89,7 @@ def _sections(model: type[Section], place: Place) -> Iterator[tuple[type[Section
 
 
 def kind_of(model: type[Section]) -> str:
-    """Return the only value of the key `kind`; "" for a section with several kinds or none."""
+    """Return the only value of the `kind` key; "" for a section with several kinds or none."""
     info = model.model_fields.get("kind")
     choices = getattr(info.annotation, "__args__", ()) if info else ()
     return choices[0] if len(choices) == 1 else ""

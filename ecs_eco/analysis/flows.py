@@ -21,7 +21,7 @@ INK, SOFT = ("#1b1f23", "#e6eaee"), ("#57606a", "#98a5aa")  # colors on light an
 LIGHT, HARM = ("#e3b505", "#f0cf57"), ("#c04a00", "#ff8a4c")
 
 _CAPTION = (
-    "The width of a band from a food to its eater shows the energy gained per tick. Bars on the left show "
+    "The width of a band from food to eater shows the energy gained per tick. Bars on the left show "
     "energy from light; bars on the right show energy burned (faint) and the energy of organisms that died "
     "uneaten (solid). Dashed bands mark food that harms its eater."
 )
@@ -204,7 +204,7 @@ def _band(meal: Meal, food: list[float], eater: list[float], number_of: int, sca
 
 
 def _node(name: str, i: int, budget: Budget, at: list[float], scale: float, last: bool) -> list[str]:
-    """Return the bar of a species with its name and inflow, and bars for energy burned and lost through death."""
+    """Return a species' bar with its name and inflow, and bars for energy burned and lost through death."""
     x, y, high, into, out = at
     parts = []
     for value, what, opacity in ((budget.burnt, "burned", 0.35), (budget.dead, "dead, not eaten", 0.9)):

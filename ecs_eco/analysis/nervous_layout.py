@@ -13,7 +13,7 @@ from ecs_eco.analysis.formula_signs import Sign
 from ecs_eco.analysis.nervous_diagram import ActionNode, Diagram, SensorNode
 
 ROW, HEADING, GAP, BAR = 0.25, 0.32, 0.09, 0.5
-LINE, BETWEEN = 0.165, 0.1  # height of a line of text in a box; gap between boxes of reflexes
+LINE, BETWEEN = 0.165, 0.1  # height of a line of text in a box; gap between reflex boxes
 POLICY, FUNCTION, APART = 1.1, 0.6, 0.28  # heights of boxes; gap between networks
 LEAST = 2.2  # width of a box
 # sensors with more channels show only the outermost channels and those that a network names

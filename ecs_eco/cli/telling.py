@@ -52,7 +52,7 @@ def report(
         refuse("--match", "needs --against", match[0], "both options")
     if archipelago.is_archipelago(folder):
         if against is not None:
-            refuse("--against", "cannot be used with an archipelago", str(against), "the folder of an island")
+            refuse("--against", "cannot be used with an archipelago", str(against), "an island's folder")
 
         pages(out, folder)
         return say(f"written: {write_archipelago(folder, out)}")

@@ -368,7 +368,7 @@ def compiled_for_c(function: Callable[..., Any], signature: Signature, cache: Nu
 
 
 def prepare() -> None:
-    """Make numba ignore a .numba_config.yaml in the current folder, and give `njit` the option `noalias`:
+    """Make numba ignore a .numba_config.yaml in the current folder, and give `njit` the `noalias` option:
     numba has this flag, but no option for it."""
     numba.core.config._config_fname = ""
     numba.config.reload_config()

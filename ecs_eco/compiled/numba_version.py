@@ -47,7 +47,7 @@ def plain() -> bool:
 
 def summary() -> str:
     """Return how kernels are compiled here and which versions were tested, for `ecs-eco doctor`."""
-    how = "with numba's public API only, which is slower" if plain() else "with private names of numba"
+    how = "with numba's public API only, which is slower" if plain() else "with numba's private names"
     return f"compiled {how}; tested with {_tried()}"
 
 

@@ -9,5 +9,5 @@ class Nervous:
 
     decision: u8["actions"] = 0  # the multi-hot vector H(y + z)
     happiness: f32 = 0.0  # computed from the observations in this tick
-    reward: f32 = 0.0  # change in happiness in this tick; a system in the phase `feel` may write it
+    reward: f32 = 0.0  # change in happiness in this tick; a system in the `feel` phase may write it
     awake: boolean = False  # whether it has sensed before; a newborn has no previous happiness

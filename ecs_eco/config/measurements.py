@@ -68,7 +68,7 @@ def read_outside(
     place: Place | None = None,
     time: str | None = None,
 ) -> Outside:
-    """Read a CSV file with times in the column `time`, by default the first; `match` maps columns to the
+    """Read a CSV file with times in the `time` column, by default the first; `match` maps columns to the
     species or reporters in `names` that they are compared with. Leading and trailing rows without numbers are
     left out. Raises ConfigError."""
     place = place or Place()

@@ -110,14 +110,14 @@ class Blocked:
 
 @njit
 def block_of(row, column):
-    """Return the block [BLOCK, …] of a column `by_address` that contains a row."""
+    """Return the block [BLOCK, …] of a `by_address` column that contains a row."""
     addresses, like = column
     return column_at(addresses[row // BLOCK], like, like.shape)
 
 
 @njit
 def flat_block_of(row, column):
-    """Return the block of a column `by_address` that contains a row; it is flat, because reshaping takes
+    """Return the block of a `by_address` column that contains a row; it is flat, because reshaping takes
     time."""
     addresses, like = column
     return column_at(addresses[row // BLOCK], like, like.size)
@@ -125,7 +125,7 @@ def flat_block_of(row, column):
 
 @njit
 def apart(row, other, column):
-    """Return the distance, in array elements, from one row to another in a column `by_address`."""
+    """Return the distance, in array elements, from one row to another in a `by_address` column."""
     addresses, like = column
     blocks = np.int64(addresses[other // BLOCK]) - np.int64(addresses[row // BLOCK])
     return blocks // like.itemsize + (other % BLOCK - row % BLOCK) * (like.size // BLOCK)
@@ -133,7 +133,7 @@ def apart(row, other, column):
 
 @njit
 def prefetch_row(row, column):
-    """Prefetch a row of a column `by_address` whose numbers take up to 4 bytes each."""
+    """Prefetch a row of a `by_address` column whose numbers take up to 4 bytes each."""
     block = flat_block_of(row, column)
     n = block.size // BLOCK
     start = row % BLOCK * n

@@ -15,7 +15,7 @@ from esper import Processor
 from ecs_eco.engine.errors import UnfinishedTick
 from ecs_eco.engine.living import LivingWorld, Underway
 
-# the module `signal` converts its results to enums, which takes longer than a small tick
+# the `signal` module converts its results to enums, which takes longer than a tick of a small world
 _signal: Any = importlib.import_module("_signal")
 MAIN = threading.main_thread().ident
 

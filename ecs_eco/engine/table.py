@@ -54,7 +54,7 @@ class Table(dict[type, Any]):
     born : array of int64, shape (capacity,)
         Tick of birth.
     cause : array of uint8, shape (capacity,)
-        Cause of death, from `World.cause`; an organism with a cause dies at the end of the phase `die`.
+        Cause of death, from `World.cause`; an organism with a cause dies at the end of the `die` phase.
     killer : array of uint64, shape (capacity,)
         uid of the organism that killed it; 0 if there is none.
     version : int
@@ -373,7 +373,7 @@ class Table(dict[type, Any]):
         values: Mapping[tuple[type, str], np.ndarray],
         second: np.ndarray | None = None,
     ) -> None:
-        """Request births, which take effect at the end of the phase `reproduce`.
+        """Request births, which take effect at the end of the `reproduce` phase.
 
         Parameters
         ----------
@@ -527,7 +527,7 @@ class Table(dict[type, Any]):
 
         Notes
         -----
-        If a system's objects keep data by row, they can have a method `reorder(order)`, which is also called:
+        If a system's objects keep data by row, they can have a `reorder(order)` method, which is also called:
         afterward, row i must contain the previous content of row `order[i]`.
 
         Examples

@@ -20,7 +20,7 @@ class _OfWorld(Processor):
 
 
 class Deaths(_OfWorld):
-    """The end of the phase `die`, when rows of dying entities are freed."""
+    """The end of the `die` phase, when rows of dying entities are freed."""
 
     label = "the deaths of the phase die"
 
@@ -30,7 +30,7 @@ class Deaths(_OfWorld):
 
 
 class Births(_OfWorld):
-    """The end of the phase `reproduce`, when newborns get their rows."""
+    """The end of the `reproduce` phase, when newborns get their rows."""
 
     label = "the births of the phase reproduce"
 

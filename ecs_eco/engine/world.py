@@ -248,7 +248,7 @@ class World:
         return self.codes[name]
 
     def spawn(self, name: str, *components: object, n: int = 1, parent: int = 0) -> None:
-        """Request newborns, which are added at the end of the phase `reproduce`, or at `flush`.
+        """Request newborns, which are added at the end of the `reproduce` phase, or at `flush`.
 
         Parameters
         ----------
@@ -304,7 +304,7 @@ class World:
         return self._admit_newborn(table, values, f"spawn {table.name!r}")
 
     def kill(self, uid: int, cause: str = "culled", killer: int = 0) -> None:
-        """Mark an organism to die at the end of the phase `die`.
+        """Mark an organism to die at the end of the `die` phase.
 
         An organism that is already marked keeps its first cause.
 

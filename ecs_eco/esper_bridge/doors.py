@@ -126,7 +126,7 @@ class Dead(set[int]):
         if world is not None and world.ticking:
             self.registry.refuse(
                 "clear_dead_entities",
-                "deaths take effect at the end of the phase `die`; call it between ticks",
+                "deaths take effect at the end of the `die` phase; call it between ticks",
             )
         return world is not None and any(t.doomed().size for t in world.tables.values())
 

@@ -307,7 +307,7 @@ class Registry:
             self._changed()
 
     def delete(self, number: int, immediate: bool = False) -> None:
-        """Kill an entity at the end of the phase `die` or, if `immediate` between ticks, at once. Raises
+        """Kill an entity at the end of the `die` phase or, if `immediate` between ticks, at once. Raises
         KeyError if it is not alive."""
         world, entity = self.world(), self.entities[number]
         if entity.row == WAITING:
@@ -320,7 +320,7 @@ class Registry:
         if immediate and world.ticking:
             self.refuse(
                 "delete_entity",
-                "immediate=True: within a tick deaths take effect at the end of the phase `die`; omit `immediate`",
+                "immediate=True: within a tick deaths take effect at the end of the `die` phase; omit `immediate`",
             )
         world.kill(entity.uid, "deleted")
         if immediate:

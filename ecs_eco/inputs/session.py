@@ -40,7 +40,7 @@ def _cells(thing: object) -> Iterator[str]:
 
 
 def _definition(text: str, name: str) -> str | None:
-    """Return the lines of the last definition of a name in a text, or None if the text does not define it."""
+    """Return the lines of the last definition of a name in source text, or None if the text does not define it."""
     try:
         nodes = [
             node

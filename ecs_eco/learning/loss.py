@@ -42,8 +42,8 @@ class LossScratch(NamedTuple):
     numbers."""
 
     weight: np.ndarray  # f32[n]: weight of each transition in the mean
-    log_probability: np.ndarray  # f32[n], at the decision
-    value: np.ndarray  # f32[n], at the decision
+    log_probability: np.ndarray  # f32[n], at decision time
+    value: np.ndarray  # f32[n], at decision time
     advantage: np.ndarray  # f32[n]
     choices: np.ndarray  # f32[G, n]
     numbers: np.ndarray  # f32[K, n]

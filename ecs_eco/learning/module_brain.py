@@ -35,7 +35,7 @@ class ModuleBrain(PolicyNetwork):
     ----------
     module : torch.nn.Module
         Its `forward` takes observations f32[n, n_observations] and returns logits f32[n, sum(groups)] and
-        values f32[n]. If it has the attribute `memory`, the number of values that each organism keeps, it
+        values f32[n]. If it has the `memory` attribute, the number of values that each organism keeps, it
         also takes and returns a state f32[n, memory].
     n_observations : int
     groups : tuple of int

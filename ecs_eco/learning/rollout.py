@@ -70,7 +70,7 @@ class Rollout:
         self.last = np.empty(0, np.int64)  # row → its open record, -1: none
 
     observations = property(lambda self: self._observations[: self.n], doc="f32[n, n_observations]")
-    memory = property(lambda self: self._memory[: self.n], doc="f32[n, memory] at the decision")
+    memory = property(lambda self: self._memory[: self.n], doc="f32[n, memory] at decision time")
     choices = property(lambda self: self._choices[: self.n], doc="i16[n, n_groups]")
     numbers = property(
         lambda self: self._numbers[: self.n], doc="f32[n, n_numbers] drawn for continuous actions"

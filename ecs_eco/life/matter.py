@@ -47,7 +47,7 @@ NO_RESIDUE = np.zeros((0, 0), np.float32)
 
 class Bodies(NamedTuple):
     """The content of a table's bodies: volume f64[rows] [L], molarity and residue f32[rows, substances]
-    [mol/L]; residue is empty without the component `Matter`."""
+    [mol/L]; residue is empty without the `Matter` component."""
 
     volume: np.ndarray
     molarity: np.ndarray

@@ -26,7 +26,7 @@ class Appetite(NamedTuple):
     chance: Number  # probability of success per tick
     until: Number  # energy of satiation
     decision: np.ndarray  # u8[rows, actions]
-    column: int  # column of the action `eat`; −1: none
+    column: int  # column of the `eat` action; −1: none
     cause: np.ndarray  # i32[rows], cause of death
     energy: np.ndarray
     digesting: np.ndarray  # i32[rows], remaining ticks

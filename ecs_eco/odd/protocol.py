@@ -96,7 +96,7 @@ def purpose(model: Model) -> Iterator[Block]:
     """Yield element 1."""
     config = model.config
     if config is None:
-        yield f"The world `{model.world.name}` is built in Python; the program states no purpose."
+        yield f"The `{model.world.name}` world is built in Python; the program states no purpose."
         return
     none = f"The world file states no purpose; its title is: {config.title}."
     yield config.description or _told(config) or none
@@ -209,7 +209,7 @@ def schedule(model: Model) -> Iterator[Block]:
     yield (
         f"Time advances in ticks of {shown(model.world.dt)} s. In each tick, the processes below act one after "
         "another, each on all its entities before the next begins. Deaths take effect at the end of the phase "
-        "`die`, births at the end of the phase `reproduce`."
+        "`die`, births at the end of the `reproduce` phase."
     )
     rows = []
     for number, (system, kinds) in enumerate(model.active.items(), 1):

@@ -41,7 +41,7 @@ def note_requests(world: World, manifest: dict[str, Any]) -> bool:
 
 
 def without(some: list[Any], others: list[Any]) -> list[Any]:
-    """Return the list `some` after removing one equal item for each item in `others`."""
+    """Return `some` without the items in `others`: each removes only one equal item."""
     remaining, out = list(others), []
     for x in some:
         if x in remaining:

@@ -359,7 +359,7 @@ class SpatialWorld(World):
 
         Notes
         -----
-        A function `world.environment[quantity]`, called with (world, x, y, z), replaces the constant in
+        A `world.environment[quantity]` function, called with (world, x, y, z), replaces the constant in
         `world.ambient`.
 
         Examples

@@ -64,7 +64,7 @@ class Feed(System):
     first, then the other items if it can still eat. An animal that is itself eaten in a nearer meal eats
     nothing; eaten organisms die. The order of species and diets has no effect.
 
-    An animal with an action `eat` eats when it decides to; an animal without it eats whenever it can. Tough
+    An animal with an `eat` action eats when it decides to; an animal without it eats whenever it can. Tough
     food and prey sheltered by the land resist some bites; poison costs the eater energy, and deadly food
     kills it. If the eater's body contains substances, it takes up the substances of its food.
     """
@@ -81,7 +81,7 @@ class Feed(System):
             "bodies are at most `reach` apart; the attempt succeeds in a tick with probability `1 − (1 − "
             "chance)^dt`. An item goes to the nearest animal that wants it; an animal that wins several "
             "items takes the nearest first. Eaten organisms die. An animal eats only while its energy is below "
-            "`satiation`, by default `energy_max`, and, if it has an action `eat`, only in that action.",
+            "`satiation`, by default `energy_max`, and, if it has an `eat` action, only in that action.",
             "diet.gain": "A meal changes the energy by `gain`, up to `energy_max`.",
             "diet.efficiency": "A meal adds `efficiency` times the item's energy, up to `energy_max`.",
             "diet.deadly": "Deadly food kills its eater.",

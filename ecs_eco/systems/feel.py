@@ -26,7 +26,7 @@ class Feel(System):
     the last decision.
 
     Happiness at t is a function of the observations at t, so feeling follows sensing. A newborn has no
-    previous happiness and gets no reward. Custom systems in the phase `feel` run after this one and may write
+    previous happiness and gets no reward. Custom systems in the `feel` phase run after this one and may write
     `Nervous.reward`; the learner reads it at the end of the phase.
     """
 

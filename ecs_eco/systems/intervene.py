@@ -39,7 +39,7 @@ CELL = 1.0  # [m] cell side of fences in a world without ground; smaller in a sm
 class Intervene(System):
     """Carries out interventions from the world file and from `World.intervene` at the start of their tick.
 
-    Culled organisms die at the end of the phase `die` of this tick, newcomers are alive from the end of the
+    Culled organisms die at the end of the `die` phase of this tick, newcomers are alive from the end of the
     phase `reproduce` on, and everything else takes effect at once. `world.intervened` lists the interventions
     carried out so far.
     """

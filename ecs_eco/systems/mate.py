@@ -40,7 +40,7 @@ WILLING = {"none": 0, "one": 1, "both": 2}
 class Wishes(NamedTuple):
     """Willingness to mate, for kernels."""
 
-    column: int  # column of the action `mate`; −1: none
+    column: int  # column of the `mate` action; −1: none
     decision: np.ndarray  # u8[rows, actions]
     consent: int  # number of partners that must be willing
 
@@ -252,7 +252,7 @@ def nearest_first(key: np.uint64, uid: np.ndarray, distance2: np.ndarray) -> np.
 
 
 def action(table: Table) -> tuple[int, np.ndarray]:
-    """Return the column of the action `mate` in the decision (−1: no such action), and the decision."""
+    """Return the column of the `mate` action in the decision (−1: no such action), and the decision."""
     nerves = table.species.nerves
     column = (
         -1

@@ -34,7 +34,7 @@ class Nurse(System):
     reach, until they are full or old enough.
 
     If it cannot meet all demands, each young animal gets the same share of its demand. The part of the
-    payment that does not reach the young is burned. A parent with an action `nurse` feeds its young when it
+    payment that does not reach the young is burned. A parent with a `nurse` action feeds its young when it
     decides to; a parent without it feeds them whenever it can. If both parents feed, the mother feeds first.
     """
 

@@ -29,8 +29,8 @@ class UseLand(System):
     `land_use`.
 
     Each individual of the right size in the region is taken with probability 1 − exp(−rate dt); if a quota
-    would be exceeded, the individuals with the lowest draws are taken. They die at the end of the phase `die`
-    of this tick; newcomers are alive from the end of the phase `reproduce` on.
+    would be exceeded, the individuals with the lowest draws are taken. They die at the end of the `die` phase
+    of this tick; newcomers are alive from the end of the `reproduce` phase on.
     """
 
     phase = "environment"

@@ -21,8 +21,8 @@ TEMPLATE = Path(__file__).parent / "land" / "land.toml"
 MOST_CELLS = 600  # maximum along each side; for a larger raster, the middle is used
 SITES = 15_000  # number of grass tufts
 CLASS = (
-    "[terrain.classes.{name}]\n{where}\ngrowth = {growth}                      # factor of grass growth\n"
-    "pace = {pace}                        # factor of walking speed\n"
+    "[terrain.classes.{name}]\n{where}\ngrowth = {growth}                      # multiplier for grass growth\n"
+    "pace = {pace}                        # multiplier for walking speed\n"
     'shelter = {shelter}                     # share of attacks that fail\ncolor = "{color}"\n\n'
 )
 

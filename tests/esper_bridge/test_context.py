@@ -96,7 +96,7 @@ def test_a_plain_processor_sees_the_current_registry_and_what_it_moves_is_moved(
     world.kill(1)
     world.spawn("fox", n=2)
     world.run(2)
-    assert Drift.seen == [4, 4, 5]  # the one killed lives until the phase `die`, the newborn come after it
+    assert Drift.seen == [4, 4, 5]  # the one killed lives until the `die` phase, the newborn come after it
     assert Look.nearest == [[2, 3, 4], [0], [3, 4, 5], [1], [5, 6], [1, 1, 2]]
 
 

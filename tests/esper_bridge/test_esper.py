@@ -130,7 +130,7 @@ def checks_delete_entity(world):
     entity = world.entity(2)
     esper.delete_entity(entity)
     assert not esper.entity_exists(entity)
-    assert world.get(2, Position).x == 2, "it dies at the end of the phase `die`"
+    assert world.get(2, Position).x == 2, "it dies at the end of the `die` phase"
     esper.delete_entity(entity)
     world.kill(2)
     world.run(1)

@@ -63,7 +63,7 @@ def test_an_entity_created_within_a_tick_is_in_esper_at_once_and_lives_from_the_
                 with pytest.raises(
                     RuntimeError,
                     match=r"esper\.clear_dead_entities, .*: "
-                    r"deaths take effect at the end of the phase `die`",
+                    r"deaths take effect at the end of the `die` phase",
                 ):
                     esper.process()
                 with pytest.raises(RuntimeError, match="omit `immediate`"):

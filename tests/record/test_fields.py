@@ -1,4 +1,4 @@
-"""The key `record`: fields of components in the tables of births, deaths and snapshots."""
+"""The `record` key: fields of components in the tables of births, deaths and snapshots."""
 
 import numpy as np
 import pyarrow.parquet as pq

@@ -11,7 +11,7 @@ from studies.common.malicious.templates import PAYLOAD
 
 @pytest.fixture
 def mark(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """What the module `evil`, beside the world file and on Python's own path, leaves when it is run;
+    """What the `evil` module, beside the world file and on Python's own path, leaves when it is run;
     and a user who allowed nothing."""
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
     monkeypatch.setattr(trust, "_here", set())

@@ -1,4 +1,4 @@
-"""The world `happiness`: it lives, and its genes are the weights of its voles' happiness."""
+"""The `happiness` world: it lives, and its genes are the weights of its voles' happiness."""
 
 import numpy as np
 import pytest

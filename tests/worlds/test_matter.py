@@ -22,7 +22,7 @@ def test_the_ledgers_of_every_shipped_world_close(name):
 @settings(max_examples=10, derandomize=True, database=None, suppress_health_check=list(HealthCheck))
 @given(seed=st.integers(0, 2**32))
 def test_the_ledgers_of_worlds_drawn_at_random_close(seed):
-    """The long form is the study `ledgers`."""
+    """The long form is the `ledgers` study."""
     off = furthest_off(World.from_config(drawn(seed), policies="random").run(30))
     assert set(off) == {"energy", "matter", "between"}
     assert max(off.values()) < 1e-6

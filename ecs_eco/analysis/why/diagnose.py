@@ -144,7 +144,7 @@ Scores = dict[tuple[str, str, str], float]  # (verdict, species responsible, vic
 
 
 def falls(case: Case) -> list[Fall]:
-    """Return the declines of species that ended extinct or nearly extinct, in chronological order."""
+    """Return the declines of species that were extinct or nearly so at the end, in chronological order."""
     all_falls = []
     for i, s in enumerate(case.species):
         n = case.series.n[:, i]

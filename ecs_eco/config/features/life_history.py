@@ -116,7 +116,7 @@ class Growing(Feature, after="breeding"):
 class Care(Section, change=FREE, own=True):
     """Feeding of the young at their parents' expense.
 
-    With the action `nurse`, a parent feeds them when it decides to; otherwise it feeds them whenever possible.
+    With the `nurse` action, a parent feeds them when it decides to; otherwise it feeds them whenever possible.
     """
 
     rate: Positive = quantity("maximum energy given to each offspring", "energy/s")

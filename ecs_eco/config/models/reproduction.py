@@ -40,7 +40,7 @@ class Bearing(Reproduction):
         "litter size, reduced if the parent lacks the energy for the whole litter", "1", 1, own=COLUMN
     )
     eggs: str | None = about(
-        "species of the eggs that it lays, with the key `hatch`; default: it lays no eggs, and newborns "
+        "species of the eggs that it lays, with the `hatch` key; default: it lays no eggs, and newborns "
         "belong to its own species",
         omit=True,
         change=ANEW,
@@ -113,7 +113,7 @@ class Sexual(Bearing):
     )
     chance: Share = quantity("probability of success per second of contact", "1", 1.0, own=True)
     consent: Literal["both", "one", "none"] = about(
-        "how many partners must take the action `mate`; a species without it is always willing", "both"
+        "how many partners must take the `mate` action; a species without it is always willing", "both"
     )
     choice: Literal["nearest", "random", "richest", "oldest"] = about(
         "which of the ready mates within reach is chosen", "nearest"

@@ -43,7 +43,7 @@ class Ramp(Section):
     key: str = about("dotted key of a number, such as species.krill.diet.0.chance")
     values: Pair = about("values at the start and at the end")
     duration: Share = quantity(
-        "fraction of the training over which it changes; then it is constant", "1", 1.0, former="until"
+        "fraction of training over which it changes; then it is constant", "1", 1.0, former="until"
     )
 
     def at(self, share: float) -> float:

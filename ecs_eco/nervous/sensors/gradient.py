@@ -1,4 +1,4 @@
-"""The sensor for the gradient of a smell."""
+"""The sensor of smell gradients."""
 
 from typing import TYPE_CHECKING
 

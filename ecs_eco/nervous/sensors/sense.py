@@ -28,7 +28,7 @@ Sense = Callable[["SpatialWorld", "Table", Seekers, np.ndarray, int], None]
 """sense(world, table, seekers, observations f32[n, channels], first column):
 writes its channels for every seeker.
 
-A shipped sense may have an attribute `joint`, a function and its purpose. Senses with the same `joint` are
+A shipped sense may have a `joint` attribute, a function and its purpose. Senses with the same `joint` are
 read together, by the sense that the function returns for a list of (sense, first column), because a kernel
 call takes as long as reading hundreds of bodies.
 """

@@ -1,4 +1,4 @@
-"""The readers that must refuse a folder with a foreign file in it."""
+"""The readers that must reject a folder that contains another run's file."""
 
 from __future__ import annotations
 

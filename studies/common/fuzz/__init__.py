@@ -1,2 +1,2 @@
-"""Randomly corrupted inputs for the study `fuzz`: starting points (`sources`), changes (`mutations`), trials
+"""Randomly corrupted inputs for the `fuzz` study: starting points (`sources`), changes (`mutations`), trials
 (`guard`) and outcomes (`worlds`, `files`)."""

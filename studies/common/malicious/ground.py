@@ -1,4 +1,4 @@
-"""The sandbox for malicious files: a folder with the module `evil`, payloads of all kinds, marks, and
+"""The sandbox for malicious files: a folder with the `evil` module, payloads of all kinds, marks, and
 harmless files to start from."""
 
 from __future__ import annotations

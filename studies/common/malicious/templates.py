@@ -111,11 +111,11 @@ NAMES = (
     ":evil",
     "evil.py:Wait",
 )
-"""Names of unlisted code, apart from the names in the module `evil`."""
+"""Names of unlisted code, apart from the names in the `evil` module."""
 
 
 def world_of(pattern: str, **more: Any) -> dict[str, Any]:
-    """Return a world that names code from the module `evil` at one key."""
+    """Return a world that names code from the `evil` module at one key."""
     data: dict[str, Any] = {
         "format": 1,
         "name": "garden",
