@@ -54,11 +54,35 @@ def test_deaths_a_tick_are_means_over_ticks_and_a_cause_counts_for_nothing_befor
       const causes = {"deer: starved": [9, 1, 1, 1, 1], "deer: too old": [null, null, null, null, 40],
                       "wolf: starved": [7, 7, 7, 7, 7]};
       const lines = {n: {}, births: {deer: [0, 0, 0, 0, 2]}, causes};
-      Object.assign(charts, {hello: {mode: "live"}, ticks: [0, 10, 14, 19, 20], lines});
+      Object.assign(charts, {tick: 20, ticks: [0, 10, 14, 19, 20], lines});
       const { causes: shares, births, deaths } = charts.brief("deer");
       return { shares, births, deaths };
     })""")
-    assert told == {"shares": [["too old", 2], ["starved", 1]], "births": 0.1, "deaths": 3}
+    # causes over 20 ticks; births and deaths over the last 10: 2 births and 40 deaths in one of them
+    assert told == {"shares": [["too old", 2], ["starved", 1]], "births": 0.2, "deaths": 5}
+
+
+def test_sparklines_are_even_in_time_and_end_at_the_tick_shown(page):
+    line = """tick => import('/charts.js').then(({ Charts }) => {
+      const charts = Object.create(Charts.prototype);
+      const ticks = [0, 300, ...Array.from({length: 91}, (_, i) => 300 + i), 600].filter((t, i, all) => t !== all[i - 1]);
+      const lines = {n: {deer: ticks.map(t => 1000 - t)}, births: {}, causes: {}};
+      return Object.assign(charts, {tick, ticks, lines}).brief("deer").line;
+    })"""
+    falls = page.evaluate(line, 600)
+    assert len(falls) == 40
+    assert falls[0] == 1000 and falls[-1] == 400
+    assert falls[:20] == [1000] * 20  # no point before tick 300, half of the time
+    assert page.evaluate(line, 300)[-1] == 700  # going back, nothing later shows
+    assert page.evaluate(line, 0) == [1000]
+
+
+def test_lanes_show_deaths_in_the_ticks_up_to_their_point(page):
+    lane = "([ticks, rates, scale]) => import('/lanes.js').then(({ byPixel }) => [...byPixel(ticks, rates, t => t * scale, 0, 10)])"
+    # six wolves die in ticks 3 to 5, before the point at tick 6; then nothing happens
+    assert page.evaluate(lane, [[0, 3, 6, 9], [None, 0, 2, 0], 1]) == [0, 0, 0, 2, 2, 2, 0, 0, 0, 0]
+    # several points in a pixel: a mean over ticks
+    assert page.evaluate(lane, [[0, 10, 20, 40], [None, 1, 3, 5], 0.01]) == [3.5, *[0] * 9]
 
 
 def test_one_kind_is_shown_alone_and_all_again(curves):

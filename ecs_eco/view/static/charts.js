@@ -14,8 +14,9 @@ import { css, isDark } from "./theme.js";
 /** @typedef {(number | null)[]} Line */
 
 const [PLAIN, THIN, THICK] = [1.8, 1.1, 2.6]; // line widths [px]; the last two apply if there is a second world
-const SPARK = 40; // number of points in a sparkline
-const LATELY = 60; // number of recent points over which causes of death are counted
+const SPARK = 40; // number of points in a sparkline, evenly spaced in time
+const WIDE = 1500; // ticks in a sparkline
+const [RECENT, LATELY] = [10, 60]; // last ticks over which births and deaths, and causes of death, are averaged
 const MOST = 12000; // maximum number of points; beyond that, every second point of the older half is dropped
 const WINDOWS = [["last 500", 500], ["last 2,000", 2000], ["last 10,000", 10000], ["all ticks", Infinity]];
 
@@ -201,17 +202,19 @@ export class Charts {
 
   /** Current data about a kind, for the legend. @param {string} name */
   brief(name) {
-    const at = this.hello.mode === "replay" ? this.ticks.findLastIndex((tick) => tick <= this.tick) : this.ticks.length - 1;
-    const line = (this.lines.n[name] ?? []).slice(0, at + 1).slice(-1500);
-    const every = Math.max(1, Math.floor(line.length / SPARK));
-    const points = line.filter((value, i) => value !== null && (line.length - 1 - i) % every === 0);
+    const at = this.ticks.findLastIndex((tick) => tick <= this.tick), now = this.ticks[at] ?? 0;
+    const line = this.lines.n[name] ?? [], first = Math.max(this.ticks[0] ?? 0, now - WIDE), points = [];
+    for (let k = 0, i = 0, n = Math.min(SPARK, now - first + 1); k < n && at >= 0; k++) {
+      while (i < at && this.ticks[i + 1] <= first + ((now - first) * k) / Math.max(1, n - 1)) i++;
+      if (line[i] !== null && line[i] !== undefined) points.push(line[i]);
+    }
     const deaths = Object.entries(this.lines.causes).filter(([cause]) => cause.startsWith(`${name}: `));
     const born = this.lines.births[name] ?? [];
-    const mean = (/** @type {Line} */ values, points = 10) => {
+    const mean = (/** @type {Line} */ values, recent = RECENT) => {
       let sum = 0, ticks = 0;
-      for (let i = Math.max(1, at + 1 - points); i <= at; i++) {
+      for (let i = at; i > 0 && this.ticks[i] > now - recent; i--) {
         if ((values[i] ?? born[i] ?? null) === null) continue;
-        const span = this.ticks[i] - this.ticks[i - 1];
+        const span = this.ticks[i] - Math.max(this.ticks[i - 1], now - recent);
         sum += span * (values[i] ?? 0); // no value if the cause has not occurred yet
         ticks += span;
       }

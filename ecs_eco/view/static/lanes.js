@@ -53,28 +53,37 @@ export class Lanes {
     const middle = top + high / 2;
     const lines = [this.counted.births[name] ?? [], this.counted.deaths(name)];
     const end = Math.min(Math.floor(right), Math.ceil(at(ticks[ticks.length - 1]))) + 1;
-    const sums = lines.map((line) => {
-      const sum = new Float64Array(Math.max(0, end)), n = new Uint32Array(Math.max(0, end));
-      let known = 0;
-      ticks.forEach((tick, i) => {
-        const x = Math.round(at(tick));
-        if (x < left) known = line[i] ?? 0;
-        if (x < left || x >= end) return;
-        sum[x] += line[i] ?? 0;
-        n[x]++;
-      });
-      return sum.map((value, x) => (x < left ? 0 : (known = n[x] ? value / n[x] : known))); // a point covers the ticks up to the next point
-    });
+    const sums = lines.map((line) => byPixel(ticks, line, at, Math.max(0, left), end));
     const most = Math.max(1e-9, ...sums[0], ...sums[1]);
     sums.forEach((sum, down) => {
       pen.fillStyle = css(down ? "--minus" : "--plus");
       pen.globalAlpha = 0.75;
-      sum.forEach((value, x) => value && pen.fillRect(x, middle, 1, ((down ? 1 : -1) * (high / 2 - 1) * Math.sqrt(value)) / Math.sqrt(most)));
+      sum.forEach((value, x) => value && pen.fillRect(x, middle, 1, ((down ? 1 : -1) * (high / 2 - 1) * value) / most));
       pen.globalAlpha = 1;
     });
     pen.fillStyle = this.counted.colourOf(name);
     pen.fillRect(0, top + 1.5, 3, high - 3);
   }
+}
+
+/**
+ * The mean rate in each column of pixels, from rates that each apply to the ticks since the previous point.
+ * @param {number[]} ticks
+ * @param {Line} line rate at each tick; the first is unknown
+ * @param {Place} at
+ * @param {number} left first column
+ * @param {number} end column after the last
+ */
+export function byPixel(ticks, line, at, left, end) {
+  const events = new Float64Array(Math.max(0, end)), covered = new Float64Array(Math.max(0, end));
+  for (let i = 1; i < ticks.length; i++) {
+    const span = ticks[i] - ticks[i - 1], from = Math.round(at(ticks[i - 1])), to = Math.max(from + 1, Math.round(at(ticks[i])));
+    for (let x = Math.max(left, from); x < Math.min(end, to); x++) {
+      events[x] += (line[i] ?? 0) * span;
+      covered[x] += span;
+    }
+  }
+  return events.map((value, x) => value / (covered[x] || 1));
 }
 
 /**
@@ -91,6 +100,6 @@ export function density(pen, bins, at, base, reach, colour) {
   if (!most) return;
   pen.fillStyle = colour;
   pen.globalAlpha = 0.55;
-  bins.forEach((n, i) => pen.fillRect(at(i), base, Math.max(0.6, at(i + 1) - at(i) - 0.3), reach * Math.sqrt(n / most)));
+  bins.forEach((n, i) => pen.fillRect(at(i), base, Math.max(0.6, at(i + 1) - at(i) - 0.3), (reach * n) / most));
   pen.globalAlpha = 1;
 }
