@@ -1,5 +1,8 @@
 """Legend and charts: what each kind does, chosen stretches, numbers as files, charts beside the organism."""
 
+from csv import reader
+from io import StringIO
+
 import pytest
 
 from ecs_eco.analysis.palette import safe
@@ -123,8 +126,21 @@ def test_the_numbers_of_a_chart_are_saved(curves):
         curves.get_by_label("Save the numbers: Populations").click()
     assert waiting.value.suggested_filename == "populations.csv"
     head, *rows = waiting.value.path().read_text().splitlines()
-    assert head == "tick,grass,deer,wolf"
+    assert head == "tick,grass [organisms],deer [organisms],wolf [organisms]"
     assert rows[0].endswith(",80,12")
+
+
+def test_files_quote_names_and_leave_missing_values_empty(page):
+    csv = "rows => import('/series.js').then(({ csv }) => csv(rows))"
+    text = page.evaluate(csv, [["food, fresh", 'the "old" one'], [0, None], [1.5, "a\nb"]])
+    assert list(reader(StringIO(text))) == [["food, fresh", 'the "old" one'], ["0", ""], ["1.5", "a\nb"]]
+
+
+def test_grid_lines_are_at_round_values_and_say_exactly_these(page):
+    values = "ends => import('/axes.js').then(({ roundValues }) => roundValues(ends))"
+    assert page.evaluate(values, [0, 274]) == [[v, str(v)] for v in (0, 50, 100, 150, 200, 250)]
+    assert page.evaluate(values, [10.2, 10.31])[:3] == [[10.2, "10.2"], [10.22, "10.22"], [10.24, "10.24"]]
+    assert page.evaluate(values, [-0.3, 0.3])[0] == [-0.3, "−0.3"]
 
 
 def test_wide_panels_show_charts_beside_the_organism(curves):

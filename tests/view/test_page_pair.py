@@ -72,6 +72,23 @@ def test_without_wolves_the_world_goes_on_beside_the_one_with_wolves(forked):
     assert "what if: cull 100% of wolf" in page.locator("#why").inner_text()
 
 
+def test_bodies_look_alike_however_full_each_world_is(page):
+    least = """import('/stage.js').then(({ Stage }) => {
+      const of = n => ({ kind: { moves: true }, block: { n }, own: { least: { value: 0 } } });
+      const stage = n => Object.assign(Object.create(Stage.prototype), {
+        canvas: { clientWidth: 600, clientHeight: 400 }, layers: [of(n)], peer: null, shared: { lens: {} },
+        renderer: { setPixelRatio() {}, setSize() {} }, eye: { resize() {}, camera: { fov: 40 } } });
+      const [few, many] = [stage(60), stage(6000)];
+      const sizes = () => [few, many].map(one => (one.resize(), one.layers[0].own.least.value));
+      const apart = sizes();
+      [few.peer, many.peer] = [many, few];
+      return [apart, sizes()];
+    })"""
+    apart, beside = page.evaluate(least)
+    assert apart[0] > apart[1]
+    assert beside == [apart[1]] * 2
+
+
 def test_both_are_looked_at_from_the_same_place(forked):
     page = forked
     first, second = page.locator("#canvas").bounding_box(), page.locator("#canvas2").bounding_box()

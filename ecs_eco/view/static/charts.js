@@ -20,16 +20,16 @@ const [RECENT, LATELY] = [10, 60]; // last ticks over which births and deaths, a
 const MOST = 12000; // maximum number of points; beyond that, every second point of the older half is dropped
 const WINDOWS = [["last 500", 500], ["last 2,000", 2000], ["last 10,000", 10000], ["all ticks", Infinity]];
 
-/** @typedef {{key: string, title: string, unit: string}} Chart */
+/** @typedef {{key: string, title: string, unit: string, heading?: string}} Chart `heading`: unit in the headings of a file */
 
 /** @type {Chart[]} */
 const CHARTS = [
-  { key: "n", title: "Populations", unit: "organisms" },
+  { key: "n", title: "Populations", unit: "organisms", heading: "organisms" },
   { key: "happiness", title: "Happiness", unit: "mean" },
   { key: "genes", title: "Genes", unit: "mean" },
-  { key: "causes", title: "Deaths", unit: "per tick, by cause" },
-  { key: "births", title: "Births", unit: "per tick" },
-  { key: "energy", title: "Energy", unit: "per tick, taken in and burned" },
+  { key: "causes", title: "Deaths", unit: "per tick, by cause", heading: "per tick" },
+  { key: "births", title: "Births", unit: "per tick", heading: "per tick" },
+  { key: "energy", title: "Energy", unit: "per tick, taken in and burned", heading: "energy per tick" },
 ];
 
 export class Charts {
@@ -281,7 +281,7 @@ export class Charts {
    * @param {string[]} names
    * @param {boolean} lowest whether this is the bottom chart
    */
-  build({ key, title, unit }, names, lowest) {
+  build({ key, title, unit, heading }, names, lowest) {
     const hues = genes(isDark());
     const colours = names.map((name, i) => (key === "genes" ? hues[i % hues.length] : name ? this.colourOf(name.split(": ")[0]) : css("--ink")));
     const dashes = names.map((_, i) => (key === "genes" ? DASHES[Math.floor(i / hues.length) % DASHES.length] : DASHES[i % (key === "energy" ? 2 : 3)]));
@@ -293,7 +293,7 @@ export class Charts {
       values.set(name, value);
       head.append(h("span", { class: "key" }, stroke(colours[i], dashes[i]), name || "the world", " ", value));
     });
-    head.append(h("span", { class: "grow" }), ...saves(title, () => table(this.ticks, names, this.lines[key]), () => this.plots.get(key)?.plot.ctx.canvas));
+    head.append(h("span", { class: "grow" }), ...saves(title, () => table(this.ticks, names, this.lines[key], heading), () => this.plots.get(key)?.plot.ctx.canvas));
     if (key === "n" && this.logarithmic) head.append(this.logarithmic);
     const place = h("div", { class: "chart" }, head);
     const after = this.charts.slice(this.charts.findIndex((chart) => chart.key === key) + 1).map((chart) => this.plots.get(chart.key)).find(Boolean);

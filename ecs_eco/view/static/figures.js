@@ -1,5 +1,6 @@
 // Figures below the charts: the phase plane of two species, and the distribution of the value by which organisms are colored.
 
+import { BOTTOM, HIGH, LEFT, RIGHT, TOP, WIDE, grid } from "./axes.js";
 import { h, number, s } from "./dom.js";
 import { Flows } from "./flows.js";
 import { WORDS } from "./frame.js";
@@ -13,8 +14,6 @@ import { css } from "./theme.js";
 export const FIGURES = [{ key: "flows", title: "Who eats whom" }, { key: "plane", title: "Phase plane" }, { key: "spread", title: "Distribution" }, { key: "scatter", title: "Organisms" }];
 
 const KEPT = "ecs-eco-plane"; // in localStorage: the two species of the phase plane
-const [WIDE, HIGH] = [360, 250]; // size of a figure in its own units
-const [LEFT, BOTTOM, TOP, RIGHT] = [52, 34, 10, 12];
 const MOST = 1500; // maximum number of points in the curve
 const BINS = 25;
 const PACE = 250; // [ms] between updates of a distribution
@@ -177,12 +176,9 @@ function binned({ n, words }) {
 function axes(right, up, most, label, low = 0) {
   const root = s("svg", { viewBox: `0 0 ${WIDE} ${HIGH}`, class: "figure-axes", role: "img", "aria-label": label });
   const [line, soft] = [css("--line"), css("--soft")];
-  for (let k = 0; k <= 4; k++) {
-    const x = LEFT + ((WIDE - LEFT - RIGHT) * k) / 4, y = HIGH - BOTTOM - ((HIGH - BOTTOM - TOP) * k) / 4;
-    root.append(s("line", { x1: LEFT, x2: WIDE - RIGHT, y1: y, y2: y, stroke: line }), s("line", { x1: x, x2: x, y1: TOP, y2: HIGH - BOTTOM, stroke: line }),
-      s("text", { x: LEFT - 5, y: y + 4, "text-anchor": "end", fill: soft }, number(Number(((most[1] * k) / 4).toPrecision(2))) + (up === "share" ? " %" : "")),
-      s("text", { x, y: HIGH - BOTTOM + 14, "text-anchor": k === 4 ? "end" : "middle", fill: soft }, number(Number((low + ((most[0] - low) * k) / 4).toPrecision(2)))));
-  }
+  const x = (/** @type {number} */ value) => LEFT + ((WIDE - LEFT - RIGHT) * (value - low)) / (most[0] - low);
+  const y = (/** @type {number} */ value) => HIGH - BOTTOM - ((HIGH - BOTTOM - TOP) * value) / most[1];
+  root.append(...grid([low, most[0]], x, [0, most[1]], y, up === "share" ? "%" : ""), s("path", { d: `M${LEFT},${TOP}V${HIGH - BOTTOM}H${WIDE - RIGHT}`, fill: "none", stroke: line }));
   root.append(s("text", { x: (LEFT + WIDE - RIGHT) / 2, y: HIGH - 4, "text-anchor": "middle", fill: soft }, right));
   if (up !== "share") root.append(s("text", { x: 11, y: HIGH / 2, "text-anchor": "middle", fill: soft, transform: `rotate(-90 11 ${HIGH / 2})` }, up));
   return root;

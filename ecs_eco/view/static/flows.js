@@ -3,6 +3,7 @@
 import { h, number, s } from "./dom.js";
 import { kindsOf } from "./marks.js";
 import { drawing, saves } from "./save.js";
+import { csv } from "./series.js";
 import { css } from "./theme.js";
 import { levels } from "./world.js";
 
@@ -120,7 +121,7 @@ export class Flows {
   /** The data as comma-separated values. */
   csv() {
     const { nodes, meals } = this.found();
-    return ["from,to,energy per tick,organisms per tick", ...rows(nodes, meals).map((row) => row.map((cell) => cell ?? "").join(","))].join("\n") + "\n";
+    return csv([["from", "to", "energy per tick", "organisms per tick"], ...rows(nodes, meals)]);
   }
 }
 

@@ -52,6 +52,7 @@ export function pair(connection, calls) {
     $("stage").classList.add("pair");
     const stage = new Stage(canvas, /** @type {import("./protocol.js").Hello} */ (hello), over);
     stage.eye.touched = true; // this camera copies the view of the first camera
+    [stage.peer, page.stage.peer] = [page.stage, stage];
     /** @type {Two} */
     const made = { stage, other: new Other(page.charts, names, at), names, parts, ring, tag, here, frames: page.stage.frames, recipe, at, change, said: "", seen: [] };
     stage.onrender = () => overlay.circle(stage, ring, tag);
@@ -89,6 +90,7 @@ export function pair(connection, calls) {
     $("stage").classList.remove("pair");
     $("pair").hidden = true;
     page.stage.eye.cover = overlay.covered;
+    page.stage.peer = null;
     page.stage.dirty = true;
     calls.count();
   }

@@ -1,6 +1,7 @@
 // A scatter plot of two values, with points in the color of the species; a click selects an organism.
 
-import { h, number, s } from "./dom.js";
+import { BOTTOM, HIGH, LEFT, RIGHT, TOP, WIDE, grid } from "./axes.js";
+import { h, s } from "./dom.js";
 import { drawing } from "./save.js";
 import { css } from "./theme.js";
 
@@ -8,8 +9,6 @@ import { css } from "./theme.js";
 
 const KEPT = "ecs-eco-scatter"; // in localStorage: the two values
 const PACE = 1500; // [ms] between requests while time passes
-const [WIDE, HIGH] = [360, 250];
-const [LEFT, BOTTOM, TOP, RIGHT] = [52, 34, 10, 12];
 
 export class Scatter {
   /** @param {{ask: (x: string, y: string) => void, select: (uid: number) => void, colourOf: (name: string) => string, shown: (name: string) => boolean}} calls */
@@ -84,12 +83,7 @@ export class Scatter {
     const y = (/** @type {number} */ value) => HIGH - BOTTOM - ((HIGH - BOTTOM - TOP) * (value - ends[1][0])) / (ends[1][1] - ends[1][0]);
     const total = found.reduce((sum, [, { uid }]) => sum + uid.length, 0);
     const root = s("svg", { viewBox: `0 0 ${WIDE} ${HIGH}`, class: "figure-axes", role: "img", "aria-label": `${message.y} against ${message.x}: ${total} organisms` });
-    for (let k = 0; k <= 4; k++) {
-      const [u, v] = [0, 1].map((axis) => ends[axis][0] + ((ends[axis][1] - ends[axis][0]) * k) / 4);
-      root.append(s("line", { x1: x(u), x2: x(u), y1: TOP, y2: HIGH - BOTTOM, stroke: css("--line") }), s("line", { x1: LEFT, x2: WIDE - RIGHT, y1: y(v), y2: y(v), stroke: css("--line") }),
-        s("text", { x: x(u), y: HIGH - BOTTOM + 14, "text-anchor": k === 4 ? "end" : "middle", fill: css("--soft") }, number(Number(u.toPrecision(3)))),
-        s("text", { x: LEFT - 5, y: y(v) + 4, "text-anchor": "end", fill: css("--soft") }, number(Number(v.toPrecision(3)))));
-    }
+    root.append(...grid(ends[0], x, ends[1], y));
     for (const [name, points] of found) {
       const group = s("g", { fill: this.calls.colourOf(name), "fill-opacity": 0.65, "data-kind": name, "data-n": points.uid.length });
       points.uid.forEach((uid, i) => group.append(s("circle", { cx: x(points.x[i]).toFixed(1), cy: y(points.y[i]).toFixed(1), r: 2.2, "data-uid": uid })));

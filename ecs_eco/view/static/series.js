@@ -35,11 +35,17 @@ export function nights(u, ticks, light) {
  * @param {number[]} ticks
  * @param {string[]} names of columns
  * @param {Record<string, Line>} lines
+ * @param {string} [unit]
  */
-export function table(ticks, names, lines) {
-  const cell = (/** @type {string} */ text) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
-  const rows = ticks.map((tick, i) => [tick, ...names.map((name) => lines[name][i] ?? "")].join(","));
-  return [["tick", ...names.map((name) => cell(name || "the world"))].join(","), ...rows].join("\n") + "\n";
+export function table(ticks, names, lines, unit) {
+  const heads = names.map((name) => (name || "the world") + (unit ? ` [${unit}]` : ""));
+  return csv([["tick", ...heads], ...ticks.map((tick, i) => [tick, ...names.map((name) => lines[name][i])])]);
+}
+
+/** Rows as comma-separated text; missing cells are empty. @param {(string | number | null | undefined)[][]} rows */
+export function csv(rows) {
+  const cell = (/** @type {string} */ text) => (/[",\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
+  return rows.map((row) => row.map((value) => cell(String(value ?? ""))).join(",")).join("\n") + "\n";
 }
 
 /**

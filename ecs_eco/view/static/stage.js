@@ -30,6 +30,8 @@ export class Stage {
   constructor(canvas, hello, over) {
     this.canvas = canvas;
     this.hello = hello;
+    /** @type {Stage | null} the stage of a second world side by side */
+    this.peer = null;
     this.kinds = kindsOf(hello);
     this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true, powerPreference: "low-power" });
     Object.assign(this.renderer, { outputColorSpace: LinearSRGBColorSpace }).setClearColor(0, 0);
@@ -166,6 +168,12 @@ export class Stage {
     this.dirty = true;
   }
 
+  /** The number of organisms in the fuller of two worlds side by side, so that bodies of one size look alike in both. */
+  crowding() {
+    const own = (/** @type {Stage | null} */ stage) => stage?.layers.reduce((sum, layer) => sum + layer.block.n, 0) ?? 0;
+    return Math.max(own(this), own(this.peer));
+  }
+
   resize() {
     const { clientWidth: width, clientHeight: height } = this.canvas;
     if (!width || !height) return;
@@ -174,8 +182,7 @@ export class Stage {
     this.renderer.setSize(width, height, false);
     this.eye.resize(width, height);
     this.shared.lens.value = (height * ratio) / (2 * Math.tan((this.eye.camera.fov * Math.PI) / 360));
-    const crowd = this.layers.reduce((sum, layer) => sum + layer.block.n, 0);
-    this.crowd = crowd;
+    const crowd = (this.crowd = this.crowding());
     const room = Math.sqrt((width * height) / Math.max(50, crowd)); // px per organism
     for (const layer of this.layers) {
       const most = layer.kind.moves ? 6 : 3.4;
@@ -196,7 +203,7 @@ export class Stage {
     if (!moved && !moving && !this.dirty) return false;
     this.dirty = false;
     this.shared.alpha.value = share;
-    const crowd = this.layers.reduce((sum, layer) => sum + layer.block.n, 0);
+    const crowd = this.crowding();
     if (Math.abs(crowd - (this.crowd ?? 0)) > 0.2 * crowd) this.resize();
     const place = this.selected === null ? null : this.place(this.selected);
     this.eye.follow(place);
