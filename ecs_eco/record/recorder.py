@@ -381,6 +381,13 @@ class Recorder(System):
         blocks = [*self._blocks, *([self._columns(self._at)] if self._at else [])]
         return as_table(blocks or [self._columns(0)], {"species": self.names})
 
+    def since(self, tick: int) -> dict[str, np.ndarray]:
+        """Return the series of the ticks after `tick` that are still in memory: columns [ticks, species]."""
+        blocks = [*self._blocks, *([self._columns(self._at)] if self._at else [])]
+        later = joined([b for b in blocks if b["tick"][-1] > tick] or [self._columns(0)], "")
+        rows = later["tick"] > tick
+        return {name: column[rows].reshape(-1, len(self.names)) for name, column in later.items()}
+
     def matter_series(self) -> Any:
         """Return the matter ledger of all ticks in memory.
 

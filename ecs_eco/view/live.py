@@ -25,7 +25,7 @@ from ecs_eco.view.rewind import Ring
 from ecs_eco.view.scene import coloured_genes, describe, drawn, kinds_of, land_of, switches, uses_of
 from ecs_eco.view.source import Message, said
 from ecs_eco.view.story import EVERY, Story, foods_of
-from ecs_eco.view.tally import point
+from ecs_eco.view.tally import sample
 from ecs_eco.view.watched import Crowd, Watched, tick_of
 
 TRACED = 600  # maximum number of points in an organism's trace
@@ -180,7 +180,7 @@ class Live(Watched):
         return column
 
     def sample(self) -> None:
-        self.curves.add(point(self.world, self.journal, self.genes))
+        sample(self.curves, self.world, self.journal, self.genes)
 
     def series(self, after: int) -> Message | None:
         return self.curves.after(after)

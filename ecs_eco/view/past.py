@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.config.models.reporters import DIED, EATEN
-from ecs_eco.view import flows
-from ecs_eco.view.curves import DEPTH, Key, died
+from ecs_eco.view import flows, tally
+from ecs_eco.view.curves import Key
 from ecs_eco.view.genealogy import LARGEST
 from ecs_eco.view.recording import Recording
 from ecs_eco.view.story import EVERY, Story, foods_of
@@ -78,15 +78,19 @@ class Past:
         """Return population sizes, mean happiness, reports and depths at these ticks, which must be the ticks
         of the recording's curves. Depths are omitted if the run is too long."""
         r, config = self._recording, self._recording.manifest["config"]["species"]
-        out: dict[Key, np.ndarray] = {("n", name): n for name, n in r.curves["n"].items()}
-        for name in (name for name in r.species if config[name].get("happiness")):
-            out["happiness", name] = np.where(r.curves["n"][name] > 0, r.curves["happiness"][name], np.nan)
+        columns = {
+            "n": np.column_stack([*r.curves["n"].values()]),
+            "happiness_mean": np.column_stack([*r.curves["happiness"].values()]),
+        }
+        if self._counts is not None and "depth_mean" in self._columns:
+            columns["depth_mean"] = r.column("depth_mean")[ticks - r.first]
+        happy, movers = (
+            [name for name in r.species if config[name].get(section)]
+            for section in ("happiness", "locomotion")
+        )
+        out = tally.levels_of(columns, r.species, happy, movers)
         for reporter, said in r.curves["reports"].items():
             out |= {("reports", reporter, of): values for of, values in said.items()}
-        if self._counts is not None and "depth_mean" in self._columns:
-            for name, deep in zip(r.species, r.column("depth_mean")[ticks - r.first].T, strict=True):
-                if config[name].get("locomotion"):
-                    out["reports", DEPTH, name] = np.where(out["n", name] > 0, -deep, np.nan)
         return out
 
     def sums(self, ticks: np.ndarray) -> dict[Key, np.ndarray]:
@@ -95,18 +99,8 @@ class Past:
         if self._counts is None:
             return {}
         _, births, deaths = self._counts
-        out: dict[Key, np.ndarray] = {}
         at = ticks - r.first
-        for s, name in enumerate(r.species):
-            causes = [(c, deaths[at, s, k]) for k, c in enumerate(self.causes) if deaths[-1, s, k]]
-            out |= died(name, causes, births[at, s])
+        totals = {"births": births[at]} | {DIED + c: deaths[at, :, k] for k, c in enumerate(self.causes)}
         names = [name for name in self._columns if name in flows.FLOWS or name.startswith(EATEN)]
-        columns = {name: r.column(name).cumsum(axis=0)[at] for name in names}
-        by = "eaten by "
-        meals = {
-            (food, cause.removeprefix(by)): deaths[at, s, k]
-            for s, food in enumerate(r.species)
-            for k, cause in enumerate(self.causes)
-            if cause.startswith(by)
-        }
-        return out | flows.of_run(columns, r.species, self.foods, meals)
+        totals |= {name: r.column(name).cumsum(axis=0)[at] for name in names}
+        return tally.sums_of(totals, r.species, self.foods)

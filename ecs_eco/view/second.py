@@ -47,6 +47,7 @@ class Second:
         source.ranges = of.ranges  # colors have the same meaning in both worlds
         if isinstance(source, Live):
             self.common, source.ring.used = int(source.world.next_uid), True
+            source.curves.first = begins
             source.world.before_tick.append(self._before)
 
     @property
@@ -104,11 +105,12 @@ class Second:
         if isinstance(self.source, Replay):
             self._seek(tick)
             return True
-        until = time.monotonic() + seconds
+        until, of, world = time.monotonic() + seconds, self.of, self.source.world
+        known = of.curves.ticks if isinstance(of, Live) else of.recording.curves["tick"]
         while self.tick < tick:
-            if self._sampled(self.tick):
+            if world.recorder is None and self.tick in known:  # otherwise the recorder has these points
                 self._sample()
-            self.source.world.run(1)
+            world.run(1)
             if time.monotonic() > until:
                 break
         return self.tick >= tick
@@ -143,11 +145,6 @@ class Second:
         if self._change is not None and world.tick == self.begins:
             world.intervene(self._change)
 
-    def _sampled(self, tick: int) -> bool:
-        """Return whether the first world's curves have a point at this tick."""
-        of = self.of
-        return tick in (of.curves.ticks if isinstance(of, Live) else of.recording.curves["tick"])
-
     def frame(self, number: int, colour: str) -> bytes:
         """Return the frame of this world."""
         known, of = self.source.hello()["colours"], asked(colour)
@@ -155,16 +152,13 @@ class Second:
         return self.source.frame(number, colour if shown else "species")
 
     def sample(self) -> None:
-        """Add a point to the curves if both worlds are at the same tick."""
+        """Add points to the curves of a live world if both worlds are at the same tick."""
         if self.there:
             self._sample()
 
     def _sample(self) -> None:
-        """Add a point to the curves of a live world: at most one per tick, and none before the start."""
-        if isinstance(self.source, Live) and self.tick >= self.start:
-            ticks = self.source.curves.ticks
-            if not ticks or ticks[-1] < self.source.tick:
-                self.source.sample()
+        if isinstance(self.source, Live) and max(self.source.curves.last, self.begins - 1) < self.source.tick:
+            self.source.sample()
 
     def greeting(self) -> list[Message]:
         """Return the messages that a new page needs."""

@@ -2,6 +2,7 @@
 
 from csv import reader
 from io import StringIO
+from itertools import pairwise
 
 import pytest
 
@@ -68,20 +69,41 @@ def test_deaths_a_tick_are_means_over_ticks_and_a_cause_counts_for_nothing_befor
 def test_sparklines_are_even_in_time_and_end_at_the_tick_shown(page):
     line = """tick => import('/charts.js').then(({ Charts }) => {
       const charts = Object.create(Charts.prototype);
-      const ticks = [0, 300, ...Array.from({length: 91}, (_, i) => 300 + i), 600].filter((t, i, all) => t !== all[i - 1]);
+      const ticks = [0, ...Array.from({length: 91}, (_, i) => 300 + i), 600];
       const lines = {n: {deer: ticks.map(t => 1000 - t)}, births: {}, causes: {}};
       return Object.assign(charts, {tick, ticks, lines}).brief("deer").line;
     })"""
     falls = page.evaluate(line, 600)
     assert len(falls) == 40
-    assert falls[0] == 1000 and falls[-1] == 400
+    assert falls[0] == 1000
+    assert falls[-1] == 400
     assert falls[:20] == [1000] * 20  # no point before tick 300, half of the time
     assert page.evaluate(line, 300)[-1] == 700  # going back, nothing later shows
     assert page.evaluate(line, 0) == [1000]
 
 
+def test_old_points_are_thinned_to_extremes_and_rates_stay_means_over_all_ticks(page):
+    ticks, n, births, happiness = page.evaluate("""() => import('/charts.js').then(({ Charts }) => {
+      const charts = Object.create(Charts.prototype), ticks = Array.from({length: 100}, (_, i) => 2 * i);
+      const deer = ticks.map(t => t === 30 ? 999 : t === 40 ? 1 : 500);
+      const births = {deer: ticks.map((t, i) => i ? t : null)};
+      const lines = {n: {deer}, births, happiness: {deer: [...ticks]}};
+      Object.assign(charts, {ticks, light: ticks.map(() => 1), lines}).thin();
+      return [ticks, lines.n.deer, lines.births.deer, lines.happiness.deer];
+    })""")
+    assert 50 < len(ticks) < 80
+    assert ticks[-50:] == list(range(100, 200, 2))
+    assert {30, 40} <= set(ticks)
+    assert n == [999 if t == 30 else 1 if t == 40 else 500 for t in ticks]
+    assert happiness == ticks
+    spans = [b - a for a, b in pairwise(ticks)]
+    born = sum(rate * span for rate, span in zip(births[1:], spans, strict=True))
+    assert born == sum(2 * t for t in range(2, 200, 2))
+
+
 def test_lanes_show_deaths_in_the_ticks_up_to_their_point(page):
-    lane = "([ticks, rates, scale]) => import('/lanes.js').then(({ byPixel }) => [...byPixel(ticks, rates, t => t * scale, 0, 10)])"
+    lane = """([ticks, rates, scale]) => import('/lanes.js').then(({ byPixel }) =>
+      [...byPixel(ticks, rates, t => t * scale, 0, 10)])"""
     # six wolves die in ticks 3 to 5, before the point at tick 6; then nothing happens
     assert page.evaluate(lane, [[0, 3, 6, 9], [None, 0, 2, 0], 1]) == [0, 0, 0, 2, 2, 2, 0, 0, 0, 0]
     # several points in a pixel: a mean over ticks

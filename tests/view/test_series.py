@@ -1,10 +1,12 @@
 """The curves of a watched world."""
 
 import numpy as np
+import pytest
 
 from ecs_eco import World
+from ecs_eco.config import load
 from ecs_eco.record import run_to_folder
-from ecs_eco.view.curves import Curves, Point
+from ecs_eco.view.curves import Curves, extremes
 from ecs_eco.view.live import Live
 from ecs_eco.view.recording import by_species
 from ecs_eco.view.replay import Replay
@@ -21,9 +23,9 @@ GARDEN = {
 
 def test_increments_have_the_later_points_and_nulls_for_what_is_not_there():
     curves = Curves()
-    curves.add(Point(1, {("n", "deer"): 4, ("light", ""): 1.0}, {("births", "deer"): 6.0}))
-    levels = {("n", "deer"): 5, ("happiness", "deer"): 0.123456789, ("light", ""): float("nan")}
-    curves.add(Point(3, levels, {("births", "deer"): 9.0, ("causes", "deer", "starved"): 4.0}))
+    curves.add(*points([1], {("n", "deer"): [4], ("light", ""): [1.0]}, {("births", "deer"): [6]}))
+    levels = {("n", "deer"): [5], ("happiness", "deer"): [0.123456789]}
+    curves.add(*points([3], levels, {("births", "deer"): [3], ("causes", "deer", "starved"): [4]}))
     assert curves.after(-1) == {
         "kind": "series",
         "tick": [1, 3],
@@ -44,15 +46,57 @@ def test_increments_have_the_later_points_and_nulls_for_what_is_not_there():
 
 
 def test_curves_are_thinned_and_stay_bounded():
-    curves = Curves(most=8)
-    for tick in range(100):
-        curves.add(Point(tick, {("n", "deer"): tick}, {("births", "deer"): 2 * tick}))
-    points = curves.after(-1)
-    assert len(points["tick"]) <= 8
-    assert points["tick"] == sorted(points["tick"]) == points["n"]["deer"]
-    assert set(points["births"]["deer"][1:]) == {2}  # of ticks without a point, too
-    assert points["tick"][0] == 0
-    assert points["tick"][-1] == 99
+    curves, n = Curves(most=60), np.random.default_rng(1).integers(0, 10**6, 500)
+    for tick in range(500):
+        curves.add(*points([tick], {("n", "deer"): [n[tick]]}, {("births", "deer"): [2]}))
+    sent = curves.after(-1)
+    assert len(sent["tick"]) <= 60
+    assert sent["tick"] == sorted(sent["tick"])
+    assert sent["n"]["deer"] == n[sent["tick"]].tolist()
+    assert {n.min(), n.max()} <= set(sent["n"]["deer"])
+    assert set(sent["births"]["deer"][1:]) == {2}  # of ticks without a point, too
+    assert sent["tick"][0] == 0
+    assert sent["tick"][-1] == 499
+
+
+def test_of_many_ticks_the_extremes_of_each_species_are_kept():
+    n = np.array([[0, 5, 1, 1, 1, 1, 1, 9, 1, 1], [3, 3, 3, 0, 3, 3, 8, 3, 3, 3]])
+    assert extremes(n, 6).tolist() == [0, 3, 6, 7, 9]
+    assert extremes(n, 10).tolist() == [0, 1, 3, 5, 6, 7, 9]
+    assert extremes(np.zeros((1, 1)), 4).tolist() == [0]
+
+
+def test_a_living_world_has_the_points_of_its_recording_however_rarely_it_is_sampled(tmp_path):
+    small = load("predator-prey", {"species.grass.count": 200, "species.deer.count": 60})
+    live = Live(World.from_config(small, seed=3, policies="random"))
+    for ticks in (0, 1, 17, 2, 30):
+        live.world.run(ticks)
+        live.sample()
+    run_to_folder(small, 3, 50, tmp_path / "run", "random", report=False)
+    shown, recorded = live.series(-1), Replay(tmp_path / "run").series(-1)
+    assert shown["tick"] == list(range(51))  # the founders, and the state after each tick
+    assert {name: n[1:] for name, n in shown["n"].items()} == recorded["n"]
+    for group in ("happiness", "births", "deaths", "energy", "causes", "flows"):
+        mine, theirs = (dict(lines(of[group])) for of in (shown, recorded))
+        assert mine.keys() == theirs.keys(), group
+        for name in mine:
+            known = [
+                [-1 if value is None else value for value in of] for of in (mine[name][2:], theirs[name][1:])
+            ]
+            assert known[0] == pytest.approx(known[1], rel=1e-5), (group, name)
+
+
+def lines(group, name=""):
+    """Each line of a group of curves by its name."""
+    for key, value in group.items():
+        yield from lines(value, f"{name}{key} ") if isinstance(value, dict) else [(name + key, value)]
+
+
+def points(ticks, levels, gains):
+    """Points of `Curves.add` from lists."""
+    return np.array(ticks), *(
+        {key: np.array(of, float) for key, of in some.items()} for some in (levels, gains)
+    )
 
 
 def test_what_reporters_say_has_curves_in_a_living_world_and_in_a_recording(tmp_path):

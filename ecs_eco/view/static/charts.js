@@ -2,7 +2,7 @@
 
 import { uPlot } from "./vendor.js";
 import { $, h, number } from "./dom.js";
-import { REPORT, append, grouped, nights, recalled, remember, table } from "./series.js";
+import { REPORT, append, extremes, grouped, meanRate, nights, recalled, remember, table } from "./series.js";
 import { saves } from "./save.js";
 import { genes } from "./colours.js";
 import { FIGURES, Figures } from "./figures.js";
@@ -17,7 +17,8 @@ const [PLAIN, THIN, THICK] = [1.8, 1.1, 2.6]; // line widths [px]; the last two 
 const SPARK = 40; // number of points in a sparkline, evenly spaced in time
 const WIDE = 1500; // ticks in a sparkline
 const [RECENT, LATELY] = [10, 60]; // last ticks over which births and deaths, and causes of death, are averaged
-const MOST = 12000; // maximum number of points; beyond that, every second point of the older half is dropped
+const MOST = 6000; // maximum number of points; beyond that, about every second point of the older half is dropped
+const RATES = ["births", "causes", "energy", "flows"]; // groups of lines that show means per tick
 const WINDOWS = [["last 500", 500], ["last 2,000", 2000], ["last 10,000", 10000], ["all ticks", Infinity]];
 
 /** @typedef {{key: string, title: string, unit: string, heading?: string}} Chart `heading`: unit in the headings of a file */
@@ -121,12 +122,16 @@ export class Charts {
     for (const line of this.all()) line.length = keep;
   }
 
+  /** Keeps about half of the points in the older half: the extremes of all populations. Rates become means over the ticks since the point before. */
   thin() {
-    const half = this.ticks.length >> 1;
+    const half = this.ticks.length >> 1, old = extremes(Object.values(this.lines.n), half, half >> 1);
+    const kept = [...old, ...Array.from({ length: this.ticks.length - half }, (_, i) => half + i)];
+    const ticks = [...this.ticks];
+    const rates = new Set(RATES.flatMap((key) => Object.values(this.lines[key] ?? {})));
     for (const line of this.all()) {
-      const kept = line.filter((_, i) => i > half || i % 2 === 0);
+      const values = kept.map((at, i) => (i && rates.has(line) ? meanRate(line, ticks, kept[i - 1], at) : line[at]));
       line.length = 0;
-      for (const value of kept) line.push(/** @type {number} */ (value));
+      for (const value of values) line.push(/** @type {number} */ (value));
     }
   }
 
