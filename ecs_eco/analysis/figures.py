@@ -227,14 +227,15 @@ def spectra(peaks: Mapping[str, Peak], hue: Mapping[str, str] | None = None) -> 
         ax.fill_between(periods, 1e-12, band, color=BAND, lw=0, label="red noise, 95%")
         ax.loglog(periods, peak.expected[used], color=AXIS, lw=1.1, ls="--", label="red noise, fitted")
         ax.loglog(periods, peak.power[used], color=hue[s], label=s)
-        named = f"{peak.period:,.0f} ticks" if peak.recurs else "no recurring period"
+        named = "no recurring period"
         if peak.recurs:
+            named = f"{peak.period:,.0f} ticks, p {'≤' if peak.p <= 0.002 else '='} {peak.p:.2g}"
             ax.axvline(peak.period, color=INK, lw=0.8, ls=":")
         low, high = max(peak.power[used].min(), 1e-6 * peak.power.max()), max(band.max(), peak.power.max())
         ax.set_ylim(low / 2, 3 * high)
         ax.minorticks_off()
         ax.xaxis.set_major_formatter("{x:,.0f}")
-        ax.set_title(f"{s}: {named}, p {'≤' if peak.p <= 0.002 else '='} {peak.p:.2g}")
+        ax.set_title(f"{s}: {named}")
         ax.set_xlabel("period [ticks]")
     axes[0, 0].set_ylabel("power")
     axes[0, 0].legend(loc="lower right", fontsize=8.5, frameon=True, framealpha=1, edgecolor="none")

@@ -22,7 +22,7 @@ LIGHT, HARM = ("#e3b505", "#f0cf57"), ("#c04a00", "#ff8a4c")
 
 _CAPTION = (
     "The width of a band from food to eater shows the energy gained per tick. Bars on the left show "
-    "energy from light; bars on the right show energy burned (faint) and energy lost at death (solid): what dead "
+    "energy from light; bars on the right show energy burned (faint) and left over at death (solid): what dead "
     "organisms still had, minus what eaters gained from them. Dashed bands mark food that harms its eater."
 )
 _SHARED = (
@@ -43,7 +43,7 @@ class Meal:
 @dataclass(frozen=True)
 class Budget:
     """The other energy flows of a species per tick: inflow from light, or from parents and reactions; energy
-    burned; and energy lost at death: what dead organisms still had, minus what eaters gained from them."""
+    burned; and energy left over at death: what dead organisms still had, minus what eaters gained from them."""
 
     light: float
     other: float
@@ -207,7 +207,7 @@ def _node(name: str, i: int, budget: Budget, at: list[float], scale: float, last
     """Return a species' bar with its name and inflow, and bars for energy burned and lost through death."""
     x, y, high, into, out = at
     parts = []
-    for value, what, opacity in ((budget.burnt, "burned", 0.35), (budget.dead, "lost at death", 0.9)):
+    for value, what, opacity in ((budget.burnt, "burned", 0.35), (budget.dead, "left over at death", 0.9)):
         high_of, words = value * scale, f"{name}, {what}: {number(value)}"
         parts += [_rect("soft", x + BAR, out, STUB - 4, high_of, opacity, words)] * bool(value)
         out += high_of

@@ -34,7 +34,7 @@ def sample(curves: Curves, world: World, journal: Journal, genes: Mapping[str, C
         gains = {key: np.array([total - curves.total(key)]) for key, total in sums.items()}
     else:
         assert world.recorder is not None
-        ticks = rows["tick"][:, 0] + 1  # the state after a tick stands at the next tick
+        ticks = rows["tick"][:, 0] + 1  # the state after a tick has the number of the next tick
         order = [world.recorder.place[name] for name in species]
         rows = {name: column[:, order] for name, column in rows.items()}
         happy = [s for s in species if _feels(world, s)]

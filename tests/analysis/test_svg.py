@@ -180,3 +180,22 @@ def test_a_browser_shows_a_figure_in_the_theme_of_its_page_and_readable_on_a_pho
     assert (seen["dark"]["label"], seen["dark"]["grid"]) == ("rgb(228, 234, 234)", "rgb(40, 49, 54)")
     assert seen["dark"]["wide"] == 390  # figures are scrolled, not the page
     assert seen["dark"]["letter"] >= 9
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(chromium() is None, reason="needs Chromium")
+def test_printing_loses_no_column(tmp_path: Path) -> None:
+    pytest.importorskip("playwright")
+    head = ["world", *(f"a column with a long name, {i}" for i in range(11))]
+    rows = [["with more wolves", *(["1,234.5 (1,000.5 … 2,345.6)"] * 11)]]
+    file = tmp_path / "page.html"
+    file.write_text(page("x", table(head, rows)), encoding="utf-8")
+    with launched() as browser:
+        shown = browser.new_page(viewport={"width": 718, "height": 1000})  # A4 with margins of 1 cm
+        shown.goto(file.as_uri())
+        shown.emulate_media(media="print")
+        right, hidden = shown.evaluate("""() => [
+            Math.max(...[...document.querySelectorAll('td, th')].map(cell => cell.getBoundingClientRect().right)),
+            getComputedStyle(document.querySelector('.wide')).overflowX]""")
+    assert right <= 718
+    assert hidden == "visible"

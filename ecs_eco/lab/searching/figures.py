@@ -25,7 +25,7 @@ def history(entries: Sequence[dict[str, Any]], last: int) -> Figure:
     for stage in range(last + 1):
         here = [e["stage"] == stage for e in entries]
         tone = STAGES[round(stage / max(last, 1) * (len(STAGES) - 1))]
-        word = "all runs" if stage == last else f"stopped at stage {stage + 1}"
+        word = "reached the last stage" if stage == last else f"stopped at stage {stage + 1}"
         ax.plot(minutes[here], merits[here], "o", ms=5, color=tone, label=f"{word} ({sum(here)})")
         ax.axhline(stage + 1, color=GRID, lw=1, zorder=0)
     order = minutes.argsort()

@@ -2,6 +2,7 @@
 
 import csv
 import io
+from html import escape
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -118,9 +119,20 @@ def posterior_blocks(sampler: Sampler, result: dict[str, Any], folder: Path) -> 
         for name, of in result["numbers"].items()
     ]
     statistics = [
-        [name, number(of["observed"]), number(of["median"]), f"{number(of['low'])} … {number(of['high'])}"]
+        [
+            name,
+            number(of["observed"]),
+            number(of["median"]),
+            f"{number(of['low'])} … {number(of['high'])}",
+            _place(of),
+        ]
         for name, of in result["statistics"].items()
     ]
+    outside = [name for name, of in result["statistics"].items() if _place(of)]
+    warned = (
+        f"<p>The posterior does not predict {escape(', '.join(outside))}: the measured value is outside the "
+        "central 90% of the runs. The world may lack a process that causes it.</p>"
+    )
     parameters = sampler.plan.parameters
     shown = [
         drawn(
@@ -138,8 +150,14 @@ def posterior_blocks(sampler: Sampler, result: dict[str, Any], folder: Path) -> 
         told,
         table(["parameter", "range", "median", "central 90%"], numbers),
         *shown,
-        table(["statistic", "measured", "median of the runs", "central 90%"], statistics),
+        table(["statistic", "measured", "median of the runs", "central 90%", "measured value"], statistics),
+        *([warned] if outside else []),
     ]
+
+
+def _place(of: dict[str, float]) -> str:
+    """Return "above" or "below" if the measured value is outside the central 90%, else ""."""
+    return "below" if of["observed"] < of["low"] else "above" if of["observed"] > of["high"] else ""
 
 
 @styled
@@ -170,7 +188,7 @@ def pairs(parameters: tuple[Parameter, ...], kept: Population) -> Figure:
     figure, axes = several(len(chosen), 3, (3.3, 2.9), (0.3, 0.2))
     for ax, (i, j) in zip(axes.flat, chosen, strict=False):
         x, y = ([value_at(parameters[k], u) for u in kept.at[:, k]] for k in (i, j))
-        ax.scatter(x, y, s=20 + 400 * kept.shares, color=POSTERIOR, alpha=0.5, lw=0)
+        ax.scatter(x, y, s=20 + 400 * kept.shares, color=POSTERIOR, alpha=0.5, lw=0, clip_on=False)
         scaled(ax.xaxis, parameters[i])
         scaled(ax.yaxis, parameters[j])
         ax.set(xlim=(parameters[i].low, parameters[i].high), ylim=(parameters[j].low, parameters[j].high))

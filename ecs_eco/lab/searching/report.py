@@ -60,7 +60,8 @@ def write_page(search: Search, result: dict[str, Any]) -> None:
 def _opening(result: dict[str, Any]) -> str:
     best, start = result["confirmation"]["best"], result["confirmation"]["start"]
     spent, whole = f"{result['seconds'] / 60:.1f} minutes", result["by_stage"][-1]
-    course = f"{result['candidates']} candidates in {spent} ({result['optimiser']}); {whole} passed all runs."
+    course = f"{result['candidates']} candidates in {spent} ({result['optimiser']})"
+    course += f"; {whole} reached the last stage."
     if not best["runs"]:
         return course
     ticks = f"{result['confirmation']['ticks']:,}"

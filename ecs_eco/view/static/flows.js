@@ -113,7 +113,7 @@ export class Flows {
     svg.setAttribute("aria-label", `Who eats whom, ticks ${from} to ${Math.min(to, now)}: ${words.join("; ") || "no organism was eaten"}`);
     this.place.replaceChildren(svg);
     const shared = this.charts.shared ? " Energy per food was not recorded, so it is divided among foods by the number eaten." : "";
-    if (this.about) this.about.textContent = `Means of ticks ${number(Math.max(0, from))} to ${number(Math.min(to, now))}. Energy is what eaters gain; energy lost at death is what dead organisms still had, minus what eaters gained from them.${shared}`;
+    if (this.about) this.about.textContent = `Means of ticks ${number(Math.max(0, from))} to ${number(Math.min(to, now))}. Energy is what eaters gain; energy left over at death is what dead organisms still had, minus what eaters gained from them.${shared}`;
     this.keys?.replaceChildren(...keysOf(nodes, meals, this.unit === "energy"));
     this.table?.replaceChildren(...rows(nodes, meals).map((row) => h("tr", {}, ...row.map((cell, i) => (i < 2 ? h("th", { scope: "row", text: cell }) : h("td", { text: typeof cell === "number" ? number(cell) : cell ?? "–" }))))));
   }
@@ -138,7 +138,7 @@ function rows(nodes, meals) {
     ...nodes.filter(({ light }) => light).map(({ name, light }) => ["light", name, light, null]),
     ...nodes.filter(({ other }) => other).map(({ name, other }) => ["parents and reactions", name, other, null]),
     ...meals.map(({ from, to, energy, meals: n }) => [from, to, energy, n]),
-    ...nodes.flatMap(({ name, burnt, given, dead, died }) => [[name, "burnt", burnt, null], [name, "young", given, null], [name, "lost at death", dead, null], [name, "died of other causes", null, died]])
+    ...nodes.flatMap(({ name, burnt, given, dead, died }) => [[name, "burnt", burnt, null], [name, "young", given, null], [name, "left over at death", dead, null], [name, "died of other causes", null, died]])
       .filter(([, , energy, n]) => energy || n),
   ];
 }
@@ -148,7 +148,7 @@ function keysOf(nodes, meals, energy) {
   const key = (/** @type {string} */ fill, /** @type {string} */ text, opacity = 0.9) => h("span", { class: "key" }, s("svg", { viewBox: "0 0 18 8", "aria-hidden": "true" }, s("rect", { width: 18, height: 8, rx: 2, fill, opacity })), text, " ");
   if (!energy) return nodes.some(({ died }) => died) ? [key(css("--soft"), "died of other causes")] : [];
   return [nodes.some(({ light }) => light) && key(css("--light"), "light"), nodes.some(({ burnt }) => burnt) && key(css("--soft"), "burnt", 0.35),
-    nodes.some(({ dead }) => dead) && key(css("--soft"), "lost at death"), meals.some((meal) => meal.energy < 0) && key(css("--minus"), "harms the eater", 0.5)].filter((one) => one !== false);
+    nodes.some(({ dead }) => dead) && key(css("--soft"), "left over at death"), meals.some((meal) => meal.energy < 0) && key(css("--minus"), "harms the eater", 0.5)].filter((one) => one !== false);
 }
 
 /**
@@ -190,7 +190,7 @@ function picture(nodes, meals, energy, wide) {
   for (const node of nodes) {
     const place = at[node.name];
     leaves(node).forEach((value, i) => {
-      const high = value * scale, what = !i ? "burnt" : energy ? "lost at death" : "died of other causes";
+      const high = value * scale, what = !i ? "burnt" : energy ? "left over at death" : "died of other causes";
       if (value) root.append(s("rect", { x: place.x + BAR, y: place.out, width: STUB - 4, height: Math.max(THIN, high), fill: css("--soft"), opacity: i ? 0.9 : 0.35, "data-loss": `${node.name} ${what}` }, s("title", {}, `${node.name}, ${what}: ${number(value)} per tick`)));
       place.out += high;
     });

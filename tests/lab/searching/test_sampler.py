@@ -19,7 +19,7 @@ from ecs_eco.lab.searching.evaluate import likeness
 from ecs_eco.lab.searching.fit import Fit, sampled, statistics
 from ecs_eco.lab.searching.journal import Journal
 from ecs_eco.lab.searching.plan import Plan, plan_of
-from ecs_eco.lab.searching.posterior import summary
+from ecs_eco.lab.searching.posterior import posterior_blocks, summary
 from ecs_eco.lab.searching.sampler import Sampler, weighted_quantiles
 from tests.analysis.test_against import waves
 
@@ -101,6 +101,18 @@ def test_the_posterior_is_that_of_a_model_whose_answer_is_known(
     assert (np.diff(kept.distances) >= 0).all()
     told = summary(sampler, kept, {e["candidate"]: e for e in sampler.journal.entries})
     assert told["numbers"][COUNT]["low"] < 10 + 0.4 * 190 < told["numbers"][COUNT]["high"]
+
+
+@pytest.mark.parametrize(("observed", "place"), [(0.4, ""), (3.0, "above"), (-2.0, "below")])
+def test_a_measured_value_that_the_posterior_does_not_predict_is_flagged(
+    world: Path, tmp_path: Path, observed: float, place: str
+) -> None:
+    sampler = observing(sampler_of(world, "abc", particles=60), observed)
+    simulate(sampler, range(1, 200))
+    told = summary(sampler, sampler.posterior(), {e["candidate"]: e for e in sampler.journal.entries})
+    said = "".join(posterior_blocks(sampler, told, tmp_path / "figures"))
+    assert ("does not predict mean mite" in said) == bool(place)
+    assert (f">{place}</td>" in said) or not place
 
 
 def test_weights_undo_that_later_generations_are_drawn_elsewhere(world: Path) -> None:
