@@ -94,6 +94,19 @@ def test_milk_flows_after_four_seconds_of_sucking_without_a_pause():
 
 
 @pytest.mark.definition("3 chemical rules")
+def test_let_down_takes_the_same_time_in_short_ticks():
+    world = meadow(dt=0.1)
+    fill(world, "glucose", 2.0, 2.0, 2.0, 2.0)
+    arrange(world, "lamb", x=[4.2, 8, 8, 8], y=5, heading=0)
+    decide(world, "suck", 0)
+    for _ in range(40):
+        act(world, Suckle)
+    assert blood(world, "glucose")[0] == 2.0
+    act(world, Suckle)
+    assert blood(world, "glucose")[0] == pytest.approx(2.006, abs=1e-5)
+
+
+@pytest.mark.definition("3 chemical rules")
 def test_living_and_walking_burn_glucose_and_oxygen_by_the_second():
     world = meadow(dt=0.5)
     fill(world, "glucose", 3.0, 3.0, 0.001, 3.0)
@@ -192,9 +205,9 @@ def test_the_kernels_are_their_slow_twins():
             slow[row] += [0, 0, 1] if wet else [0, np.clip(0.007 - slow[row, 1], 0, 0.001), 0]
     assert air == pytest.approx(slow, abs=1e-7)
 
-    milk, since = before.copy(), rng.integers(0, 6, n).astype(F)
+    milk, since = before.copy(), rng.integers(0, 6, n).astype(np.int32)
     slow, clock = before.copy(), since.copy()
-    suck(rows, touches, flags[1], F(4), F(0.001), F(0.005), F(1), 0, since, milk)
+    suck(rows, touches, flags[1], 4, F(0.001), F(0.005), 0, since, milk)
     for row, touch in zip(rows, touches, strict=True):
         sucks = bool(touch) and flags[1, row]
         slow[row, 0] += np.clip(0.005 - slow[row, 0], 0, 0.001) if sucks and clock[row] >= 4 else 0

@@ -12,9 +12,10 @@ import numpy as np
 
 from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Chemistry, Nervous, Velocity
-from ecs_eco.engine.schema import component, f32
+from ecs_eco.engine.schema import component, i32
 from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
+from ecs_eco.life.births import ticks
 from ecs_eco.life.matter import booked
 from ecs_eco.nervous.sensors.touch import touch
 from ecs_eco.space.seekers import Seekers
@@ -32,7 +33,7 @@ NOSTRILS = (-1.2, 1.2)
 class Sucking:
     """How long a lamb has sucked at an udder without a pause."""
 
-    since: f32 = 0.0  # [s]
+    since: i32 = 0  # [ticks]
 
 
 class Breathe(System):
@@ -111,10 +112,9 @@ class Suckle(System):
                     rows,
                     at_udder,
                     table.species.nerves.doing(table, "suck"),
-                    np.float32(self.let_down),
+                    ticks(self.let_down, world.dt),
                     np.float32(self.milk * world.dt),
                     np.float32(self.full),
-                    np.float32(world.dt),
                     world.substances.index("glucose"),
                     table[Sucking].since,
                     table[Chemistry].molarity,
@@ -177,8 +177,8 @@ def inhale(rows, wet, inhales, breath, saturation, gulp, oxygen, water, molarity
 
 
 @njit
-def suck(rows, at_udder, sucks, let_down, milk, full, dt, glucose, since, molarity):
-    """Count the seconds of sucking at an udder, and let milk flow from `let_down` on."""
+def suck(rows, at_udder, sucks, let_down, milk, full, glucose, since, molarity):
+    """Count the ticks of sucking at an udder, and let milk flow from `let_down` on."""
     for i in range(rows.size):
         row = rows[i]
         if not (at_udder[i] and sucks[row]):
@@ -186,7 +186,7 @@ def suck(rows, at_udder, sucks, let_down, milk, full, dt, glucose, since, molari
             continue
         if since[row] >= let_down:
             molarity[row, glucose] = max(molarity[row, glucose], min(molarity[row, glucose] + milk, full))
-        since[row] += dt
+        since[row] += 1
 
 
 @njit
