@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,7 +14,6 @@ from ecs_eco.space.geometry import cells_of
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
-    from ecs_eco.space.field import Field
     from ecs_eco.space.region import Region
     from ecs_eco.space.world import SpatialWorld
 
@@ -62,7 +61,7 @@ def dose_bodies(
         world.matter.book(("table", table.name), BROUGHT, brought, s)
 
 
-def _columns(field: Field, region: Region | None) -> np.ndarray:
+def _columns(field: Any, region: Region | None) -> np.ndarray:
     """Return which columns of a field's cells are in a region: bool[ny, nx]."""
     nx, ny = field.shape[:2]
     inside = np.ones((ny, nx), np.bool_)

@@ -6,7 +6,6 @@ import signal
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from types import FrameType
 from typing import Any
 
 from ecs_eco.ecosystem import World
@@ -31,7 +30,7 @@ def stopping(world: World) -> Iterator[Callable[[], None]]:
             if callable(before[number]) and before[number] is not signal.default_int_handler:
                 signal.raise_signal(number)
 
-    def stop(number: int, frame: FrameType | None) -> None:
+    def stop(number: int, frame: object) -> None:
         heard.append(signal.Signals(number))
         if world.stopping:
             raise KeyboardInterrupt

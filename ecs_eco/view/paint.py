@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -16,9 +16,6 @@ from ecs_eco.analysis.style import as_delivered
 from ecs_eco.engine import files
 from ecs_eco.view.interpolate import Organisms
 from ecs_eco.view.replay import Replay
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 ROUND = np.linspace(-np.pi / 2, np.pi / 2, 9)  # angles along the rounded end of a capsule
 
@@ -295,7 +292,7 @@ class Painter:
         ]
 
     def _discs(
-        self, ax: Axes, x: np.ndarray, y: np.ndarray, radius: float, hue: str, alpha: float, **rim: Any
+        self, ax: Any, x: np.ndarray, y: np.ndarray, radius: float, hue: str, alpha: float, **rim: Any
     ) -> Any:
         return ax.scatter(
             x,

@@ -6,7 +6,6 @@ import logging
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -32,7 +31,7 @@ def merit(entry: dict[str, Any]) -> float:
     return float(entry["stage"]) + 0.5 * (1 + score / (1 + abs(score)))
 
 
-def _optuna() -> ModuleType:
+def _optuna() -> Any:
     """Return Optuna without its log; only searches need it, and it takes a second to import."""
     import optuna
 
@@ -73,13 +72,14 @@ class Optimiser:
 
     def tell(self, candidate: int, values: dict[str, float], worth: float) -> None:
         """Report the merit of a candidate, whether or not it was proposed here."""
-        trials = _optuna().trial
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             if candidate in self.waiting:  # replaced by a trial with rounded values, as in the journal
-                self.study.tell(self.waiting.pop(candidate), state=trials.TrialState.FAIL)
+                self.study.tell(self.waiting.pop(candidate), state=_optuna().trial.TrialState.FAIL)
             inside = {p.name: p.tidy(values[p.name]) for p in self.parameters}
-            self.study.add_trial(trials.create_trial(params=inside, distributions=self.space, value=worth))
+            self.study.add_trial(
+                _optuna().trial.create_trial(params=inside, distributions=self.space, value=worth)
+            )
 
     def ready(self, candidate: int) -> bool:
         """Return whether parameter values for a candidate can be proposed now."""
