@@ -25,8 +25,7 @@ import numpy as np
 import torch
 
 from ecs_eco import World
-from ecs_eco.components.experience import Experience
-from ecs_eco.components.policy import Policy
+from ecs_eco.components import Experience, Policy
 from ecs_eco.learning import PPO, Individuals, choose
 
 SETTINGS = PPO(horizon=32, epochs=4, learning_rate=1e-3)

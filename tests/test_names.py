@@ -13,7 +13,7 @@ import pytest
 import ecs_eco
 from ecs_eco import World, column, component, f32, u8
 from ecs_eco.record import checkpoint
-from ecs_eco.templates import new_package
+from ecs_eco.templates import new_package, new_world
 from ecs_eco.testing import check_component
 from ecs_eco.worlds.build import build
 
@@ -97,7 +97,7 @@ strict = True
 follow_imports = silent
 allow_untyped_defs = True
 allow_untyped_calls = True
-[mypy-wool_lab.*,test_*]
+[mypy-wool_lab.*,lightning,test_*]
 allow_untyped_defs = False
 allow_untyped_calls = False
 [mypy-torch.*,matplotlib.*,pyarrow.*,scipy.*,numba.*,optuna.*]
@@ -107,11 +107,12 @@ ignore_missing_imports = True
 
 
 @pytest.mark.slow
-def test_components_systems_and_worlds_of_users_pass_mypy_and_slips_in_them_do_not(tmp_path):
+def test_own_components_systems_worlds_and_all_templates_pass_strict_mypy_and_slips_in_them_do_not(tmp_path):
     wrong = HERD.replace("length=0.5", "length='long'").replace("learn=False", "lern=False")
     for name, text in {"herd.py": HERD, "wrong.py": wrong, "mypy.ini": MYPY}.items():
         (tmp_path / name).write_text(text)
     new_package(tmp_path / "wool-lab")
+    new_world(tmp_path / "isle")
     command = [
         sys.executable,
         "-m",
@@ -122,7 +123,7 @@ def test_components_systems_and_worlds_of_users_pass_mypy_and_slips_in_them_do_n
         "herd.py",
         "wrong.py",
         "wool-lab/src/wool_lab",
-        *(str(file.relative_to(tmp_path)) for file in (tmp_path / "wool-lab" / "tests").glob("*.py")),
+        *map(str, [*tmp_path.glob("wool-lab/tests/*.py"), *tmp_path.glob("isle/*.py")]),
     ]
     done = subprocess.run(
         command,
@@ -131,7 +132,7 @@ def test_components_systems_and_worlds_of_users_pass_mypy_and_slips_in_them_do_n
         text=True,
         timeout=500,
         check=False,
-        env=os.environ | {"MYPYPATH": f"{ROOT}:wool-lab/src"},
+        env=os.environ | {"MYPYPATH": f"{ROOT}:wool-lab/src:isle"},
     )
     found = [line for line in done.stdout.splitlines() if ": error: " in line]
     assert sorted(line.partition(": error: ")[2] for line in found) == [

@@ -33,11 +33,9 @@ def _components() -> str:
     ]
     for name in components.__all__:
         kind = getattr(components, name)
-        source = inspect.getsource(import_module(kind.__module__))
-        body = source[source.index(f"class {name}") :]
         rows = [
             f"| `{field}` | `{of.strip()}` | `{default or ''}` | {_cell(unit or '')} |"
-            for field, of, default, unit in FIELD.findall(body)
+            for field, of, default, unit in FIELD.findall(inspect.getsource(kind))
         ]
         rows = [row.replace("| `` |", "| |") for row in rows]
         doc = inspect.cleandoc(kind.__doc__ or "").replace("<", "&lt;")

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ecs_eco.analysis import quantiles
 from ecs_eco.analysis.runs import Series, load_series
 from ecs_eco.analysis.spectrum import SHORTEST, Peak, detrend, spectral_peak, thin, transform, waves
 
@@ -225,8 +226,6 @@ def lag(a: np.ndarray, b: np.ndarray, period: float, *, n_boot: int = 999, seed:
     >>> round(lag(np.sin(2 * np.pi * t), np.sin(2 * np.pi * (t - 0.25)), period=50).share, 2)
     0.25
     """
-    from scipy.special import ndtri, stdtrit  # slow to import, though faster than scipy.stats
-
     (a, factor), (b, _) = thin(a, LAG_SAMPLES), thin(b, LAG_SAMPLES)
     period = period / factor
     za, zb = waves(a, period), waves(b, period)
@@ -240,7 +239,7 @@ def lag(a: np.ndarray, b: np.ndarray, period: float, *, n_boot: int = 999, seed:
     off = np.angle(sums[starts].sum(1) * np.exp(-1j * phase)) / (2 * np.pi)
     share = float(phase / (2 * np.pi) % 1)
     blocks = max(n / block, 3.0)
-    wider = stdtrit(blocks - 1, 0.975) / ndtri(0.975) * np.sqrt(blocks / (blocks - 1))
+    wider = quantiles.student(blocks - 1, 0.95) / quantiles.normal(0.95) * np.sqrt(blocks / (blocks - 1))
     low, high = np.clip(np.quantile(off, [0.025, 0.975]) * wider, -0.5, 0.5)
     coherence = float(np.abs(cross.mean()) / weight) if weight else 0.0
     return Lag(share, share + float(low), share + float(high), coherence)

@@ -12,6 +12,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from ecs_eco.analysis import quantiles
 from ecs_eco.analysis.cycles import CycleStatistics, living_stretch
 from ecs_eco.analysis.extinction import declines, lifetime
 from ecs_eco.analysis.palette import AXIS, ON_CELL
@@ -208,13 +209,11 @@ def mean_interval(table: np.ndarray, level: float = 0.95) -> Interval:
     >>> mean_interval(np.array([[1.0, 2.0], [3.0, 4.0]])).value
     2.5
     """
-    from scipy.special import stdtrit
-
     y = np.asarray(table, float)
     error, df = spread_of_mean(y)
     if df <= 0:
         return Interval(float(y.mean()), np.nan, np.nan)
-    half = float(stdtrit(df, 0.5 + level / 2)) * error
+    half = quantiles.student(df, level) * error
     return Interval(float(y.mean()), float(y.mean()) - half, float(y.mean()) + half)
 
 
@@ -255,15 +254,13 @@ def effective_runs(table: np.ndarray, level: float = 0.95) -> float:
     >>> effective_runs(np.ones((3, 4)))
     3.0
     """
-    from scipy.special import ndtri, stdtrit
-
     y = np.asarray(table, float)
     error, df = spread_of_mean(y)
     share = float(y.mean())
     if share in (0.0, 1.0) or df <= 0:
         return float(y.shape[0])
     n = min(share * (1 - share) / error**2, float(y.size)) if error > 0 else float(y.size)
-    return float(n * (ndtri(0.5 + level / 2) / stdtrit(df, 0.5 + level / 2)) ** 2)
+    return float(n * (quantiles.normal(level) / quantiles.student(df, level)) ** 2)
 
 
 def share_interval(table: np.ndarray, level: float = 0.95) -> Interval:

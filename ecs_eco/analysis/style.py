@@ -208,7 +208,7 @@ def _lay_out(figure: Figure, dpi: int) -> None:
         figure.set_layout_engine(None)
 
 
-def _nothing_above(ax: Any) -> bool:
+def _nothing_above(ax: "matplotlib.axes.Axes") -> bool:
     """Return whether the title stays in place because nothing is above the axes: no tick labels, other axes
     or common factor, which matplotlib writes for tiny, large or similar numbers."""
     low, high = sorted(ax.get_ylim())

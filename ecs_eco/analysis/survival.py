@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ecs_eco.analysis import quantiles
+
 if TYPE_CHECKING:
     from scipy.stats import CensoredData
     from scipy.stats._survival import EmpiricalDistributionFunction
@@ -190,13 +192,11 @@ def wilson(successes: float, n: float, level: float = 0.95) -> Interval:
     >>> round(share.low, 2), round(share.high, 2)
     (0.53, 0.98)
     """
-    from scipy.special import ndtri
-
     if not 0 <= successes <= n:
         raise ValueError(f"successes = {successes}; expected 0 to {n}")
     if n == 0:
         return Interval(np.nan, 0.0, 1.0)
-    z2, share = ndtri(0.5 + level / 2) ** 2, successes / n
+    z2, share = quantiles.normal(level) ** 2, successes / n
     centre = (share + z2 / (2 * n)) / (1 + z2 / n)
     half = np.sqrt(z2 * (share * (1 - share) / n + z2 / (4 * n * n))) / (1 + z2 / n)
     return Interval(share, float(max(0.0, centre - half)), float(min(1.0, centre + half)))
@@ -282,8 +282,6 @@ def bootstrap_difference(
     >>> gap.value, gap.low > 0
     (4.0, True)
     """
-    from scipy.special import ndtri, stdtrit
-
     x, y = np.asarray(a, float), np.asarray(b, float)
     if paired and x.shape != y.shape:
         raise ValueError(f"paired samples must be equally long, got {len(x)} and {len(y)}")
@@ -303,6 +301,6 @@ def bootstrap_difference(
         scale += drawn.var() ** 2 / (len(v) - 1)
     if not variance:
         return Interval(value, value, value)
-    expand = stdtrit(variance**2 / scale, 0.5 + level / 2) / ndtri(0.5 + level / 2)
+    expand = quantiles.student(variance**2 / scale, level) / quantiles.normal(level)
     low, high = np.quantile(off, [0.5 - level / 2, 0.5 + level / 2]) * expand
     return Interval(value, value + float(low), value + float(high))

@@ -56,6 +56,7 @@ from ecs_eco.cli.trust import allow
 from ecs_eco.compiled import portable
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.ecosystem import World as Ecosystem
+from ecs_eco.lab.arm import check_policies
 from ecs_eco.lab.executors import LOCAL, check_engine
 from ecs_eco.record.archipelago import is_archipelago
 from ecs_eco.record.details import how_many
@@ -252,8 +253,6 @@ def _run(
         check_engine(how.on)
     seed, ticks = config.seed if seed is None else seed, ticks or config.ticks
     if policies:
-        from ecs_eco.lab.arm import check_policies
-
         check_policies(policies, config)
     command = command_of(world, config, seed, ticks, policies, changes, learn, record)
     command += "".join(f" --until {shlex.quote(rule)}" for rule in until)

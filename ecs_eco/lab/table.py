@@ -18,6 +18,7 @@ from ecs_eco.lab.plan import Hypercube
 from ecs_eco.lab.response import Outcome, Row, group, outcomes_of
 from ecs_eco.lab.status import Survey
 from ecs_eco.record.container import inside
+from ecs_eco.record.parquet import write_part
 from ecs_eco.record.seal import read_manifest
 
 RUNS = "runs.parquet"
@@ -159,8 +160,6 @@ def _place(rows: list[dict[str, Any]]) -> Any:
 def write_table(rows: list[dict[str, Any]], path: Path) -> Path:
     """Write rows as a Parquet file; columns with values of different types become text."""
     import pyarrow as pa
-
-    from ecs_eco.record.parquet import write_part
 
     columns = {}
     for name in rows[0]:

@@ -13,6 +13,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from safetensors import SafetensorError
+from safetensors.numpy import load as parsed
 
 from ecs_eco.engine import files
 
@@ -38,9 +40,6 @@ def load(path: str | Path) -> dict[str, np.ndarray]:
 
 def read(content: bytes) -> tuple[dict[str, np.ndarray], Names | None]:
     """Return the weights and the names from a file's bytes. Raises ValueError."""
-    from safetensors import SafetensorError
-    from safetensors.numpy import load as parsed
-
     try:
         weights = parsed(content)
         metadata = (

@@ -66,7 +66,7 @@ def range_of(table: Table, way: AnyBearing) -> tuple[Any, Any]:
     return near, spacing
 
 
-def around(table: Table, way: Any, parents: np.ndarray) -> Around:
+def around(table: Table, way: AnyBearing, parents: np.ndarray) -> Around:
     """Return the possible positions of newborns of parents in rows i64[k]."""
     p, (near, spacing) = table[Position], range_of(table, way)
     if isinstance(spacing, np.ndarray):

@@ -359,7 +359,7 @@ def _ends(nerves: Nerves) -> tuple[np.ndarray, np.ndarray]:
     )
 
 
-def _nerves_of(world: Any, species: str) -> Nerves:
+def _nerves_of(world: SpatialWorld, species: str) -> Nerves:
     """Return the nervous system of a species. Raises a ConfigError if the species cannot be controlled."""
     nerves: Nerves | None = world.table(species).species.nerves
     fault = allowed = ""

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.components.genome import Genome
+from ecs_eco.components import Genome
 from ecs_eco.genomes.alphabet import DNA
 from ecs_eco.genomes.codes import Code
 

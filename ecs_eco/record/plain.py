@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+import esper
 import numpy as np
 
 from ecs_eco.engine.errors import CheckpointError
@@ -85,8 +86,6 @@ def load_plain(
     world: SpatialWorld, listed: Sequence[Sequence[Any]], arrays: Arrays, where: str, code: Code
 ) -> None:
     """Give organisms the plain components that a checkpoint lists for them."""
-    import esper
-
     if not listed:
         return
     with world.context.inside():

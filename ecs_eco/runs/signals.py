@@ -30,7 +30,7 @@ def stopping(world: World) -> Iterator[Callable[[], None]]:
             if callable(before[number]) and before[number] is not signal.default_int_handler:
                 signal.raise_signal(number)
 
-    def stop(number: int, frame: Any) -> None:
+    def stop(number: int, frame: object) -> None:
         heard.append(signal.Signals(number))
         if world.stopping:
             raise KeyboardInterrupt

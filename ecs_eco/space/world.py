@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ecs_eco._html import grid
-from ecs_eco.components.body import Body
-from ecs_eco.components.position import Position
+from ecs_eco.components import Body, Position
 from ecs_eco.engine.addresses import Addresses
 from ecs_eco.engine.table import Table
 from ecs_eco.esper_bridge.world import World

@@ -1,7 +1,7 @@
 """The behavior of entities, one system per file. Each system selects columns and calls a kernel.
 
 Systems never import each other; shared code belongs in `ecs_eco.life`, `ecs_eco.nervous`, `ecs_eco.space` or
-a component. `schedule.py` defines their order.
+a component. `ORDER` lists them in the order of a tick, from which `schedule.py` selects those of a world.
 """
 
 from typing import TYPE_CHECKING
@@ -52,10 +52,18 @@ if TYPE_CHECKING:
     from ecs_eco.systems.use_land import UseLand as UseLand
     from ecs_eco.systems.wander import Wander as Wander
 
-_NAMES = """
-    Age Build Carry Collide Compress Decay Decide Decompose Diffuse Dilute Drift ExchangeHeat
-    ExchangeMatter Feed Feel GiveBirth Grow GrowUp Hatch Intervene Learn LeaveRemains Mate Mature
-    Metabolise Move Nurse Perish Provide React Renew Reproduce ResetFlows Respawn Sense Shade SlowDown
-    Spread TakeStock Travel UseLand Wander
-"""
-__getattr__ = lazy(__name__, {f".{file_of(name)}": name for name in _NAMES.split()})
+# the systems of a tick by phase, in running order
+ORDER = {
+    "environment": "Intervene UseLand ResetFlows TakeStock Dilute Shade Grow Diffuse Mature SlowDown",
+    "sense": "Sense",
+    "feel": "Feel",
+    "learn": "Learn",
+    "decide": "Decide",
+    "move": "Wander Move Drift Travel Carry",
+    "interact": "Collide Feed Nurse Mate Build",
+    "metabolise": "Metabolise ExchangeMatter React Decay Decompose ExchangeHeat Compress GrowUp Age",
+    "die": "Hatch Perish LeaveRemains",  # at its end, the rows of dying organisms are freed
+    "reproduce": "Provide Renew Respawn Reproduce GiveBirth Spread",  # at its end, newborns get rows
+    "record": "",  # the recorder of a recorded world runs here
+}
+__getattr__ = lazy(__name__, {f".{file_of(name)}": name for name in sorted(" ".join(ORDER.values()).split())})

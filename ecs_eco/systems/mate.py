@@ -11,7 +11,7 @@ from ecs_eco.compiled.elementary import power
 from ecs_eco.compiled.jit import njit
 from ecs_eco.compiled.per_row import Number, of_row
 from ecs_eco.components import Biology, Body, Genome, Gestation, Metabolism, Nervous, Position, Shape
-from ecs_eco.components.biology import FEMALE, MALE
+from ecs_eco.components.reproduction import FEMALE, MALE
 from ecs_eco.engine import random
 from ecs_eco.engine.random import bits, draw, mix
 from ecs_eco.engine.submodel import Submodel

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from safetensors import SafetensorError, safe_open
 
 from ecs_eco.analysis.land import Land, land_at
 from ecs_eco.analysis.lineage import Lineage
@@ -111,8 +112,6 @@ class Recording:
                 ).reshape(-1, 7)
                 for n in names
             }
-        from safetensors import SafetensorError, safe_open
-
         try:
             files.require_regular(kept[0])
             with safe_open(str(kept[0]), framework="numpy") as file:

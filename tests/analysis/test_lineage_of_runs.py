@@ -16,7 +16,7 @@ from ecs_eco.analysis.lineage import ALIVE, Lineage
 from ecs_eco.analysis.report import write_report
 from ecs_eco.analysis.runs import load_series
 from ecs_eco.cli import app
-from ecs_eco.components.genome import Genome
+from ecs_eco.components import Genome
 from ecs_eco.record import Recorder, run_to_folder
 from ecs_eco.record.belonging import mark_of
 from ecs_eco.record.parquet import write_part

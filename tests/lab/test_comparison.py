@@ -107,6 +107,7 @@ def killed_once(note: str) -> str:
     return "again"
 
 
+@pytest.mark.slow
 def test_a_run_whose_worker_is_killed_is_made_again(tmp_path: Path) -> None:
     failures = []
     jobs = {Key("a", seed): (str(tmp_path / str(seed)),) for seed in range(2)}

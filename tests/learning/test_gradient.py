@@ -7,8 +7,7 @@ import pytest
 import torch
 
 from ecs_eco.compiled.workers import Workers
-from ecs_eco.components.experience import Experience
-from ecs_eco.components.policy import Policy
+from ecs_eco.components import Experience, Policy
 from ecs_eco.engine.table import Table
 from ecs_eco.learning import PPO, Brain, Individuals
 from ecs_eco.learning.continuous import CONTINUOUS

@@ -3,8 +3,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from ecs_eco.components.experience import Experience
-from ecs_eco.components.policy import Policy
+from ecs_eco.components import Experience, Policy
 from ecs_eco.engine.random import mix_int
 from ecs_eco.engine.table import Table
 from ecs_eco.learning import PPO, Individuals, choose

@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 import torch
 
-from ecs_eco.components.experience import Experience
-from ecs_eco.components.policy import Policy
+from ecs_eco.components import Experience, Policy
 from ecs_eco.engine.random import mix_int
 from ecs_eco.engine.table import Table
 from ecs_eco.learning import PPO, Brain, Individuals, Learner, choose

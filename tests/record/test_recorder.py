@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from ecs_eco import World
-from ecs_eco.components import Metabolism, Nervous, Position
-from ecs_eco.components.genome import Genome
+from ecs_eco.components import Genome, Metabolism, Nervous, Position
 from ecs_eco.genomes import Alphabet
 from ecs_eco.record import Recorder
 from ecs_eco.record.ledger import COUNTS_ROW, LEDGER

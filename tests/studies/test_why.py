@@ -25,6 +25,7 @@ def test_variants_are_worlds_of_their_own_and_the_same_again(label: str) -> None
     assert sum(drawn["plant"] != WEBS[0][0] for _, drawn in worlds) >= 20
 
 
+@pytest.mark.slow
 def test_six_variants_are_told_apart(tmp_path: Path) -> None:
     record = why.STUDY.execute(short=True, results=tmp_path)
     right = sum(c["case"]["label"] == c["result"]["said"] for c in record["cases"])

@@ -12,10 +12,9 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from ecs_eco.analysis.runs import DIED, Series, load_series, parts, tables
-from ecs_eco.config.former import both_names
+from ecs_eco.config.explain import value_at
 from ecs_eco.config.models.reporters import EATEN
-from ecs_eco.config.models.world import WorldConfig
-from ecs_eco.config.ranges import key_of, name_of
+from ecs_eco.config.ranges import key_of, real_key
 from ecs_eco.record import seal
 from ecs_eco.record.parquet import each_batch
 
@@ -159,36 +158,16 @@ def in_force(manifest: Mapping[str, Any]) -> dict[str, Any]:
     """Return the configuration of a run after its interventions of kind "set"."""
     config = copy.deepcopy(dict(manifest.get("config") or {}))
     for _, done in manifest.get("intervened") or ():
-        for key, value in (done.get("set") or {}).items() if done.get("kind") == "set" else ():
-            put(config, name_of(both_names(key_of(key), config, WorldConfig)[0]), value)
+        for name, value in (done.get("set") or {}).items() if done.get("kind") == "set" else ():
+            key, _, wrong = real_key(config, key_of(name))
+            if wrong is None:
+                value_at(config, key[:-1])[key[-1]] = value
     return config
 
 
-def put(config: Any, key: str, value: Any) -> None:
-    """Set the value at a dotted key, if the key exists."""
-    node, names = config, [part.strip('"') for part in key.split(".")]
-    for i, name in enumerate(names):
-        where: Any = name
-        if isinstance(node, list):
-            if not (name.isdigit() and int(name) < len(node)):
-                return
-            where = int(name)
-        if i == len(names) - 1:
-            node[where] = value
-        elif isinstance(node, dict) and node.get(where) is None:
-            return
-        else:
-            node = node[where]
-
-
-def look_up(config: object, key: str) -> Any:
+def look_up(config: Mapping[str, Any], key: str) -> Any:
     """Return the value at a dotted key, or None if the key does not exist."""
-    for name in key.split("."):
-        if isinstance(config, list):
-            config = config[int(name)] if name.isdigit() and int(name) < len(config) else None
-        else:
-            config = config.get(name) if isinstance(config, Mapping) else None
-    return config
+    return real_key(config, key_of(key))[1]
 
 
 def _deaths(folder: Path, animals: list[str]) -> dict[str, dict[str, np.ndarray]]:

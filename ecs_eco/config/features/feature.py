@@ -30,7 +30,7 @@ class Feature(Section):
     Attributes
     ----------
     systems : tuple of type
-        Systems of a custom feature, each added at the end of its phase; `ecs_eco.systems.schedule`
+        Systems of a custom feature, each added at the end of its phase; `ecs_eco.systems.ORDER`
         lists the systems of shipped features.
     acts : Mapping of str to tuple of str
         Action groups that the feature adds, with their actions; None if `acting` yields them.

@@ -216,8 +216,8 @@ class Species(
         for group, names in GROUPS.items():
             known[group] = "action", list(names or ())
         known["speed"] = "gait in locomotion.speed", list(self.locomotion.speed if self.locomotion else ())
-        for feature in features_of(type(self)):
-            known |= {group: ("action", list(names or ())) for group, names in feature.acts.items()}
+        features = features_of(type(self))
+        known |= {g: ("action", list(names or ())) for f in features for g, names in f.acts.items()}
         return known | {group: (word, names) for group, word, names in of_each(self, "acting")}
 
     @property

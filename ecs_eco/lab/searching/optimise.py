@@ -31,14 +31,22 @@ def merit(entry: dict[str, Any]) -> float:
     return float(entry["stage"]) + 0.5 * (1 + score / (1 + abs(score)))
 
 
+def _optuna() -> Any:
+    """Return Optuna without its log; only searches need it, and it takes a second to import."""
+    import optuna
+
+    optuna.logging.set_verbosity(optuna.logging.ERROR)
+    logging.getLogger("optuna").propagate = False
+    return optuna
+
+
 def space_of(parameters: Sequence[Parameter]) -> dict[str, BaseDistribution]:
     """Return the ranges as Optuna distributions, by name."""
-    from optuna.distributions import FloatDistribution, IntDistribution
-
+    kinds = _optuna().distributions
     return {
-        p.name: IntDistribution(int(p.low), int(p.high), log=p.log)
+        p.name: kinds.IntDistribution(int(p.low), int(p.high), log=p.log)
         if p.whole
-        else FloatDistribution(p.low, p.high, log=p.log)
+        else kinds.FloatDistribution(p.low, p.high, log=p.log)
         for p in parameters
     }
 
@@ -47,12 +55,8 @@ class Optimiser:
     """Proposes parameter values within the ranges; proposals depend only on the seed and the history."""
 
     def __init__(self, parameters: Sequence[Parameter], kind: str, seed: int) -> None:
-        import optuna
-
-        optuna.logging.set_verbosity(optuna.logging.ERROR)
-        logging.getLogger("optuna").propagate = False
         self.parameters, self.kind, self.seed = parameters, kind, seed
-        self.study = optuna.create_study(direction="maximize", sampler=self._sampler(0))
+        self.study = _optuna().create_study(direction="maximize", sampler=self._sampler(0))
         self.waiting: dict[int, Any] = {}
         self.space = space_of(parameters)
 
@@ -68,15 +72,13 @@ class Optimiser:
 
     def tell(self, candidate: int, values: dict[str, float], worth: float) -> None:
         """Report the merit of a candidate, whether or not it was proposed here."""
-        import optuna
-
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             if candidate in self.waiting:  # replaced by a trial with rounded values, as in the journal
-                self.study.tell(self.waiting.pop(candidate), state=optuna.trial.TrialState.FAIL)
+                self.study.tell(self.waiting.pop(candidate), state=_optuna().trial.TrialState.FAIL)
             inside = {p.name: p.tidy(values[p.name]) for p in self.parameters}
             self.study.add_trial(
-                optuna.trial.create_trial(params=inside, distributions=self.space, value=worth)
+                _optuna().trial.create_trial(params=inside, distributions=self.space, value=worth)
             )
 
     def ready(self, candidate: int) -> bool:
@@ -92,9 +94,7 @@ class Optimiser:
         return cells
 
     def _sampler(self, candidate: int) -> BaseSampler:
-        import optuna
-
-        seed, samplers = (self.seed * 1_000_003 + candidate) % 2**32, optuna.samplers
+        seed, samplers = (self.seed * 1_000_003 + candidate) % 2**32, _optuna().samplers
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # Optuna warns that some options are experimental
             if self.kind == "tpe":
@@ -142,9 +142,7 @@ def importances(
 def _divergences(
     space: Mapping[str, BaseDistribution], values: Sequence[Mapping[str, float]], merits: np.ndarray
 ) -> np.ndarray:
-    import optuna
-
-    optuna.logging.set_verbosity(optuna.logging.ERROR)
+    optuna = _optuna()
     best = min(max(BEST_SHARE, LEAST_BEST / len(merits)), 0.5)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # Optuna warns that it is experimental

@@ -1,4 +1,4 @@
-"""The energy budget of one organism."""
+"""The energy of organisms: stores and flows, growth in the light, and defence against being eaten."""
 
 from ecs_eco.engine.schema import component, f32, i32
 
@@ -15,3 +15,19 @@ class Metabolism:
     taken: f32 = 0.0  # [energy] taken in during this tick
     burnt: f32 = 0.0  # [energy] burned during this tick
     given: f32 = 0.0  # [energy] passed to offspring during this tick
+
+
+@component
+class Growth:
+    """Growth in the light, and the proportion of seeds that germinate."""
+
+    growth: f32 = 0.0  # [energy/s] in full light
+    spread: f32 = 1.0
+
+
+@component
+class Defence:
+    """Toughness and poison of one organism as food."""
+
+    toughness: f32 = 0.0  # fraction of bites that fail
+    poison: f32 = 0.0  # [energy] lost by the eater
