@@ -18,7 +18,6 @@ from ecs_eco.inputs.section import Section
 from ecs_eco.lab.folder import Sweep, read_sweep
 from ecs_eco.lab.jobs import UNFINISHED
 from ecs_eco.lab.pool import PINS
-from ecs_eco.lab.sweep import evenly
 from ecs_eco.record.container import inside
 from ecs_eco.record.manifest import Tick
 from ecs_eco.record.seal import read_sealed, write_manifest
@@ -65,7 +64,7 @@ def submit(folder: str | Path, numbers: Sequence[int], options: Options = Option
     place.mkdir(exist_ok=True)
     arrays, before = _arrays(place), ""
     ids = []
-    numbers, size = evenly(sweep, numbers), array_size()
+    numbers, size = sweep.evenly(numbers), array_size()
     for jobs in (numbers[at : at + size] for at in range(0, len(numbers), size)):
         text = script(sweep, jobs, options, before)
         path = write(place / f"array-{len(arrays) + 1}.sh", text)

@@ -12,6 +12,7 @@ from ecs_eco.analysis.style import colors
 from ecs_eco.analysis.survival import Interval
 from ecs_eco.engine.errors import RecordingError, listed, nearest, refusal
 from ecs_eco.lab import response, sensitivity
+from ecs_eco.lab.arm import UNTREATED
 from ecs_eco.lab.folder import RUN, Sweep
 from ecs_eco.lab.jobs import read_done
 from ecs_eco.lab.plan import Hypercube
@@ -22,7 +23,6 @@ from ecs_eco.record.seal import read_manifest
 
 RUNS = "runs.parquet"
 FEWEST = 3  # seeds before an interval counts
-UNTREATED = "world"  # name of the unchanged world in the treatment column
 
 
 @dataclass(frozen=True)
