@@ -89,7 +89,8 @@ class Design:
     @property
     def settings(self) -> dict[str, Any]:
         """The settings that affect results, as JSON; they do not depend on where the files of a plan are."""
-        plan = self.file.plan.model_dump(mode="json", exclude={"title", "world", "checkpoint_every"})
+        exclude = {"title", "world", "checkpoint_every"}
+        plan = self.file.plan.model_dump(mode="json", by_alias=True, exclude=exclude)
         seeds = {f"{kind}_seeds": list(self.file.plan.seeds(kind)) for kind in ("world", "training")}
         if (given := plan_folder(self.file)) is not None:
             plan["policies"] = {

@@ -117,7 +117,7 @@ def group(rows: Sequence[Item], of: Callable[[Item], Any]) -> dict[Any, list[Ite
     return parts
 
 
-FEW = 12  # with more values, each point of the hypercube is drawn instead of one point per value
+FEW = 12  # with more values, each point is drawn instead of one point per value
 CELLS = 9 * 9  # maximum number of heat-map cells that show numbers
 LABELS = 48  # maximum number of characters under a panel before labels are rotated
 
@@ -265,7 +265,7 @@ def pairs_of(rows: Sequence[Row], keys: Sequence[str], most: int = 6) -> list[tu
 
 @styled
 def heat(rows: Sequence[Row], pair: tuple[str, str], outcomes: Sequence[Outcome]) -> Figure:
-    """Plot the means of outcomes (panels) against two keys, as grid cells or as hypercube dots."""
+    """Plot the means of outcomes (panels) against two keys, as grid cells or as dots."""
     parts = group(rows, lambda row: row["treatment"])
     wide = min(3, len(outcomes))
     high = -(-len(outcomes) // wide)

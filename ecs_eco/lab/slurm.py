@@ -88,7 +88,10 @@ def resume(
 def queued(folder: str | Path) -> set[int]:
     """Return the numbers of queued and running jobs. Raises ConfigError if SLURM is missing."""
     sweep = read_sweep(folder)
-    jobs = {array["id"]: array["jobs"] for array in _arrays(sweep.folder / FOLDER)}
+    jobs = {
+        array["id"]: array.get("jobs") or range(array.get("offset", 0), len(sweep.jobs))
+        for array in _arrays(sweep.folder / FOLDER)
+    }
     if not jobs:
         return set()
     lines = _slurm(
@@ -158,7 +161,9 @@ def _arrays(place: Path) -> list[dict[str, Any]]:
 
 class _Array(Section):
     id: Annotated[str, Field(pattern=r"^[0-9]+$")]
-    jobs: list[Tick]
+    jobs: list[Tick] = []
+    offset: Tick = 0  # in earlier versions, which had no `jobs`: a job's number is its task's index + offset
+    indices: str = ""  # in earlier versions
 
 
 class _Submitted(Section):
