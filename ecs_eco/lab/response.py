@@ -94,6 +94,13 @@ def interval(rows: Sequence[Row], outcome: Outcome) -> Interval:
     return Interval(mean.value, max(mean.low, 0.0), min(mean.high, 1.0)) if outcome.share else mean
 
 
+def of_seeds(rows: Sequence[Row], column: str) -> np.ndarray:
+    """Return the means of a column by training seed or, if nothing is trained, by world seed, without gaps."""
+    table = _table(rows, column)
+    table = table if len(table) > 1 else table.T
+    return np.array([np.mean(known) for row in table if (known := row[np.isfinite(row)]).size])
+
+
 def _table(rows: Sequence[Row], column: str) -> np.ndarray:
     """Return the means of a column by training seed and world seed."""
     training = sorted({row["training_seed"] or 0 for row in rows})

@@ -8,6 +8,7 @@ from typing import Any
 
 from ecs_eco.analysis.measures import WORLD
 from ecs_eco.analysis.page import drawn, interval, number, page, table, verdict, write_text
+from ecs_eco.analysis.replicates import Effect, seeds_section
 from ecs_eco.analysis.style import colors
 from ecs_eco.analysis.survival import Interval
 from ecs_eco.config import WorldConfig
@@ -206,6 +207,7 @@ def write_page(sweep: Sweep, rows: Sequence[Row], failed: dict[int, str]) -> Pat
         *_responses(rows, keys, outcomes, hue, folder),
         *_sensitivity(sweep, rows, outcomes, folder),
         *_points(rows, keys, outcomes),
+        *_seeds(rows, keys, outcomes),
         *_origin(sweep, rows),
     ]
     title = sweep.content["title"] or sweep.content["world"]
@@ -306,6 +308,22 @@ def _points(rows: Sequence[Row], keys: list[str], outcomes: list[Outcome]) -> li
     if len(parts) > MOST_ROWS:
         blocks.append(f"<p>… and {len(parts) - MOST_ROWS} more, in runs.parquet.</p>")
     return blocks
+
+
+def _seeds(rows: Sequence[Row], keys: list[str], outcomes: list[Outcome]) -> list[str]:
+    """Return the section on the number of seeds. Effects are the means at each point, and the differences that
+    treatments make there."""
+    parts, effects = group(rows, lambda row: (row["point"], row["treatment"])), []
+    for (point, treatment), part in parts.items():
+        world = parts.get((point, UNTREATED)) if treatment != UNTREATED else None
+        values = ", ".join(f"{response.short(key)} = {part[0][key]}" for key in keys)
+        arm = treatment if world is None else f"{treatment} − {UNTREATED}"
+        for outcome in outcomes:
+            name = ": ".join(filter(None, (values, arm, outcome.label)))
+            other = None if world is None else response.of_seeds(world, outcome.column)
+            effects.append(Effect(name, response.of_seeds(part, outcome.column), other, outcome.share))
+    trained = any(row["training_seed"] is not None for row in rows)
+    return seeds_section(effects, "training seeds" if trained else "seeds")
 
 
 def _cell(x: Interval) -> str:
