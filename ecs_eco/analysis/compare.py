@@ -506,7 +506,7 @@ def _seeds(loaded: Mapping[str, Sequence[Series]], grids: Mapping[str, Grid]) ->
             outcomes[f"mean {label}"] = partial(measures.run_mean, name=name, of=of)
     effects = [
         Effect(
-            f"{arm}: {label}",
+            f"{arm} − {reference}: {label}" if others else label,
             of_seeds(arm, value),
             of_seeds(reference, value) if others else None,
             share=label == "all species persist",
