@@ -54,7 +54,7 @@ def of_run(
             flowed |= {
                 EATEN + food: np.append(0, of.cumsum()) for food, of in zip(known, shares, strict=True)
             }
-        out |= {("flows", name, words): of for words, of in flowed.items() if np.diff(of).any()}
+        out |= {("flows", name, words): of for words, of in flowed.items() if of.any()}
         for words in ENERGY:
             if words in flowed and (foods.get(name) or np.diff(flowed[words]).any()):
                 out["energy", name, words] = flowed[words]
