@@ -1,4 +1,4 @@
-"""How many seeds: each effect after its first seeds, and the number of seeds that a narrower interval needs."""
+"""Intervals of effects after their first seeds, and the number of seeds that a narrower interval needs."""
 
 from bisect import bisect_left
 from collections.abc import Sequence
