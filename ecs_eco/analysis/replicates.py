@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import stdtrit
 
 from ecs_eco.analysis.page import number, table
 from ecs_eco.analysis.seed_grid import mean_interval
@@ -57,8 +58,6 @@ class Effect(NamedTuple):
         """Return the number of seeds in each arm for an interval of ± `half` [unit of the outcome], given the
         variance between runs; the default is 10% of the (reference's) mean, or 0.1 for shares. None if this
         is unknown, or more than a million."""
-        from scipy.special import stdtrit
-
         samples = self.samples
         if half is None:
             half = WISHED if self.share else WISHED * abs(float(samples[-1].mean()))

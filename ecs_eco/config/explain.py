@@ -73,9 +73,8 @@ def _problem(error: Any, data: dict[str, Any], model: type[Section], places: lis
         tags = [tag for part in types_in(info.annotation if info else None) for tag in tags_of(part)]
         tag = value.get("kind", MISSING) if isinstance(value, dict) else MISSING
         fault = "is missing" if tag is MISSING else "unknown kind"
-        near = nearest(tag, tags)
-        known = [tag for tag in tags if tag not in KINDS]
-        return Problem((*key, "kind"), fault, tag, listed(known), KINDS.get(near, near))
+        near, present = nearest(tag, tags), (of for of in tags if of not in KINDS)
+        return Problem((*key, "kind"), fault, tag, listed(present), KINDS.get(near, near))
     if kind in ("literal_error", "enum"):
         choices = [str(c) for c in typing.get_args(type_of(info.annotation, None))] if info else []
         return Problem(key, "no such choice", value, listed(choices) + about, nearest(value, choices))
