@@ -92,8 +92,8 @@ class Former(MetaPathFinder, Loader):
     def find_spec(
         self, name: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        """Return a spec for a former name, or None for any other name."""
-        return ModuleSpec(name, self) if present_name(name) else None
+        """Return a spec for the former name of a module, or None for any other name."""
+        return ModuleSpec(name, self) if present_name(name) and file_of(name) == name else None
 
     def exec_module(self, module: ModuleType) -> None:
         """Replace the module under the former name with the current module."""

@@ -188,7 +188,7 @@ def stand_in(place: Path) -> Iterator[Path]:
     place.mkdir()
     root = Path(__file__).parents[1]
     for name in ("sbatch", "squeue", "scontrol", "preempt", "notice"):
-        program = root / "tests" / "sweeps" / "slurm_stand_in.py"
+        program = root / "tests" / "lab" / "slurm_stand_in.py"
         (place / name).write_text(f'#!/bin/sh\nexec "{sys.executable}" "{program}" {name} "$@"\n')
         (place / name).chmod(0o755)
     paths = os.pathsep.join([str(root), *filter(None, [os.environ.get("PYTHONPATH")])])

@@ -57,6 +57,8 @@ def test_a_class_by_its_former_name_warns_and_keeps_that_name_in_checkpoints() -
     assert (stored_name(components.SpeedScale), stored_name(components.Body)) == ("Vigour", "Body")
     with pytest.raises(AttributeError, match="has no 'Vigor'"):
         components.Vigor  # noqa: B018
+    with pytest.raises(ModuleNotFoundError, match=r"No module named 'ecs_eco\.components\.Vigour'"):
+        import_module("ecs_eco.components.Vigour")
 
 
 def test_the_page_of_former_names_is_up_to_date(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -66,6 +68,7 @@ def test_the_page_of_former_names_is_up_to_date(monkeypatch: pytest.MonkeyPatch)
     assert named >= {
         ("key", "until", "satiation"),
         ("key", "entropy", "entropy_coef"),
+        ("key", "latin_hypercube", "sample"),
         ("kind", 'kind = "simplified"', 'kind = "asexual", place = "anywhere"'),
         ("treatment", "frozen-learning", "frozen"),
         ("class", "ecs_eco.components.Vigour", "ecs_eco.components.SpeedScale"),

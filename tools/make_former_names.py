@@ -15,6 +15,7 @@ from ecs_eco import _lazy  # noqa: E402
 from ecs_eco.config.former import present_names  # noqa: E402
 from ecs_eco.config.models.reproduction import Simplified  # noqa: E402
 from ecs_eco.lab import treatments  # noqa: E402
+from ecs_eco.lab.plan import Plan  # noqa: E402
 from ecs_eco.learning import aliases  # noqa: E402
 from tools.make_reference import kind_of, parts  # noqa: E402
 
@@ -43,6 +44,8 @@ def rows() -> Iterator[tuple[str, str, str, str]]:
             yield "key", former, now, f"[{part.title}](world/{part.page}.md)"
     for former, now in aliases.FORMER.items():
         yield "key", former, now, "[`species.NAME.ppo`](world/ppo.md)"
+    for former, now in present_names(Plan).items():
+        yield "key", former, now, "[plan](../how-to/clusters.md)"
     now = f'kind = "asexual", place = "{Simplified.model_fields["place"].default}"'
     yield (
         "kind",

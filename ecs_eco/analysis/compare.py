@@ -4,6 +4,7 @@ replicates are the seeds: world seeds and, if runs use policies from several tra
 
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,7 @@ from ecs_eco.analysis.cycles import (
 from ecs_eco.analysis.depth import depth_cycle, swimmers
 from ecs_eco.analysis.extinction import shared
 from ecs_eco.analysis.page import drawn, interval, number, page, table, verdict, write_text
+from ecs_eco.analysis.replicates import Effect, seeds_section
 from ecs_eco.analysis.runs import Series, load_series
 from ecs_eco.analysis.seed_grid import EFFECTS, Grid, crossed, mean_interval, mean_of_seeds
 from ecs_eco.analysis.survival import (
@@ -344,6 +346,7 @@ def write(
         *_who(result, _draw_survival(out, result, curves)),
         *_crossed(result, by_seed),
         *_against(result),
+        *_seeds(loaded, grids),
         *_depth(out, result, loaded),
         "<h2>Numbers</h2>",
         drawn(figures.arms(loaded), out / "figures" / "numbers.svg", _MEANS),
@@ -481,6 +484,41 @@ def _against(result: dict[str, Any]) -> list[str]:
         table(["arm", "difference in the fraction that persists (Newcombe)"], share),
         table(head, gaps),
     ]
+
+
+def _seeds(loaded: Mapping[str, Sequence[Series]], grids: Mapping[str, Grid]) -> list[str]:
+    """Return the section on the number of seeds. With several training seeds, these are the replicates."""
+    reference, *others = loaded
+
+    def of_seeds(arm: str, value: Callable[..., float]) -> np.ndarray:
+        rows = grids[arm].runs if arm in grids else [loaded[arm]]
+        values = np.array([[value(run) for run in row] for row in rows], float)
+        values = values.mean(axis=1) if len(values) > 1 else values[0]
+        return values[np.isfinite(values)]
+
+    runs = [run for own in loaded.values() for run in own]
+    outcomes: dict[str, Callable[..., float]] = {"all species persist": lambda run: run.persisted}
+    for s in (s for s in runs[0].species if all(_there(own, s) for own in loaded.values())):
+        outcomes[f"mean number of {s}"] = partial(_mean_number, s)
+    for name, kinds in measures.measured(*runs).items():
+        for of in kinds:
+            label = name if of == measures.WORLD else f"{name} of {of}"
+            outcomes[f"mean {label}"] = partial(measures.run_mean, name=name, of=of)
+    effects = [
+        Effect(
+            f"{arm} − {reference}: {label}" if others else label,
+            of_seeds(arm, value),
+            of_seeds(reference, value) if others else None,
+            share=label == "all species persist",
+        )
+        for arm in others or [reference]
+        for label, value in outcomes.items()
+    ]
+    return seeds_section(effects, "training seeds" if grids else "seeds")
+
+
+def _mean_number(species: str, run: Series) -> float:
+    return float(run.of(species).mean())
 
 
 def _depth(out: Path, result: dict[str, Any], loaded: Mapping[str, Sequence[Series]]) -> list[str]:

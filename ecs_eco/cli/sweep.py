@@ -26,7 +26,7 @@ from ecs_eco.lab.plan import read_plan
 from ecs_eco.lab.slurm import Options, resume
 from ecs_eco.lab.status import Status, Survey
 from ecs_eco.lab.sweep import Outcome, do_jobs, unfinished
-from ecs_eco.lab.table import collect, missing_for
+from ecs_eco.lab.table import check_response, collect, missing_for
 from ecs_eco.record import container
 from ecs_eco.record.claim import Claim
 from ecs_eco.record.code import FOLDER
@@ -51,9 +51,13 @@ def sweep_plan(
         refuse("--until-width", "is not possible on SLURM", until[1], "--on local or ray")
     check_where(on, sbatch)
     file = read_plan(plan, design, most)
+    for note in [] if quiet else file.notes:
+        complain(f"note: {note}")
     world = file.plan.world
     allow(trust, world if named(world) is not None else file.folder / world)
     checked = design_of(file)
+    if until is not None:
+        check_response(until[0], checked.base)
     begun = out is not None and container.has(out, Manifest)
     if out is not None and begun:
         check_plan(out, checked)

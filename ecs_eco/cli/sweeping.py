@@ -85,7 +85,7 @@ def run(
         str | None,
         typer.Option(
             metavar="lhs|sobol|morris",
-            help="How to draw the points of [latin_hypercube]. sobol and morris compute sensitivity indices.",
+            help="How to draw the points of [sample]. sobol and morris compute sensitivity indices.",
         ),
     ] = None,
     until_width: Annotated[

@@ -6,7 +6,7 @@ from typing import Any
 from pydantic import ValidationError
 from pydantic.fields import FieldInfo
 
-from ecs_eco.config.former import below, is_section, tags_of, type_of, types_in
+from ecs_eco.config.former import KINDS, below, is_section, tags_of, type_of, types_in
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.rules import Key
 from ecs_eco.config.suggest import Place, kind_of_key, places_of, suggestion
@@ -73,7 +73,8 @@ def _problem(error: Any, data: dict[str, Any], model: type[Section], places: lis
         tags = [tag for part in types_in(info.annotation if info else None) for tag in tags_of(part)]
         tag = value.get("kind", MISSING) if isinstance(value, dict) else MISSING
         fault = "is missing" if tag is MISSING else "unknown kind"
-        return Problem((*key, "kind"), fault, tag, listed(tags), nearest(tag, tags))
+        near, present = nearest(tag, tags), (of for of in tags if of not in KINDS)
+        return Problem((*key, "kind"), fault, tag, listed(present), KINDS.get(near, near))
     if kind in ("literal_error", "enum"):
         choices = [str(c) for c in typing.get_args(type_of(info.annotation, None))] if info else []
         return Problem(key, "no such choice", value, listed(choices) + about, nearest(value, choices))

@@ -11,6 +11,8 @@ from ecs_eco.engine.errors import Problem
 from ecs_eco.inputs.section import Section
 from ecs_eco.learning.aliases import FORMER
 
+KINDS = {"simplified": "asexual"}  # former kinds of a section → the kinds that replace them
+
 
 @cache
 def present_names(model: type[Section]) -> dict[str, str]:

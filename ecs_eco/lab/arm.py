@@ -2,8 +2,9 @@
 
 import hashlib
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 from pathlib import Path
 from typing import Self
 
@@ -55,29 +56,40 @@ def arms_of(world: WorldSource, changes: list[str], treatments: Sequence[str]) -
     """Return the arms of the unchanged world and of each treatment (a name or KEY=VALUE)."""
     arms = [Arm(UNTREATED, load(world, changes))]
     for name in treatments:
-        arm = _treated(world, changes, arms[0].config, find(name, arms[0].config))
+        treatment, config = find(name, arms[0].config), arms[0].config
+        try:
+            if (
+                treatment.assignment
+            ):  # loaded with the other changes, so that errors name the file and the line
+                config = load(world, [*changes, treatment.assignment])
+            else:
+                config = treatment.apply_to(config)
+        except NotApplicable as error:
+            raise refusal((), error.what, treatment.name, error.allowed, source=OPTION) from None
+        arm = arm_of(config, treatment)
         if any(other.name == arm.name for other in arms):
             raise refusal((), "named twice", name, "each treatment once", source=OPTION)
         arms.append(arm)
     return arms
 
 
-def _treated(world: WorldSource, changes: list[str], config: WorldConfig, treatment: Treatment) -> Arm:
-    """Return the arm of one treatment. Raises ConfigError if it does not apply to the world."""
-    try:
-        if treatment.assignment:  # loaded with the other changes, so that errors name the file and the line
-            config = load(world, [*changes, treatment.assignment])
-        else:
-            config = treatment.apply_to(config)
-    except NotApplicable as error:
-        raise refusal((), error.what, treatment.name, error.allowed, source=OPTION) from None
-    return arm_of(config, treatment)
-
-
 def arm_of(config: WorldConfig, treatment: Treatment) -> Arm:
     """Return the arm of a treatment, given the configuration that it has changed."""
     controls = (treatment.name,) if treatment.at_build else ()
     return Arm(folder_name(treatment.name), config, treatment.policies, treatment.learn, controls, treatment)
+
+
+def replicates(
+    arm: Arm, training_seeds: Sequence[int], world_seeds: Iterable[int]
+) -> Iterator[tuple[int | None, int]]:
+    """Yield the training seed and world seed of each run of an arm; without trained policies, the training
+    seed is None."""
+    return product((training_seeds if arm.trained_species else ()) or (None,), world_seeds)
+
+
+def has_own_policies(arm: Arm, base: WorldConfig, retrain: bool) -> bool:
+    """Return whether the policies of an arm are trained in its own configuration, not in the unchanged world."""
+    return retrain and arm.config.config_hash != base.config_hash
 
 
 def folder_name(treatment: str) -> str:

@@ -15,12 +15,12 @@ from ecs_eco.config import WorldConfig
 from ecs_eco.config.loading import WorldSource
 from ecs_eco.engine.arguments import called_with
 from ecs_eco.inputs.section import Section
-from ecs_eco.lab.arm import Arm, arms_of, check_training
+from ecs_eco.lab.arm import Arm, arms_of, check_training, has_own_policies, replicates
 from ecs_eco.lab.executors import LOCAL, engine, prepare
 from ecs_eco.lab.runs import has_run, run_arm
 from ecs_eco.lab.trained import is_trained, train_or_find
 from ecs_eco.lab.treatments import species_with_policy
-from ecs_eco.lab.work import interleaved, run_jobs
+from ecs_eco.lab.work import evenly, run_jobs
 from ecs_eco.record import container
 from ecs_eco.record.claim import ours
 from ecs_eco.record.container import Container, inside
@@ -145,20 +145,16 @@ class Comparison:
 
     def result(self) -> dict[str, Any]:
         """Compare the arms; write compare.json, compare.html and figures; return the contents of compare.json."""
-        return differences(
-            self.folders(),
-            self.folder,
-            training=self.training_seeds_of_runs(),
-            policies=self.policies_in_words(),
-        )
-
-    def trains(self, arm: Arm) -> bool:
-        """Return whether an arm uses policies trained for this comparison."""
-        return self.training_seeds is not None and bool(arm.trained_species)
+        folders, training = dict[str, list[Path]](), dict[str, list[int]]()
+        for key, run in self.runs.items():
+            folders.setdefault(key.arm, []).append(run.folder)
+            if key.training_seed is not None:
+                training.setdefault(key.arm, []).append(key.training_seed)
+        return differences(folders, self.folder, training=training, policies=self.policies_in_words())
 
     def has_own_policies(self, arm: Arm) -> bool:
         """Return whether the policies of an arm are trained in its own configuration."""
-        return self.retrain and arm.config.config_hash != self.arms[0].config.config_hash
+        return has_own_policies(arm, self.arms[0].config, self.retrain)
 
     def policies_folder(self, arm: Arm) -> Path:
         """Return the folder of an arm's policies, which has a subfolder per training seed."""
@@ -168,7 +164,7 @@ class Comparison:
     @cached_property
     def trainings(self) -> dict[Key, Training]:
         """Return all trainings."""
-        owners = {self.policies_folder(arm): arm for arm in reversed(self.arms) if self.trains(arm)}
+        owners = {self.policies_folder(arm): arm for arm in reversed(self.arms) if arm.trained_species}
         return {
             Key(place.name, seed): Training(inside(self.folder, place / f"seed-{seed}"), arm.config, seed)
             for place, arm in owners.items()
@@ -180,34 +176,14 @@ class Comparison:
         """Return all runs, ordered by arm, training seed and world seed."""
         jobs = {}
         for arm in self.arms:
-            for k in (self.training_seeds or ()) if self.trains(arm) else (None,):
+            for k, seed in replicates(arm, self.training_seeds or (), self.world_seeds):
                 treated, folder = arm, self.folder / arm.name
                 if k is not None:
                     treated = arm.with_policies(self.policies_folder(arm) / f"seed-{k}")
                     folder = folder / f"training-{k}"
-                for seed in self.world_seeds:
-                    jobs[Key(arm.name, seed, k)] = Run(
-                        treated, seed, self.ticks, inside(self.folder, folder / f"seed-{seed}")
-                    )
+                folder = inside(self.folder, folder / f"seed-{seed}")
+                jobs[Key(arm.name, seed, k)] = Run(treated, seed, self.ticks, folder)
         return jobs
-
-    def folders(self) -> dict[str, list[Path]]:
-        """Return the folders of all runs by arm."""
-        return {
-            arm.name: [run.folder for key, run in self.runs.items() if key.arm == arm.name]
-            for arm in self.arms
-        }
-
-    def training_seeds_of_runs(self) -> dict[str, list[int]] | None:
-        """Return the training seed of each run, for arms with trained policies, or None if nothing is
-        trained."""
-        if self.training_seeds is None:
-            return None
-        seeds: dict[str, list[int]] = {}
-        for key in self.runs:
-            if key.training_seed is not None:
-                seeds.setdefault(key.arm, []).append(key.training_seed)
-        return seeds
 
     def policies_in_words(self) -> dict[str, str]:
         """Describe the policies of each arm."""
@@ -241,11 +217,8 @@ def _of_some(arm: Arm) -> str:
 def missing(jobs: Jobs) -> Jobs:
     """Return the unfinished jobs, ordered so that arms and seeds advance as evenly as possible. Raises
     ForeignFile if a job's folder contains something else."""
-    arms: dict[str, list[Key]] = {}
-    for key, job in jobs.items():
-        if not job.done:
-            arms.setdefault(key.arm, []).append(key)
-    return {key: jobs[key] for key in interleaved(list(arms.values()))}
+    left = (key for key, job in jobs.items() if not job.done)
+    return {key: jobs[key] for key in evenly(left, lambda key: key.arm)}
 
 
 def compare(

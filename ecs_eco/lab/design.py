@@ -15,7 +15,7 @@ from ecs_eco.config.ranges import key_of
 from ecs_eco.config.shipped import named, shipped
 from ecs_eco.engine.errors import MOST, ConfigError, Problem, nearest
 from ecs_eco.inputs.section import Section
-from ecs_eco.lab.arm import Arm, arm_of, problems_of_policies
+from ecs_eco.lab.arm import UNTREATED, Arm, arm_of, has_own_policies, problems_of_policies, replicates
 from ecs_eco.lab.plan import MOST_JOBS, PlanFile, Point, number_of_points, points_of, problems_of_ranges
 from ecs_eco.lab.treatments import NotApplicable, find, species_with_policy
 from ecs_eco.learning.weights import hash_of
@@ -89,7 +89,8 @@ class Design:
     @property
     def settings(self) -> dict[str, Any]:
         """The settings that affect results, as JSON; they do not depend on where the files of a plan are."""
-        plan = self.file.plan.model_dump(mode="json", exclude={"title", "world", "checkpoint_every"})
+        exclude = {"title", "world", "checkpoint_every"}
+        plan = self.file.plan.model_dump(mode="json", by_alias=True, exclude=exclude)
         seeds = {f"{kind}_seeds": list(self.file.plan.seeds(kind)) for kind in ("world", "training")}
         if (given := plan_folder(self.file)) is not None:
             plan["policies"] = {
@@ -232,7 +233,7 @@ def _arms(
 def treated(config: WorldConfig, treatment: str) -> Arm:
     """Return the arm of a treatment ("" is the unchanged world). Raises NotApplicable, ConfigError."""
     if not treatment:
-        return Arm("world", config)
+        return Arm(UNTREATED, config)
     what = find(treatment, config)
     return arm_of(what.apply_to(config), what)
 
@@ -276,28 +277,18 @@ def _jobs(
     plan, jobs, trainings = file.plan, list[Job](), dict[str, Training]()
     per_point = 1 + len(plan.treatments)
     for at, (values, treatment, arm) in enumerate(arms):
-        own = plan.retrain and arm.config.config_hash != base.config_hash
-        trained_in = arm.config.config_hash if own else base.config_hash
-        for seed in plan.seeds("training") if arm.trained_species else ():
-            name = f"{trained_in[:16]}/seed-{seed}"
-            trainings.setdefault(
-                name, Training(name, seed, values if own else {}, treatment if own else "", trained_in)
-            )
-        for training_seed in (plan.seeds("training") if arm.trained_species else ()) or (None,):
-            training = None if training_seed is None else f"{trained_in[:16]}/seed-{training_seed}"
-            jobs += [
-                Job(
-                    len(jobs) + i,
-                    at // per_point,
-                    values,
-                    treatment,
-                    training_seed,
-                    seed,
-                    training,
-                    arm.config.config_hash,
+        own, world = has_own_policies(arm, base, plan.retrain), arm.config.config_hash
+        trained_in = world if own else base.config_hash
+        for training_seed, seed in replicates(arm, plan.seeds("training"), plan.seeds("world")):
+            name = None
+            if training_seed is not None:
+                name, source = (
+                    f"{trained_in[:16]}/seed-{training_seed}",
+                    (values, treatment) if own else ({}, ""),
                 )
-                for i, seed in enumerate(plan.seeds("world"))
-            ]
+                trainings.setdefault(name, Training(name, training_seed, *source, trained_in))
+            point = at // per_point
+            jobs.append(Job(len(jobs), point, values, treatment, training_seed, seed, name, world))
     return jobs, trainings
 
 

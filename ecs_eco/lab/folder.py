@@ -3,7 +3,7 @@ everything that jobs need, so you can move it or put it on a shared disk."""
 
 import os
 import shutil
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -17,6 +17,7 @@ from ecs_eco.engine.errors import ForeignFile, refusal
 from ecs_eco.lab.arm import Arm
 from ecs_eco.lab.design import Design, Job, Settings, Training, plan_folder, treated
 from ecs_eco.lab.treatments import NotApplicable, species_with_policy
+from ecs_eco.lab.work import evenly
 from ecs_eco.record import container
 from ecs_eco.record.code import FOLDER as CODE, check_code, keep_copies, noted, sources
 from ecs_eco.record.container import Container, inside
@@ -88,6 +89,10 @@ class Sweep:
     def jobs(self) -> tuple[Job, ...]:
         """All jobs."""
         return tuple(Job(**job) for job in self.content["jobs"])
+
+    def evenly(self, numbers: Iterable[int]) -> list[int]:
+        """Return jobs ordered so that points, treatments and seeds advance evenly."""
+        return evenly(numbers, lambda n: self.jobs[n].point, lambda n: self.jobs[n].treatment)
 
     @cached_property
     def trainings(self) -> dict[str, Training]:

@@ -14,6 +14,7 @@ from pydantic import BeforeValidator, Discriminator, Field, Tag, ValidationError
 from ecs_eco.config import WorldConfig
 from ecs_eco.config.document import Document
 from ecs_eco.config.explain import problems_of
+from ecs_eco.config.former import rename
 from ecs_eco.config.models.search import Range, Ticks
 from ecs_eco.config.ranges import Key, key_of, name_of, real_key
 from ecs_eco.config.reading import read_toml
@@ -29,12 +30,12 @@ Seeds = Annotated[
 Names = list[str]
 Values = list[Any]
 Points = list[dict[str, Any]]
-RANGES = ("latin_hypercube", "ranges")
+RANGES = ("sample", "ranges")
 MOST_JOBS = 100_000
 
 
-class Hypercube(Section):
-    """Points spread evenly over any number of ranges, or as a sensitivity analysis needs them."""
+class Sample(Section):
+    """Points drawn from any number of ranges: spread evenly, or as a sensitivity analysis needs them."""
 
     points: int = quantity(
         "points; sobol: base points, a power of 2, each with one point more per range and another; morris: "
@@ -77,7 +78,7 @@ class Hypercube(Section):
 
 
 class Plan(Section):
-    """A whole plan file; the values of grid, latin_hypercube and list are fully crossed."""
+    """A whole plan file; the values of grid, sample and list are fully crossed."""
 
     world: str = about(
         "path to a world file, relative to the plan, or name of a shipped world; in Python, also a dict or "
@@ -113,7 +114,7 @@ class Plan(Section):
     reporters: dict[str, Any] = about("reporters in addition to the world's, in the same format", {})
     set: dict[str, Any] = about("values for all runs, by dotted key", {})
     grid: dict[str, Values] | None = about("values of each key, in all combinations", None)
-    latin_hypercube: Hypercube | None = about("numbers drawn from ranges", None)
+    sample: Sample | None = about("numbers drawn from ranges", None, former="latin_hypercube")
     list: Points | None = about("sets of values that vary together", None)
     checkpoint_every: Ticks | None = quantity(
         "ticks between a run's checkpoints; default: 20 per run, at least 2,000 ticks apart", "ticks", None
@@ -132,6 +133,11 @@ class PlanFile:
     plan: Plan
     document: Document
     written: Mapping[Key, Key]  # key of a value here → its key in the file
+
+    @property
+    def notes(self) -> list[str]:
+        """The current name of each key that the file gives under a former name."""
+        return [f"{now[0]} was called {old[0]}" for now, old in self.written.items() if len(now) == 1]
 
     @property
     def folder(self) -> Path:
@@ -166,7 +172,7 @@ def read_plan(
         data["world"] = "world"  # `design` reads the world from the document
     data |= {} if seeds is None else {"world_seeds": seeds}
     if design is not None:
-        data["latin_hypercube"] = {**data.get("latin_hypercube", {}), "design": design}
+        data["sample"] = {**data.get("sample", {}), "design": design}
     try:
         model = Plan.model_validate(data)
     except ValidationError as error:
@@ -186,7 +192,7 @@ def _flattened(data: Mapping[str, Any]) -> tuple[dict[str, Any], dict[Key, Key]]
         for key, value in _leaves(table, ()):
             name = str(key[0]) if len(key) == 1 else name_of(key)
             values[name] = value
-            written[*at, name] = (*at, *key)
+            written[*at, name] = (*written.get(at[:1], at[:1]), *at[1:], *key)
         return values
 
     for section in ("set", "grid"):
@@ -197,11 +203,13 @@ def _flattened(data: Mapping[str, Any]) -> tuple[dict[str, Any], dict[Key, Key]]
             dotted(entry, ("list", i)) if isinstance(entry, dict) else entry
             for i, entry in enumerate(flat["list"])
         ]
-    cube = flat.get("latin_hypercube")
-    if isinstance(cube, dict) and isinstance(cube.get("ranges"), dict):
-        ranges = dotted(cube["ranges"], RANGES)
+    for key, former in rename(flat, Plan):
+        written[key] = (former,)
+    sample = flat.get("sample")
+    if isinstance(sample, dict) and isinstance(sample.get("ranges"), dict):
+        ranges = dotted(sample["ranges"], RANGES)
         spans = {name: {"search": span} if isinstance(span, list) else span for name, span in ranges.items()}
-        flat["latin_hypercube"] = cube | {"ranges": spans}
+        flat["sample"] = sample | {"ranges": spans}
     return flat, written
 
 
@@ -244,7 +252,7 @@ def _of_values(plan: Plan) -> Iterator[Problem]:
         yield Problem(("grid",), "is empty", allowed='values by key: "species.deer.count" = [20, 40]')
     if plan.list is not None and not plan.list:
         yield Problem(("list",), "is empty", allowed='tables of values: [[list]] "species.deer.count" = 20')
-    if plan.latin_hypercube is not None and not plan.latin_hypercube.ranges:
+    if plan.sample is not None and not plan.sample.ranges:
         allowed = 'ranges by key: "species.deer.reproduction.rate" = [0.004, 0.02]'
         yield Problem(RANGES, "is empty", allowed=allowed)
     for name, values in (plan.grid or {}).items():
@@ -264,7 +272,7 @@ def _twice(plan: Plan) -> Iterator[Problem]:
     sections: dict[Key, Iterable[str]] = {
         ("set",): plan.set,
         ("grid",): plan.grid or {},
-        RANGES: plan.latin_hypercube.ranges if plan.latin_hypercube else {},
+        RANGES: plan.sample.ranges if plan.sample else {},
         ("list", 0): (plan.list or [{}])[0],
     }
     seen: dict[Key, str] = {}
@@ -296,7 +304,7 @@ Point = dict[str, Entry]
 
 
 def points_of(plan: Plan, base: WorldConfig) -> Iterator[Point]:
-    """Yield every point of a plan: lists × hypercube × grid, with the last key of the grid varying fastest."""
+    """Yield every point of a plan: lists × samples × grid, with the last key of the grid varying fastest."""
     factors: list[Sequence[Point]] = []
     if plan.list:
         factors.append(
@@ -305,8 +313,8 @@ def points_of(plan: Plan, base: WorldConfig) -> Iterator[Point]:
                 for i, entry in enumerate(plan.list)
             ]
         )
-    if plan.latin_hypercube is not None:
-        factors.append(_drawn(plan.latin_hypercube, base))
+    if plan.sample is not None:
+        factors.append(_drawn(plan.sample, base))
     for name, values in (plan.grid or {}).items():
         factors.append([{name: Entry(value, ("grid", name, i))} for i, value in enumerate(values)])
     for parts in product(*factors):
@@ -315,28 +323,26 @@ def points_of(plan: Plan, base: WorldConfig) -> Iterator[Point]:
 
 def number_of_points(plan: Plan) -> int:
     """Return the number of points of a plan."""
-    n = len(plan.list or [()]) * (plan.latin_hypercube.size if plan.latin_hypercube else 1)
+    n = len(plan.list or [()]) * (plan.sample.size if plan.sample else 1)
     for values in (plan.grid or {}).values():
         n *= len(values)
     return n
 
 
 def problems_of_ranges(plan: Plan, base: WorldConfig) -> Iterator[Problem]:
-    """Yield problems with the ranges of a plan's hypercube."""
-    cube = plan.latin_hypercube
-    data = base.model_dump() if cube is not None else {}
-    if cube is not None and cube.design != "lhs":
-        at = ("latin_hypercube", "design")
+    """Yield problems with the ranges of a plan."""
+    drawn = plan.sample
+    data = base.model_dump() if drawn is not None else {}
+    if drawn is not None and drawn.design != "lhs":
+        at = ("sample", "design")
         if find_spec("SALib") is None:
             allowed = 'the package SALib: pip install -e ".[sensitivity]"'
-            yield Problem(at, "needs a package that is not installed", cube.design, allowed)
+            yield Problem(at, "needs a package that is not installed", drawn.design, allowed)
         if plan.grid or plan.list:
-            yield Problem(at, "cannot be combined with [grid] or [[list]]", cube.design, "only ranges")
-        if cube.design == "sobol" and cube.points.bit_count() != 1:
-            yield Problem(
-                ("latin_hypercube", "points"), "is not a power of 2", cube.points, "64, 128, 256, …"
-            )
-    for name, span in (cube.ranges if cube is not None else {}).items():
+            yield Problem(at, "cannot be combined with [grid] or [[list]]", drawn.design, "only ranges")
+        if drawn.design == "sobol" and drawn.points.bit_count() != 1:
+            yield Problem(("sample", "points"), "is not a power of 2", drawn.points, "64, 128, 256, …")
+    for name, span in (drawn.ranges if drawn is not None else {}).items():
         place, (low, high) = (*RANGES, name), span.search
         _, value, wrong = real_key(data, key_of(name))
         if wrong is not None:
@@ -354,12 +360,12 @@ def problems_of_ranges(plan: Plan, base: WorldConfig) -> Iterator[Problem]:
             yield Problem(place, "is impossible on a log scale", span.search, "low > 0")
 
 
-def _drawn(cube: Hypercube, base: WorldConfig) -> list[Point]:
+def _drawn(sample: Sample, base: WorldConfig) -> list[Point]:
     """Return the points of a plan's ranges."""
-    shares = cube.shares()
+    shares = sample.shares()
     data = base.model_dump()
     points: list[Point] = [{} for _ in shares]
-    for column, (name, span) in zip(shares.T, cube.ranges.items(), strict=True):
+    for column, (name, span) in zip(shares.T, sample.ranges.items(), strict=True):
         value = real_key(data, key_of(name))[1]
         whole = all(isinstance(x, int) for x in (value, *span.search))
         for point, share in zip(points, column, strict=True):

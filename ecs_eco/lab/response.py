@@ -94,6 +94,13 @@ def interval(rows: Sequence[Row], outcome: Outcome) -> Interval:
     return Interval(mean.value, max(mean.low, 0.0), min(mean.high, 1.0)) if outcome.share else mean
 
 
+def of_seeds(rows: Sequence[Row], column: str) -> np.ndarray:
+    """Return the means of a column by training seed or, if nothing is trained, by world seed, without gaps."""
+    table = _table(rows, column)
+    table = table if len(table) > 1 else table.T
+    return np.array([np.mean(known) for row in table if (known := row[np.isfinite(row)]).size])
+
+
 def _table(rows: Sequence[Row], column: str) -> np.ndarray:
     """Return the means of a column by training seed and world seed."""
     training = sorted({row["training_seed"] or 0 for row in rows})
@@ -117,7 +124,7 @@ def group(rows: Sequence[Item], of: Callable[[Item], Any]) -> dict[Any, list[Ite
     return parts
 
 
-FEW = 12  # with more values, each point of the hypercube is drawn instead of one point per value
+FEW = 12  # with more values, each point is drawn instead of one point per value
 CELLS = 9 * 9  # maximum number of heat-map cells that show numbers
 LABELS = 48  # maximum number of characters under a panel before labels are rotated
 
@@ -265,7 +272,7 @@ def pairs_of(rows: Sequence[Row], keys: Sequence[str], most: int = 6) -> list[tu
 
 @styled
 def heat(rows: Sequence[Row], pair: tuple[str, str], outcomes: Sequence[Outcome]) -> Figure:
-    """Plot the means of outcomes (panels) against two keys, as grid cells or as hypercube dots."""
+    """Plot the means of outcomes (panels) against two keys, as grid cells or as dots."""
     parts = group(rows, lambda row: row["treatment"])
     wide = min(3, len(outcomes))
     high = -(-len(outcomes) // wide)

@@ -9,14 +9,14 @@ import numpy as np
 from ecs_eco.analysis.palette import INK
 from ecs_eco.analysis.style import PALETTE, Figure, panels, styled
 from ecs_eco.analysis.survival import Interval
-from ecs_eco.lab.plan import Hypercube
+from ecs_eco.lab.plan import Sample
 from ecs_eco.lab.response import Outcome, Row, group, interval, short
 
 NAMES = {"sobol": ("first-order index", "total index"), "morris": ("μ*", "σ")}
 Indices = Mapping[str, Sequence[Interval]]  # key: its two indices, as in NAMES
 
 
-def indices(cube: Hypercube, y: np.ndarray) -> Indices:
+def indices(sample: Sample, y: np.ndarray) -> Indices:
     """Return the indices of each key with 95% intervals (bootstrap over points; σ has none), given the outcome
     at each point.
 
@@ -24,21 +24,26 @@ def indices(cube: Hypercube, y: np.ndarray) -> Indices:
     2010). Morris: the mean and standard deviation of the changes in the outcome per range (Campolongo, Cariboni
     and Saltelli 2007).
     """
-    analyze = import_module(f"SALib.analyze.{cube.design}").analyze
-    if cube.design == "sobol":
-        found = analyze(cube.problem, y, calc_second_order=False, seed=1)
+    analyze = import_module(f"SALib.analyze.{sample.design}").analyze
+    if sample.design == "sobol":
+        found = analyze(sample.problem, y, calc_second_order=False, seed=1)
         columns = [found[name] for name in ("S1", "S1_conf", "ST", "ST_conf")]
     else:
-        found = analyze(cube.problem, cube.shares(), y, seed=1)
-        columns = [found["mu_star"], found["mu_star_conf"], found["sigma"], np.full(len(cube.ranges), np.nan)]
+        found = analyze(sample.problem, sample.shares(), y, seed=1)
+        columns = [
+            found["mu_star"],
+            found["mu_star_conf"],
+            found["sigma"],
+            np.full(len(sample.ranges), np.nan),
+        ]
     return {
         key: [Interval(x, x - half, x + half) for x, half in (numbers[:2], numbers[2:])]
-        for key, numbers in zip(cube.ranges, np.transpose(columns).astype(float).tolist(), strict=True)
+        for key, numbers in zip(sample.ranges, np.transpose(columns).astype(float).tolist(), strict=True)
     }
 
 
 def indices_of(
-    cube: Hypercube, rows: Sequence[Row], outcomes: Sequence[Outcome]
+    sample: Sample, rows: Sequence[Row], outcomes: Sequence[Outcome]
 ) -> Iterator[tuple[str, Outcome, Indices]]:
     """Yield the indices of means over seeds, for each treatment and each outcome that has different values and
     none missing."""
@@ -46,8 +51,8 @@ def indices_of(
         points = [own for _, own in sorted(group(part, lambda row: row["point"]).items())]
         for outcome in outcomes:
             y = np.array([interval(own, outcome).value for own in points])
-            if len(y) == cube.size and np.isfinite(y).all() and np.ptp(y) > 0:
-                yield treatment, outcome, indices(cube, y)
+            if len(y) == sample.size and np.isfinite(y).all() and np.ptp(y) > 0:
+                yield treatment, outcome, indices(sample, y)
 
 
 def as_rows(design: str, found: Sequence[tuple[str, Outcome, Indices]]) -> list[dict[str, Any]]:

@@ -18,7 +18,6 @@ from ecs_eco.inputs.section import Section
 from ecs_eco.lab.folder import Sweep, read_sweep
 from ecs_eco.lab.jobs import UNFINISHED
 from ecs_eco.lab.pool import PINS
-from ecs_eco.lab.sweep import evenly
 from ecs_eco.record.container import inside
 from ecs_eco.record.manifest import Tick
 from ecs_eco.record.seal import read_sealed, write_manifest
@@ -65,7 +64,7 @@ def submit(folder: str | Path, numbers: Sequence[int], options: Options = Option
     place.mkdir(exist_ok=True)
     arrays, before = _arrays(place), ""
     ids = []
-    numbers, size = evenly(sweep, numbers), array_size()
+    numbers, size = sweep.evenly(numbers), array_size()
     for jobs in (numbers[at : at + size] for at in range(0, len(numbers), size)):
         text = script(sweep, jobs, options, before)
         path = write(place / f"array-{len(arrays) + 1}.sh", text)
@@ -89,7 +88,10 @@ def resume(
 def queued(folder: str | Path) -> set[int]:
     """Return the numbers of queued and running jobs. Raises ConfigError if SLURM is missing."""
     sweep = read_sweep(folder)
-    jobs = {array["id"]: array["jobs"] for array in _arrays(sweep.folder / FOLDER)}
+    jobs = {
+        array["id"]: array.get("jobs") or range(array.get("offset", 0), len(sweep.jobs))
+        for array in _arrays(sweep.folder / FOLDER)
+    }
     if not jobs:
         return set()
     lines = _slurm(
@@ -159,7 +161,9 @@ def _arrays(place: Path) -> list[dict[str, Any]]:
 
 class _Array(Section):
     id: Annotated[str, Field(pattern=r"^[0-9]+$")]
-    jobs: list[Tick]
+    jobs: list[Tick] = []
+    offset: Tick = 0  # in earlier versions, which had no `jobs`: a job's number is its task's index + offset
+    indices: str = ""  # in earlier versions
 
 
 class _Submitted(Section):

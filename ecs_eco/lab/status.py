@@ -6,15 +6,18 @@ import math
 import socket
 import time
 from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from statistics import fmean, median
+from typing import Any, NamedTuple
 
 from ecs_eco.engine.errors import ConfigError, RecordingError
 from ecs_eco.lab.folder import FAILED, PROGRESS, Sweep
 from ecs_eco.lab.jobs import read_done
 from ecs_eco.record.claim import owner_of
 
+RECENT = 5  # finished jobs from which the number of jobs at a time is estimated
 ENOUGH = 5.0  # [s] that a job must have run before its rate counts
 SILENCE = 600.0  # [s] without a progress record after which a job on another machine counts as lost
 
@@ -31,7 +34,9 @@ class Status:
     ticks: int = 0  # completed ticks of all runs
     ticks_in_all: int = 0
     rates: list[float] = field(default_factory=list)  # rates of running jobs, if known [ticks/s]
-    seconds: float = 0.0  # total time of finished runs [s]
+    each: float = 0.0  # time of a job, from finished jobs, or 0 if none is finished [s]
+    left: float = 0.0  # time that the running jobs still need, if a job's time is known [s]
+    at_once: float = 1.0  # number of jobs at a time
 
     @property
     def rate(self) -> float:
@@ -40,7 +45,10 @@ class Status:
 
     @property
     def remaining(self) -> float | None:
-        """Return the remaining seconds at the current rate, or None if the rate is unknown."""
+        """Return the remaining seconds, from the time of finished jobs or else the rate of running jobs, or
+        None if neither is known."""
+        if self.each:
+            return (len(self.waiting) * self.each + self.left) / self.at_once
         return (self.ticks_in_all - self.ticks) / self.rate if self.rate else None
 
     def errors(self) -> list[tuple[str, list[int]]]:
@@ -51,12 +59,20 @@ class Status:
         ]
 
 
+class Times(NamedTuple):
+    """When a finished job began and ended [s], and how long its ticks took, without compiling."""
+
+    began: float
+    ended: float
+    seconds: float
+
+
 class Survey:
     """Surveys a sweep repeatedly, reading finished jobs only once."""
 
     def __init__(self, sweep: Sweep) -> None:
         self.sweep = sweep
-        self._done: dict[int, float] = {}
+        self._done: dict[int, Times] = {}
 
     def look(self) -> Status:
         """Return the current state of the sweep."""
@@ -66,11 +82,13 @@ class Survey:
             if job.number in self._done or self._is_done(job.number):
                 status.done.append(job.number)
                 status.ticks += sweep.ticks
-            else:
-                _look_at(status, job.number, sweep.job_folder(job.number))
-        status.seconds = sum(self._done.values())
-        if not status.rates and status.seconds:  # all running jobs have just begun
-            status.rates.append(sweep.ticks * len(status.done) / status.seconds)
+        status.each = _each(self._done.values())
+        for number in sorted({*range(status.jobs)} - self._done.keys()):
+            _look_at(status, number, sweep)
+        status.at_once = max(1.0, len(status.running), _at_once(self._done.values()))
+        seconds = sum(times.seconds for times in self._done.values())
+        if not status.rates and seconds:  # all running jobs have just begun
+            status.rates.append(sweep.ticks * len(status.done) / seconds)
         return status
 
     def _is_done(self, number: int) -> bool:
@@ -79,12 +97,30 @@ class Survey:
         except (RecordingError, ConfigError):
             return False
         if done is not None:
-            self._done[number] = float(done["seconds"])
+            self._done[number] = Times(*(float(done[key]) for key in Times._fields))
         return done is not None
 
 
-def _look_at(status: Status, number: int, place: Path) -> None:
+def _each(done: Iterable[Times]) -> float:
+    """Return the expected time of a job: the mean time of its ticks, plus the median of all other time, because
+    only the first jobs compile."""
+    done = list(done)
+    if not done:
+        return 0.0
+    other = median(max(0.0, one.ended - one.began - one.seconds) for one in done)
+    return fmean(one.seconds for one in done) + other
+
+
+def _at_once(done: Iterable[Times]) -> float:
+    """Return how many of the jobs that finished last ran at a time, on average."""
+    recent = sorted(done, key=lambda one: one.ended)[-RECENT:]
+    span = max((one.ended for one in recent), default=0.0) - min((one.began for one in recent), default=0.0)
+    return sum(one.ended - one.began for one in recent) / span if span > 0 else 1.0
+
+
+def _look_at(status: Status, number: int, sweep: Sweep) -> None:
     """Add an unfinished job to the status."""
+    place = sweep.job_folder(number)
     note, owner = _numbers(place / PROGRESS), owner_of(place)
     ticks = int(note.get("done", 0))
     status.ticks += ticks
@@ -92,8 +128,10 @@ def _look_at(status: Status, number: int, place: Path) -> None:
     if owner is not None and (owner.get("host") == socket.gethostname() or not silent):
         status.running.append(number)
         lasted = note.get("at", 0.0) - note.get("began", math.inf)
-        if lasted >= ENOUGH:
-            status.rates.append((ticks - note.get("from", 0)) / lasted)
+        rate = (ticks - note.get("from", 0)) / lasted if lasted >= ENOUGH else None
+        status.rates += [] if rate is None else [rate]
+        left = sweep.ticks - ticks
+        status.left += left / rate if rate else status.each * left / sweep.ticks
     elif failure := _read(place / FAILED):
         status.failed[number] = f"{failure.get('error')}: {failure.get('text')}"
     else:

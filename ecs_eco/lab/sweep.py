@@ -1,7 +1,7 @@
 """A whole sweep on an executor: training runs precede the jobs that need them, and lost jobs are repeated."""
 
 from bisect import insort
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,7 +14,7 @@ from ecs_eco.lab.folder import Sweep, begin
 from ecs_eco.lab.jobs import read_done, run_job, train
 from ecs_eco.lab.plan import read_plan
 from ecs_eco.lab.trained import is_trained
-from ecs_eco.lab.work import Work, interleaved
+from ecs_eco.lab.work import Work
 
 Task = int | str  # number of a job, or name of a training run
 
@@ -117,12 +117,12 @@ def do_jobs(
         ready = waiting.pop("")
         for name in waiting:
             work.add(name, train, folder, name, allowed)
-        for number in evenly(sweep, ready):
+        for number in sweep.evenly(ready):
             work.add(number, run_job, folder, number, allowed)
         for task, future in work:
             why = _failure(future, work.lost[task])
             if isinstance(task, str) and why is None:
-                for number in evenly(sweep, waiting[task]):
+                for number in sweep.evenly(waiting[task]):
                     work.add(number, run_job, folder, number, allowed)
             elif isinstance(task, str):
                 outcome.failed |= dict.fromkeys(waiting[task], f"its training failed: {why}")
@@ -134,15 +134,6 @@ def do_jobs(
             if progress is not None:
                 progress(outcome)
     return outcome
-
-
-def evenly(sweep: Sweep, numbers: Iterable[int]) -> list[int]:
-    """Return jobs ordered so that points, treatments and seeds advance evenly."""
-    points: dict[int, dict[str, list[int]]] = {}
-    for number in numbers:
-        job = sweep.jobs[number]
-        points.setdefault(job.point, {}).setdefault(job.treatment, []).append(number)
-    return interleaved([interleaved(list(treatments.values())) for treatments in points.values()])
 
 
 def _by_training(sweep: Sweep, numbers: Sequence[int]) -> dict[str, list[int]]:

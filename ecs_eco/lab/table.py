@@ -8,13 +8,16 @@ from typing import Any
 
 from ecs_eco.analysis.measures import WORLD
 from ecs_eco.analysis.page import drawn, interval, number, page, table, verdict, write_text
+from ecs_eco.analysis.replicates import Effect, seeds_section
 from ecs_eco.analysis.style import colors
 from ecs_eco.analysis.survival import Interval
+from ecs_eco.config import WorldConfig
 from ecs_eco.engine.errors import RecordingError, listed, nearest, refusal
 from ecs_eco.lab import response, sensitivity
+from ecs_eco.lab.arm import UNTREATED
 from ecs_eco.lab.folder import RUN, Sweep
 from ecs_eco.lab.jobs import read_done
-from ecs_eco.lab.plan import Hypercube
+from ecs_eco.lab.plan import Sample
 from ecs_eco.lab.response import Outcome, Row, group, outcomes_of
 from ecs_eco.lab.status import Survey
 from ecs_eco.record.container import inside
@@ -23,7 +26,6 @@ from ecs_eco.record.seal import read_manifest
 
 RUNS = "runs.parquet"
 FEWEST = 3  # seeds before an interval counts
-UNTREATED = "world"  # name of the unchanged world in the treatment column
 
 
 @dataclass(frozen=True)
@@ -87,18 +89,9 @@ def missing_for(sweep: Sweep, column: str, width: float) -> list[int]:
 
     Raises ConfigError if no run has such a column.
     """
-    known = [f"{name}.{what}" for name in sweep.base.species for what in ("mean", "final")]
-    known += [
-        f"{name}{of}.mean"
-        for name in sweep.base.reporters
-        for of in ("", *(f".{s}" for s in sweep.base.species))
-    ]
-    if column not in (known := ["persisted", "lived", *known]):
-        raise refusal((), "no such response", column, listed(known), nearest(column, known), "--response")
-    jobs, done = (
-        group(sweep.jobs, lambda job: (job.point, job.treatment)),
-        {r["job"]: r for r in rows_of(sweep)},
-    )
+    check_response(column, sweep.base)
+    jobs = group(sweep.jobs, lambda job: (job.point, job.treatment))
+    done = {row["job"]: row for row in rows_of(sweep)}
     out: list[tuple[int, int]] = []
     for own in jobs.values():
         rows = [done[job.number] for job in own if job.number in done]
@@ -107,6 +100,19 @@ def missing_for(sweep: Sweep, column: str, width: float) -> list[int]:
             left = sorted((job.world_seed, job.number) for job in own if job.number not in done)
             out += left[: max(FEWEST - len(rows), len(rows) // 2, 1)]
     return [number for _, number in sorted(out)]
+
+
+def check_response(column: str, world: WorldConfig) -> None:
+    """Raise ConfigError if runs of a world have no such column of results."""
+    known = [
+        "persisted",
+        "lived",
+        *(f"{name}.{what}" for name in world.species for what in ("mean", "final")),
+    ]
+    kinds = ("", *(f".{name}" for name in world.species))
+    known += [f"{name}{of}.mean" for name in world.reporters for of in kinds]
+    if column not in known:
+        raise refusal((), "no such response", column, listed(known), nearest(column, known), "--response")
 
 
 def row_of(point: int, done: dict[str, Any]) -> dict[str, Any]:
@@ -182,7 +188,7 @@ _RESPONSE = (
     "Means at each value with 95% intervals over seeds; dots are single runs. If several values vary, each "
     "seed's mean over the other values is computed first."
 )
-_POINTS = "For a hypercube, each point is shown: its mean with the 95% interval over seeds."
+_POINTS = "For drawn points, each point is shown: its mean with the 95% interval over seeds."
 _HEAT = "Means over seeds and all other varied values; cells are empty if no run has a value."
 
 _INDICES = "Means over seeds, with 95% intervals over points. Variance between seeds counts as interaction."
@@ -200,6 +206,7 @@ def write_page(sweep: Sweep, rows: Sequence[Row], failed: dict[int, str]) -> Pat
         *_responses(rows, keys, outcomes, hue, folder),
         *_sensitivity(sweep, rows, outcomes, folder),
         *_points(rows, keys, outcomes),
+        *_seeds(rows, keys, outcomes),
         *_origin(sweep, rows),
     ]
     title = sweep.content["title"] or sweep.content["world"]
@@ -261,7 +268,7 @@ def _sensitivity(sweep: Sweep, rows: Sequence[Row], outcomes: list[Outcome], fol
     design = (given := sweep.content["plan"].get("latin_hypercube") or {}).get("design", "lhs")
     if design == "lhs":
         return []
-    found = list(sensitivity.indices_of(Hypercube.model_validate(given), rows, outcomes))
+    found = list(sensitivity.indices_of(Sample.model_validate(given), rows, outcomes))
     if not found:
         return ["<h2>Sensitivity</h2><p>Indices need all points, at which an outcome differs.</p>"]
     write_table(sensitivity.as_rows(design, found), sweep.folder / "sensitivity.parquet")
@@ -300,6 +307,22 @@ def _points(rows: Sequence[Row], keys: list[str], outcomes: list[Outcome]) -> li
     if len(parts) > MOST_ROWS:
         blocks.append(f"<p>… and {len(parts) - MOST_ROWS} more, in runs.parquet.</p>")
     return blocks
+
+
+def _seeds(rows: Sequence[Row], keys: list[str], outcomes: list[Outcome]) -> list[str]:
+    """Return the section on the number of seeds. Effects are the means at each point, and the differences that
+    treatments make there."""
+    parts, effects = group(rows, lambda row: (row["point"], row["treatment"])), []
+    for (point, treatment), part in parts.items():
+        world = parts.get((point, UNTREATED)) if treatment != UNTREATED else None
+        values = ", ".join(f"{response.short(key)} = {part[0][key]}" for key in keys)
+        arm = treatment if world is None else f"{treatment} − {UNTREATED}"
+        for outcome in outcomes:
+            name = ": ".join(filter(None, (values, arm, outcome.label)))
+            other = None if world is None else response.of_seeds(world, outcome.column)
+            effects.append(Effect(name, response.of_seeds(part, outcome.column), other, outcome.share))
+    trained = any(row["training_seed"] is not None for row in rows)
+    return seeds_section(effects, "training seeds" if trained else "seeds")
 
 
 def _cell(x: Interval) -> str:

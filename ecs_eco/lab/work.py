@@ -2,7 +2,7 @@
 
 import math
 from collections import Counter, deque
-from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
 from typing import Any, Generic, NamedTuple, Self, TypeVar
 
@@ -148,6 +148,17 @@ def interleaved(groups: Sequence[Sequence[Item]]) -> list[Item]:
     again = math.lcm(n, most)  # after this many items, the same pairs of group and position would recur
     at = ((k % n, (k + k // again) % most) for k in range(n * most))
     return [groups[i][j] for i, j in at if j < len(groups[i])]
+
+
+def evenly(items: Iterable[Item], *keys: Callable[[Item], Hashable]) -> list[Item]:
+    """Return items ordered so that groups with equal keys advance evenly: by the first key, and within its
+    groups by the next."""
+    if not keys:
+        return list(items)
+    groups: dict[Hashable, list[Item]] = {}
+    for item in items:
+        groups.setdefault(keys[0](item), []).append(item)
+    return interleaved([evenly(own, *keys[1:]) for own in groups.values()])
 
 
 def _lost_its_worker(future: Future[Any]) -> bool:

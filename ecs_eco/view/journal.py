@@ -27,6 +27,7 @@ class Journal:
     def __init__(self, world: World, species: Sequence[str] = (), most: int = MOST, size: int = SIZE) -> None:
         self.world, self.size = world, size
         self.species = [*species, *(name for name in world.tables if name not in species)]
+        self._organisms = len(species) or len(self.species)  # species before objects
         self.dt, self._place = world.dt, {name: s for s, name in enumerate(self.species)}
         self._kept = {kind: Kept(size, most) for kind in COLUMNS}
         self._waiting: dict[str, list[tuple[Any, ...]]] = {kind: [] for kind in COLUMNS}
@@ -88,6 +89,8 @@ class Journal:
     def _was_born(self, table: Table, rows: np.ndarray, parents: np.ndarray, second: np.ndarray) -> None:
         s = self._place[table.name]
         self.born[s] += rows.size
+        if s >= self._organisms:  # an object has a builder, but no parents
+            parents = second = np.zeros_like(parents)
         if not self.bred[s]:
             self.bred[s] = parents.any()
         self._hear("births", s, table.uid[rows], parents, second)

@@ -69,6 +69,7 @@ def test_jobs_are_done_by_number(here: Path, monkeypatch: pytest.MonkeyPatch) ->
         (["plan.toml", "--on", "rya"], ["--on", "no such engine"]),
         (["plan.toml", "--sbatch=--time=1"], ["--sbatch", "applies only to SLURM", "--on slurm"]),
         (["no.toml"], ["PLAN", "no.toml"]),
+        (["plan.toml", "--until-width", "1", "--response", "mos.mean"], ["--response", '"moss.mean"']),
         (["status", "."], ["is not a folder of a sweep"]),
         (["plan.toml", "--out", "."], ["is not empty"]),
     ],
@@ -77,6 +78,7 @@ def test_wrong_arguments_are_refused(arguments: list[str], words: list[str]) -> 
     out = invoke(*arguments, code=2)
     for word in words:
         assert word in out, out
+    assert not Path("runs").exists()
 
 
 def test_times_are_for_people() -> None:

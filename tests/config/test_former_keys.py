@@ -105,6 +105,13 @@ def test_reproduction_that_was_called_simplified_is_asexual_at_any_place():
     assert note not in notes(present)
 
 
+def test_a_former_kind_is_not_suggested():
+    way = {"kind": "simple", "rate": 0.02, "energy_min": 0.6, "energy_given": 0.3}
+    with pytest.raises(ConfigError) as error:
+        load(merge(MENAGERIE, {"species": {"lynx": {"reproduction": way}}}))
+    assert 'unknown kind; expected: asexual, spread, sexual; did you mean "asexual"?' in str(error.value)
+
+
 def test_hyperparameters_have_their_former_names_in_the_hash_alone():
     former, present = (
         load(merge(MENAGERIE, {"species": {"ram": {"ppo": {name: 0.03}}}}))

@@ -49,11 +49,7 @@ def test_policies_are_trained_anew_for_each_set_of_values_where_the_plan_says_so
 def test_a_hypercube_has_one_point_in_each_share_of_every_range() -> None:
     ranges = {"dt": [0.2, 1.0], "species.deer.metabolism.basal": {"search": [0.001, 0.1], "scale": "log"}}
     plan = read_plan(
-        {
-            "world": "predator-prey",
-            "set": SMALL,
-            "latin_hypercube": {"points": 8, "seed": 3, "ranges": ranges},
-        }
+        {"world": "predator-prey", "set": SMALL, "sample": {"points": 8, "seed": 3, "ranges": ranges}}
     )
     points = [
         {name: entry.value for name, entry in point.items()}
@@ -83,13 +79,10 @@ def test_the_hash_is_that_of_the_plan_and_not_of_its_place(tmp_path: Path) -> No
         ("[grid]\nspecies.moss.cuont = [1]\n", ["line 5", "unknown key", 'did you mean "count"']),
         ("[set]\nspecies.moss.count = 1.5\n", ["line 5", "a whole number"]),
         (
-            "[latin_hypercube]\npoints = 2\n[latin_hypercube.ranges]\nspecies.moss.cuont = [1, 2]\n",
+            "[sample]\npoints = 2\n[sample.ranges]\nspecies.moss.cuont = [1, 2]\n",
             ["line 7", 'did you mean "count"'],
         ),
-        (
-            "[latin_hypercube]\npoints = 2\n[latin_hypercube.ranges]\nspecies.moss.count = [3, 2]\n",
-            ["line 7", "low < high"],
-        ),
+        ("[sample]\npoints = 2\n[sample.ranges]\nspecies.moss.count = [3, 2]\n", ["line 7", "low < high"]),
         ('treatments = ["random-polisy"]\n', ["line 4", "no such treatment", 'did you mean "random-policy"']),
         ('treatments = ["no-reflexes"]\n', ["line 4", "no species has a reflex"]),
         ("training_seeds = 2\n", ["line 4", "no species has a policy to train"]),

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
 
 import pytest
 
 from ecs_eco.engine.errors import ConfigError
+from ecs_eco.lab.design import design_of
 from ecs_eco.lab.plan import read_plan
+from tests.lab.moss import WORLD
 
 
 def refusal(tmp_path: Path, text: str) -> str:
@@ -22,15 +25,15 @@ def test_keys_are_dotted_whether_they_are_tables_or_in_quotes(tmp_path: Path) ->
     path = tmp_path / "plan.toml"
     path.write_text(
         'world = "x"\n[set]\nspecies.deer.count = 5\n[grid]\n"species.wolf.count" = [1, 2]\n'
-        "[grid.space]\nsize = [[10.0, 10.0]]\n[latin_hypercube]\npoints = 3\n"
-        "[latin_hypercube.ranges]\nspecies.fox.count = [1, 9]\n"
+        "[grid.space]\nsize = [[10.0, 10.0]]\n[sample]\npoints = 3\n"
+        "[sample.ranges]\nspecies.fox.count = [1, 9]\n"
         '[[list]]\nspecies.ant.count = 2\n"species.bee.count" = 3\n'
     )
     file = read_plan(path)
     assert file.plan.set == {"species.deer.count": 5}
     assert file.plan.grid == {"species.wolf.count": [1, 2], "space.size": [[10.0, 10.0]]}
-    assert file.plan.latin_hypercube is not None
-    assert file.plan.latin_hypercube.ranges["species.fox.count"].search == [1, 9]
+    assert file.plan.sample is not None
+    assert file.plan.sample.ranges["species.fox.count"].search == [1, 9]
     assert file.plan.list == [{"species.ant.count": 2, "species.bee.count": 3}]
 
 
@@ -59,9 +62,16 @@ def test_seeds_are_a_number_of_them_or_a_list() -> None:
         ('world = "x"\n[grid]\nseed = [1, 2]\n', ["line 3", "world_seeds"]),
         ('world = "x"\n[[list]]\ndt = 1.0\n[[list]]\nticks = 2\n', ["line 4", "has different keys"]),
         (
-            'world = "x"\n[latin_hypercube]\npoints = 3\n[latin_hypercube.ranges]\ndt = [1.0]\n',
+            'world = "x"\n[sample]\npoints = 3\n[sample.ranges]\ndt = [1.0]\n',
             ["line 5", "at least 2 entries"],
         ),
+        (
+            'world = "x"\n[latin_hypercube]\npoints = 3\n[latin_hypercube.ranges]\ndt = [1.0]\n',
+            ["line 5", "latin_hypercube.ranges.dt", "at least 2 entries"],
+        ),
+        ('world = "x"\n[latin_hypercube]\npoints = 0\n', ["line 3", "at least 1"]),
+        ('world = "x"\n[sample]\n[latin_hypercube]\n', ["is given twice"]),
+        ('world = "x"\n[sampel]\n', ['did you mean "sample"']),
         ('world = "x"\ntreatments = ["a",\n"a"]\n', ["line 3", "is named twice"]),
         ('world = "x\n', ["line 1", "not TOML"]),
     ],
@@ -70,6 +80,18 @@ def test_a_bad_plan_is_refused_at_its_line(tmp_path: Path, text: str, words: lis
     message = refusal(tmp_path, text)
     for word in words:
         assert word in message, message
+
+
+def test_a_section_by_its_former_name_is_read_and_noted(tmp_path: Path) -> None:
+    drawn = {"points": 3, "ranges": {"species.moss.count": [1, 9]}}
+    present, former = (
+        read_plan({"world": tomllib.loads(WORLD), name: drawn}) for name in ("sample", "latin_hypercube")
+    )
+    assert former.plan == present.plan
+    assert (present.notes, former.notes) == ([], ["sample was called latin_hypercube"])
+    settings = design_of(present).settings
+    assert settings == design_of(former).settings
+    assert settings["latin_hypercube"]["points"] == 3  # as in the folders of earlier versions
 
 
 def test_a_plan_that_is_not_there_is_named(tmp_path: Path) -> None:

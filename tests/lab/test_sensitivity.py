@@ -30,9 +30,9 @@ ENDS = np.array([(0.0, 0.01), (0.1, 0.2), (-3.0, -1.0)]).T
 
 def rows_of(points: int, design: str, folder: Path) -> tuple[Any, list[dict[str, Any]]]:
     """The points of a plan, with Ishigami's function of their values for a result: a = 7, b = 0.1."""
-    plan = {"world": "moss.toml", "latin_hypercube": {"points": points, "ranges": KEYS}}
+    plan = {"world": "moss.toml", "sample": {"points": points, "ranges": KEYS}}
     (folder / "moss.toml").write_text(WORLD)
-    cube = read_plan(plan, design).plan.latin_hypercube
+    cube = read_plan(plan, design).plan.sample
     rows = []
     for i, point in enumerate(points_of(read_plan(plan, design).plan, load(folder / "moss.toml"))):
         values = np.array([entry.value for entry in point.values()])
@@ -76,7 +76,7 @@ def test_a_page_shows_the_effects_of_morris(tmp_path: Path) -> None:
 def test_a_plan_without_what_its_design_needs_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    ranges = "[latin_hypercube]\npoints = 6\n[latin_hypercube.ranges]\nspecies.moss.count = [1, 9]\n"
+    ranges = "[sample]\npoints = 6\n[sample.ranges]\nspecies.moss.count = [1, 9]\n"
     plan = written(tmp_path, f'world = "moss.toml"\nticks = 6\n{ranges}[grid]\ndt = [0.5, 1.0]\n')
     monkeypatch.setattr(plans, "find_spec", lambda name: None)
     with pytest.raises(ConfigError) as error:

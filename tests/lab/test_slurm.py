@@ -20,6 +20,7 @@ from typer.testing import CliRunner
 
 from ecs_eco.cli import app
 from ecs_eco.engine.errors import ConfigError, RecordingError
+from ecs_eco.lab import slurm as slurm_module
 from ecs_eco.lab.design import design_of
 from ecs_eco.lab.folder import Sweep, begin, read_sweep
 from ecs_eco.lab.jobs import read_done, run_job
@@ -119,6 +120,15 @@ def test_a_note_of_arrays_with_other_values_is_refused(tmp_path: Path) -> None:
     seal.write_manifest(sweep.folder / "slurm", {"arrays": [{"id": "1\nx", "jobs": [0]}]}, "submitted.json")
     with pytest.raises(RecordingError, match=r"submitted\.json: arrays\.0\.id: "):
         queued(sweep.folder)
+
+
+def test_arrays_of_an_earlier_version_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    sweep = sweep_in(tmp_path)
+    (sweep.folder / "slurm").mkdir()
+    arrays = [{"id": "7", "offset": 1, "indices": "0,2"}, {"id": "8", "jobs": [3, 0]}]
+    seal.write_manifest(sweep.folder / "slurm", {"arrays": arrays}, "submitted.json")
+    monkeypatch.setattr(slurm_module, "_slurm", lambda *_: "7 0\n7 1\n8 0\n9 1\n")
+    assert queued(sweep.folder) == {1, 2, 3}
 
 
 @pytest.mark.slow

@@ -10,7 +10,7 @@ import pytest
 from ecs_eco.lab.design import design_of
 from ecs_eco.lab.folder import begin
 from ecs_eco.lab.plan import read_plan
-from ecs_eco.lab.sweep import evenly, unfinished
+from ecs_eco.lab.sweep import unfinished
 from ecs_eco.lab.work import interleaved
 from tests.lab.moss import PLAN, written
 
@@ -42,7 +42,7 @@ def test_jobs_of_a_sweep_begin_evenly_over_points_treatments_and_seeds(tmp_path:
     sweep = begin(tmp_path / "out", design_of(read_plan(written(tmp_path, plan))))
     numbers = unfinished(sweep)
     assert numbers == list(range(60))
-    order = [sweep.jobs[number] for number in evenly(sweep, numbers)]
+    order = [sweep.jobs[number] for number in sweep.evenly(numbers)]
     assert sorted(job.number for job in order) == numbers
     for n in range(1, 60):
         done = order[:n]
