@@ -50,7 +50,7 @@ def stopped(world: LivingWorld, error: BaseException) -> None:
 
 
 def require_whole(world: LivingWorld, wanted: str, within: bool = False) -> None:
-    """Raise UnfinishedTick, naming the `wanted` action, if a world is unfinished; `within` allows the action
+    """Raise UnfinishedTick, naming the action `wanted`, if a world is unfinished; `within` allows the action
     during a tick."""
     mark = world.underway
     if mark is None or (within and mark.running):
