@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -12,15 +11,14 @@ from ecs_eco.components import Nervous, Position, Sensor
 from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.nervous.organs import blind
-from ecs_eco.nervous.sensors.sense import NOTHING_SENSED
+from ecs_eco.nervous.sensors.sense import NOTHING_SENSED, shared_out
 from ecs_eco.space.seekers import Seekers
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
+    from ecs_eco.nervous.sensors.sense import Reading
     from ecs_eco.space.world import SpatialWorld
 
-SHIPPED = "ecs_eco.nervous.sensors."
-Share = list[tuple[Any, int]]  # senses, and the first column of each
 NOBODY: tuple[Any, ...] = ((), [], [])
 
 
@@ -41,9 +39,10 @@ class Sense(System):
     )
 
     @cached_property
-    def _shares(self) -> dict[str, tuple[tuple[Any, ...], Share, Share]]:
-        """For each table: its senses and the number of processes, the senses that each process reads for its
-        own part, and those that every process reads for all organisms."""
+    def _shares(
+        self,
+    ) -> dict[str, tuple[tuple[Any, ...], list[tuple[Reading, int]], list[tuple[Reading, int]]]]:
+        """For each table: its senses and the number of processes, and the result of `shared_out` for them."""
         return {}
 
     def update(self, table: Table, world: SpatialWorld) -> None:
@@ -61,10 +60,10 @@ class Sense(System):
             undivided = shared
         else:
             with world.bands.own(seekers.index, out):
-                for sense, first in shared:
-                    sense(world, table, seekers, out, first)
-        for sense, first in undivided:
-            sense(world, table, seekers, out, first)
+                for read, first in shared:
+                    read(world, table, seekers, out, first)
+        for read, first in undivided:
+            read(world, table, seekers, out, first)
         if table.species.traits:
             blind(table, seekers.rows, out)
         uid = seekers.index.uid
@@ -74,40 +73,3 @@ class Sense(System):
             nerves.x = np.ascontiguousarray(out.T[:, here]).T
         if Sensor in table:
             nerves.sensed = uid.copy(), nerves.x
-
-
-def shared_out(senses: Sequence[tuple[Any, int]], alone: bool) -> tuple[Share, Share]:
-    """Return the senses that each process reads for its own part, wide ones first, and, if there are several
-    processes, those that every process reads for all organisms."""
-    shared: Share = []
-    undivided: Share = []
-    for sense, _, first in sorted(joined(senses), key=lambda one: -one[1]):
-        # user-defined functions, and readings that are the same for all
-        own = (
-            not sense.__module__.startswith(SHIPPED)
-            or sense.__qualname__.startswith("ambient")
-            or getattr(sense, "by_light", False)
-        )
-        (undivided if own and not alone else shared).append((sense, first))
-    return shared, undivided
-
-
-def joined(senses: Sequence[tuple[Any, int]]) -> list[tuple[Any, int, int]]:
-    """Return senses with their widths and first columns; senses that are read together are merged into one at
-    the position of the first."""
-    groups: dict[Any, list[tuple[Any, int, int]]] = {}
-    column = 0
-    for number, (sense, width) in enumerate(senses):
-        shipped = sense.__module__.startswith(SHIPPED)
-        groups.setdefault(getattr(sense, "joint", number) if shipped else number, []).append(
-            (sense, width, column)
-        )
-        column += width
-    parts = []
-    for joint, group in groups.items():
-        if isinstance(joint, tuple):
-            together = joint[0]([(sense, first) for sense, _, first in group])
-            parts.append((together, sum(width for _, width, _ in group), group[0][2]))
-        else:
-            parts += group
-    return parts

@@ -62,7 +62,7 @@ def see_nearest(
     view, centred = half_view(fov), not any(map(np.float32, at[:3]))
     alike, selective = by_light is None and kin is None and centred, occlusion or narrow(view)
 
-    def sense(world: SpatialWorld, table: Table, seekers: Seekers, out: np.ndarray, column: int) -> None:
+    def read(world: SpatialWorld, table: Table, seekers: Seekers, out: np.ndarray, column: int) -> None:
         species, other, mine, space = table.species, world.tables[target], seekers.index, world.space
         targets, radius, own, cos_half_fov, looks_again = world.index(other), reach, shared, view, selective
         if not alike or number in species.own_ranges or number in species.own_places:
@@ -116,8 +116,7 @@ def see_nearest(
         else:
             world.split(_bearings, seekers.n, poses, places, space.extent, found, seen)
 
-    sense.by_light = by_light is not None  # type: ignore[attr-defined]
-    return sense
+    return Sense(read, divisible=by_light is None)
 
 
 def half_view(fov: Number) -> Any:

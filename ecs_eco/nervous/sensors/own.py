@@ -13,7 +13,7 @@ from ecs_eco.compiled.per_row import of_row
 from ecs_eco.components import Biology, Body, Chemistry, Metabolism, Physical, Shape
 from ecs_eco.engine.addresses import address_of, column_at
 from ecs_eco.engine.schema import Columns
-from ecs_eco.nervous.sensors.sense import Sense, of_sensor, place_of
+from ecs_eco.nervous.sensors.sense import Reading, Sense, of_sensor, place_of
 from ecs_eco.space.bodies import extents
 from ecs_eco.space.seekers import Seekers
 from ecs_eco.space.shapes import volume
@@ -60,7 +60,7 @@ def own(
 
     shared = np.float32(1.0 / scale)
 
-    def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
+    def read(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         factor: Any = shared
         if table.species.traits:
             factor = 1.0 / of_sensor(table, seekers, number, scale=scale)[0]
@@ -80,9 +80,7 @@ def own(
         value = own_column(table, property, substances)
         return value if type(value) is np.ndarray and value.dtype == np.float32 else None
 
-    sense.plain, sense.factor = plain, shared  # type: ignore[attr-defined]
-    sense.joint = feel_together, None  # type: ignore[attr-defined]
-    return sense
+    return Sense(read, together=feel_together, detail=(plain, shared))
 
 
 class Plain(NamedTuple):
@@ -98,11 +96,11 @@ class Plain(NamedTuple):
     columns: np.ndarray = np.empty(0, np.int64)  # columns of the observations
 
     @classmethod
-    def of(cls, made_from: tuple[Any, ...], table: "Table", senses: list[tuple[Any, int]]) -> "Plain":
+    def of(cls, made_from: tuple[Any, ...], table: "Table", senses: list[tuple[Sense, int]]) -> "Plain":
         """Return the group of a table's senses, each with its first column."""
-        arrays = [None if interpreted() else sense.plain(table) for sense, _ in senses]  # needs addresses
+        arrays = [None if interpreted() else sense.detail[0](table) for sense, _ in senses]  # needs addresses
         read = [
-            (a, sense.factor, column)
+            (a, sense.detail[1], column)
             for a, (sense, column) in zip(arrays, senses, strict=True)
             if a is not None
         ]
@@ -118,12 +116,12 @@ class Plain(NamedTuple):
         )
 
 
-def feel_together(senses: list[tuple[Any, int]]) -> Sense:
+def feel_together(senses: list[tuple[Sense, int]]) -> Reading:
     """Return a function that feels properties of the organism's own body for several senses at once, each
     with its first column."""
     kept = Plain()
 
-    def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
+    def read(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         nonlocal kept
         plain, now = kept, (table, bool(table.species.traits), Columns.replaced)
         if plain.made_from != now:
@@ -140,7 +138,7 @@ def feel_together(senses: list[tuple[Any, int]]) -> Sense:
         for one, first in plain.others:
             one(world, table, seekers, out, first)
 
-    return sense
+    return read
 
 
 @lone_njit

@@ -3,8 +3,9 @@ range."""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -24,14 +25,49 @@ NOTHING_SENSED = np.zeros(0, np.uint64), np.zeros((0, 0), np.float32)
 """Empty uids u64[0] and readings f32[0, channels]."""
 
 
-Sense = Callable[["SpatialWorld", "Table", Seekers, np.ndarray, int], None]
-"""sense(world, table, seekers, observations f32[n, channels], first column):
-writes its channels for every seeker.
+Reading = Callable[["SpatialWorld", "Table", Seekers, np.ndarray, int], None]
+"""reading(world, table, seekers, observations f32[n, channels], first column):
+writes its channels for every seeker."""
 
-A shipped sense may have an attribute `joint`, a function and its purpose. Senses with the same `joint` are
-read together, by the sense that the function returns for a list of (sense, first column), because a kernel
-call takes as long as reading hundreds of bodies.
-"""
+
+class Sense(NamedTuple):
+    """A sensor of a nervous system."""
+
+    read: Reading
+    # whether each process can read it for its own part of the organisms
+    divisible: bool = True
+    # returns one reading for all senses with the same `subject`, each with its first column, because a kernel
+    # call takes as long as reading hundreds of bodies
+    together: Callable[[list[tuple[Any, int]]], Reading] | None = None
+    subject: str = ""
+    detail: Any = None  # what `together` needs to know about this sense
+
+    def __call__(
+        self, world: SpatialWorld, table: Table, seekers: Seekers, out: np.ndarray, column: int
+    ) -> None:
+        """Write the channels of every seeker."""
+        self.read(world, table, seekers, out, column)
+
+
+def shared_out(
+    senses: Sequence[tuple[Sense, int]], alone: bool
+) -> tuple[list[tuple[Reading, int]], list[tuple[Reading, int]]]:
+    """Return the readings for senses with these widths, and the first column of each: those that each process
+    performs for its own part, wide ones first, and, if there are several processes, those that every process
+    performs for all organisms."""
+    groups: dict[Any, list[tuple[Sense, int]]] = {}
+    widths: Counter[Any] = Counter()
+    for number, (sense, width) in enumerate(senses):
+        key = (sense.together, sense.subject) if sense.together else number
+        groups.setdefault(key, []).append((sense, widths.total()))
+        widths[key] += width
+    shared: list[tuple[Reading, int]] = []
+    undivided: list[tuple[Reading, int]] = []
+    for key, _ in widths.most_common():
+        sense, first = groups[key][0]
+        read = sense.together(groups[key]) if sense.together else sense.read
+        (shared if alone or sense.divisible else undivided).append((read, first))
+    return shared, undivided
 
 
 def of_sensor(table: Table, seekers: Seekers, number: int, **shared: object) -> tuple[Any, ...]:

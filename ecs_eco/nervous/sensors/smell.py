@@ -1,13 +1,13 @@
 """The sensor that smells a scalar field at a point on the body."""
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ecs_eco.compiled.jit import lone_njit, njit
 from ecs_eco.compiled.per_row import Number, of_row
 from ecs_eco.components import Senses
-from ecs_eco.nervous.sensors.sense import Sense, nose, of_sensor, place_of
+from ecs_eco.nervous.sensors.sense import Reading, Sense, nose, of_sensor, place_of
 from ecs_eco.space.field import at as field_at
 from ecs_eco.space.geometry import Extent, into
 from ecs_eco.space.seekers import Seekers
@@ -27,7 +27,7 @@ def smell(field: str, at: list[float], scale: float, number: int = 0) -> Sense:
     shared = np.float32(scale)
     place = np.array([[forward, left]])
 
-    def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
+    def read(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         f, space, poses = world.fields[field], world.space, seekers.poses
         ahead, high = place, up
         if seekers.half is not None:
@@ -72,18 +72,16 @@ def smell(field: str, at: list[float], scale: float, number: int = 0) -> Sense:
                 work=seekers.n // 10,
             )
 
-    sense.nose = forward, left, shared  # type: ignore[attr-defined]
-    sense.joint = smell_together, field  # type: ignore[attr-defined]
-    return sense
+    return Sense(read, together=smell_together, subject=field, detail=(forward, left, shared))
 
 
-def smell_together(senses: list[tuple[Any, int]]) -> Sense:
+def smell_together(senses: list[tuple[Sense, int]]) -> Reading:
     """Return a function that smells a field for several senses at once, each with its first column."""
-    field, columns = senses[0][0].joint[1], np.array([column for _, column in senses])
-    forward, left, scales = np.array([sense.nose for sense, _ in senses]).T.copy()
+    field, columns = senses[0][0].subject, np.array([column for _, column in senses])
+    forward, left, scales = np.array([sense.detail for sense, _ in senses]).T.copy()
     places = np.stack([forward, left], 1)
 
-    def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
+    def read(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         species, space, f = table.species, world.space, world.fields[field]
         if space.volume or species.traits or species.own_places or seekers.half is not None:
             for one, first in senses:
@@ -104,7 +102,7 @@ def smell_together(senses: list[tuple[Any, int]]) -> Sense:
             work=seekers.n * len(columns) // 10,
         )
 
-    return sense
+    return read
 
 
 @lone_njit
