@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,15 +10,12 @@ from ecs_eco.components import Nervous, Position, Sensor
 from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.nervous.organs import blind
-from ecs_eco.nervous.sensors.sense import NOTHING_SENSED, shared_out
+from ecs_eco.nervous.sensors.sense import NOTHING_SENSED
 from ecs_eco.space.seekers import Seekers
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
-    from ecs_eco.nervous.sensors.sense import Reading
     from ecs_eco.space.world import SpatialWorld
-
-NOBODY: tuple[Any, ...] = ((), [], [])
 
 
 class Sense(System):
@@ -38,13 +34,6 @@ class Sense(System):
         },
     )
 
-    @cached_property
-    def _shares(
-        self,
-    ) -> dict[str, tuple[tuple[Any, ...], list[tuple[Reading, int]], list[tuple[Reading, int]]]]:
-        """For each table: its senses and the number of processes, and the result of `shared_out` for them."""
-        return {}
-
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Fill the observation matrix of one species."""
         nerves = table.species.nerves
@@ -52,18 +41,16 @@ class Sense(System):
         out = nerves.readout(seekers.n)
         nerves.rows = seekers.rows
         nerves.sensed = NOTHING_SENSED
-        asked = (*nerves.senses, world.bands.size)
-        if self._shares.get(table.name, NOBODY)[0] != asked:
-            self._shares[table.name] = asked, *shared_out(nerves.senses, world.bands.size == 1)
-        _, shared, undivided = self._shares[table.name]
-        if world.bands.size == 1 and not world.bands.divided:
-            undivided = shared
-        else:
-            with world.bands.own(seekers.index, out):
-                for read, first in shared:
-                    read(world, table, seekers, out, first)
-        for read, first in undivided:
-            read(world, table, seekers, out, first)
+        undivided, column = [], 0
+        with world.bands.own(seekers.index, out):
+            for sense, width in nerves.senses:
+                if sense.divisible or world.bands.size == 1:
+                    sense.read(world, table, seekers, out, column)
+                else:
+                    undivided.append((sense, column))
+                column += width
+        for sense, column in undivided:
+            sense.read(world, table, seekers, out, column)
         if table.species.traits:
             blind(table, seekers.rows, out)
         uid = seekers.index.uid

@@ -91,7 +91,7 @@ def see_nearest(
             found = nearest_kin(seekers, table, other, targets, kin, eye, own, cos_half_fov, world.split)
             looks_again, known = occlusion and kin is None, True
         elif not looks_again:
-            return nearest(mine, targets, radius, *found, world.split, see, (poses, seen))
+            nearest(mine, targets, radius, *found, world.split)
         if looks_again:
             ground, heights = opaque_ground(world), NO_HEIGHTS
             if ground.height.size > 1:
@@ -185,25 +185,6 @@ def see_clearly(
         first, last = mine.start[first * space.nx], mine.start[last * space.nx]
     nearest_visible(first, last, seekers, targets, space, bodies, how, ground, found)
     _bearings(first, last, seekers, targets, space, found, seen)
-
-
-@lone_njit
-def see(
-    first: int,
-    last: int,
-    mine: Entries,
-    targets: Entries,
-    space: Extent,
-    search: Search,
-    found: Found,
-    seekers: Poses,
-    seen: Bearings,
-) -> None:
-    """Run `seek` for the seekers in the rows of cells first … last − 1, then compute the direction and
-    nearness of the result."""
-    seek(first, last, mine, targets, space, search, found)
-    begin, end = mine.start[first * space.nx], mine.start[last * space.nx]
-    _bearings(begin, end, seekers, targets, space, found, seen)
 
 
 @lone_njit

@@ -3,7 +3,6 @@ range."""
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -34,40 +33,13 @@ class Sense(NamedTuple):
     """A sensor of a nervous system."""
 
     read: Reading
-    # whether each process can read it for its own part of the organisms
-    divisible: bool = True
-    # returns one reading for all senses with the same `subject`, each with its first column, because a kernel
-    # call takes as long as reading hundreds of bodies
-    together: Callable[[list[tuple[Any, int]]], Reading] | None = None
-    subject: str = ""
-    detail: Any = None  # what `together` needs to know about this sense
+    divisible: bool = True  # whether each process can read it for its own part of the organisms
 
     def __call__(
         self, world: SpatialWorld, table: Table, seekers: Seekers, out: np.ndarray, column: int
     ) -> None:
         """Write the channels of every seeker."""
         self.read(world, table, seekers, out, column)
-
-
-def shared_out(
-    senses: Sequence[tuple[Sense, int]], alone: bool
-) -> tuple[list[tuple[Reading, int]], list[tuple[Reading, int]]]:
-    """Return the readings for senses with these widths, and the first column of each: those that each process
-    performs for its own part, wide ones first, and, if there are several processes, those that every process
-    performs for all organisms."""
-    groups: dict[Any, list[tuple[Sense, int]]] = {}
-    widths: Counter[Any] = Counter()
-    for number, (sense, width) in enumerate(senses):
-        key = (sense.together, sense.subject) if sense.together else number
-        groups.setdefault(key, []).append((sense, widths.total()))
-        widths[key] += width
-    shared: list[tuple[Reading, int]] = []
-    undivided: list[tuple[Reading, int]] = []
-    for key, _ in widths.most_common():
-        sense, first = groups[key][0]
-        read = sense.together(groups[key]) if sense.together else sense.read
-        (shared if alone or sense.divisible else undivided).append((read, first))
-    return shared, undivided
 
 
 def of_sensor(table: Table, seekers: Seekers, number: int, **shared: object) -> tuple[Any, ...]:
