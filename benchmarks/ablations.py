@@ -68,10 +68,6 @@ from ecs_eco.compiled import kernel
 kept = kernel.kept_kernel
 kernel.kept_kernel = lambda function, folder, fastmath=False, noalias=False: kept(function, folder, fastmath)
 """,
-    "own columns read by address": """
-from ecs_eco.nervous.sensors import own
-own.interpreted = lambda: True
-""",
     PREFETCHING: """
 from ecs_eco.compiled import vectors
 from ecs_eco.compiled.jit import njit
@@ -132,7 +128,6 @@ main()
 """
 SAME_KERNELS = (
     "kernels loaded without numba's compiler",
-    "own columns read by address",
     "kernels divided between threads without the GIL",
     "threads that stay awake",
     "work divided only if that takes less time",

@@ -5,6 +5,7 @@ the Python calls per tick.
     python benchmarks/main_job.py --learn [--ticks 10000] [--pairs 3]
     python benchmarks/main_job.py --train [--before COMMIT] [--ticks 3000] [--pairs 3]
     python benchmarks/main_job.py --calls
+    python benchmarks/main_job.py --between
 
 Processes with this commit and, if given, another commit take turns; each records its own world on disk. The
 table shows the wall-clock and processor seconds that `World.run` takes, excluding the process's start.
@@ -12,7 +13,7 @@ table shows the wall-clock and processor seconds that `World.run` takes, excludi
 calls of `run`. `end` describes the final state, which differs if digests differ. `--learn` compares frozen
 policies with policies that learn, the world's default. `--train` measures in the same way how long
 predator-prey policies take to learn from random weights. `--calls` measures how the cost of a kernel call
-depends on its number of arrays.
+depends on its number of arrays. `--between` measures how much of a tick passes between kernels.
 """
 
 import argparse
@@ -34,6 +35,12 @@ import before_after
 
 ROOT = Path(__file__).parents[1]
 LEARNING = "learning"
+LARGE = {
+    "space.size": [640.0, 640.0],
+    "species.grass.count": 25_000,
+    "species.deer.count": 9000,
+    "species.wolf.count": 1000,
+}
 JOB = """
 import json, sys, tempfile, time
 from ecs_eco import World
@@ -133,10 +140,60 @@ def call_of(n: int) -> dict[str, Any]:
     return {"arrays": n, "µs per call": min(took) / 500 * 1e6}
 
 
+def between(animals: str, settings: dict[str, Any], ticks: int, part: int, rounds: int = 5) -> dict[str, Any]:
+    """Return the processor time of a tick, and how much of it passes between the kernels that Python calls.
+    Two equal worlds take turns; only the second one's kernels are timed, and the shortest of several rounds
+    counts."""
+    from ecs_eco import World
+    from ecs_eco.compiled.kernel import Kernel
+    from ecs_eco.config import load
+
+    direct, clock, spent, calls = Kernel.__call__, time.thread_time_ns, [0], [0]
+
+    def timed(kernel: Any, *arguments: Any) -> Any:
+        begin = clock()
+        result = direct(kernel, *arguments)
+        spent[0] += clock() - begin
+        calls[0] += 1
+        return result
+
+    wholes, insides = [], []
+    for _ in range(rounds):
+        with tempfile.TemporaryDirectory() as folder:
+            worlds = [
+                World.from_config(
+                    load("predator-prey", settings), seed=1, learn=False, record=f"{folder}/{k}"
+                )
+                for k in range(2)
+            ]
+            whole, inside, calls[0] = [], [], 0
+            for world in worlds:
+                world.run(20)  # reads the kernels
+            for _ in range(ticks // part):
+                begin = clock()
+                worlds[0].run(part)
+                whole.append(clock() - begin)
+                spent[0], Kernel.__call__ = 0, timed  # type: ignore[method-assign]
+                worlds[1].run(part)
+                del Kernel.__call__
+                inside.append(spent[0])
+        wholes.append(whole)
+        insides.append(inside)
+    whole_ns, inside_ns = (sum(map(min, zip(*some, strict=True))) / ticks for some in (wholes, insides))
+    return {
+        "animals": animals,
+        "µs per tick": whole_ns / 1e3,
+        "kernel calls per tick": calls[0] / ticks,
+        "µs in kernels": inside_ns / 1e3,
+        "share between kernels": 1 - inside_ns / whole_ns,
+    }
+
+
 def main() -> None:
     """Measure this commit and, if given, another."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--calls", action="store_true", help="measure only the cost of calling a kernel")
+    parser.add_argument("--between", action="store_true", help="measure only the time between kernels")
     parser.add_argument("--before", metavar="COMMIT")
     parser.add_argument("--learn", action="store_true", help="compare frozen and learning policies")
     parser.add_argument("--train", action="store_true", help="measure learning from random weights")
@@ -146,6 +203,10 @@ def main() -> None:
     if given.calls:
         rows = [call_of(n) for n in (1, 5, 10, 20, 30)]
         _bench.save("main_job_calls", "The cost of a kernel call, by number of arrays", rows)
+        return
+    if given.between:
+        rows = [between("1,000", {}, 200, 10), between("10,000", LARGE, 30, 2)]
+        _bench.save("main_job_between", "How much of a tick passes between kernels", rows)
         return
     with tempfile.TemporaryDirectory() as folder:
         places = {}

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import chain
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NoReturn, Self
@@ -15,6 +16,7 @@ from typing import Any, NoReturn, Self
 from ecs_eco import debug
 from ecs_eco._lazy import Later
 from ecs_eco.config.loading import WorldSource
+from ecs_eco.config.names import code_of
 from ecs_eco.engine.errors import UnknownName, unknown_name
 from ecs_eco.engine.interruption import require_whole
 from ecs_eco.engine.table import Table
@@ -766,6 +768,21 @@ class World(SpatialWorld):
         True
         """
         return digest(self)
+
+    def _needs_turns(self) -> bool:
+        """Return whether a tick may run code from outside this package, which may use esper, or torch."""
+        nerves = [n for t in self.tables.values() if (n := t.species.nerves) is not None]
+        brains = [brain for n in nerves for brain in (n.brain, n.individuals) if brain is not None]
+        hooks = self.before_tick, self.on_death, self.on_birth, self.on_departure, self.on_arrival
+        parts = *self.schedule, *chain(*hooks), *self.reporters.values(), *self.environment.values()
+        networks = [network for n in nerves for network in (n.reflex, n.happiness) if network is not None]
+        return (
+            self.config is None
+            or self.debug is not None
+            or bool(code_of(self.config))
+            or not all(brain.by_row for brain in brains)
+            or not all(getattr(part, "__module__", "").startswith("ecs_eco.") for part in (*parts, *networks))
+        )
 
     def __copy__(self) -> NoReturn:
         raise TypeError(

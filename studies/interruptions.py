@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from ecs_eco.nervous.sensors.sense import Sense
 from studies.common.runs import small
 from studies.common.study import Study, verdict
 
@@ -55,8 +56,11 @@ def blind(world: Any, rng: np.random.Generator, ticks: int) -> None:
     ]
     nerves, at = able[rng.integers(len(able))], int(rng.integers(world.tick, ticks))
     i = int(rng.integers(len(nerves.senses)))
-    sense, column = nerves.senses[i]
-    nerves.senses[i] = (lambda world, *rest: fail() if world.tick >= at else sense(world, *rest)), column
+    sense, width = nerves.senses[i]
+    nerves.senses[i] = (
+        Sense(lambda world, *rest: fail() if world.tick >= at else sense(world, *rest)),
+        width,
+    )
 
 
 def interrupt(

@@ -24,7 +24,7 @@ SPEED = ROOT / "docs" / "explanation" / "speed.md"
 ADDED = tomllib.loads((BENCHMARKS / "notes.toml").read_text(encoding="utf-8"))
 CHART, CHARTED = ROOT / "docs" / "img" / "speed_against_peers.svg", 10_000  # animals
 TOCTREE = "\n```{toctree}\n:hidden:\n\n/project/benchmarks\n```\n"
-MARKS = ("<!-- table: benchmarks -->", "<!-- end of table -->")
+MARKS = ("<!-- table: {} -->", "<!-- end of table -->")
 HEAD = """# All measurements of speed
 
 <!-- Written by tools/make_tables.py from benchmarks/: change its results and *.toml, not this page. -->
@@ -130,11 +130,15 @@ def script(name: str) -> str:
     return max((p.stem for p in BENCHMARKS.glob("*.py") if name.startswith(p.stem)), key=len)
 
 
-def within(path: Path, text: str) -> str:
-    """Return a page's content with this text between its marks."""
+def within(path: Path, results: dict[str, dict[str, Any]], *names: str) -> str:
+    """Return a page's content with the tables of some results between their marks."""
     content = path.read_text()
-    begin, end = content.index(MARKS[0]) + len(MARKS[0]), content.index(MARKS[1])
-    return f"{content[:begin]}\n{text}\n{content[end:]}"
+    for name in names:
+        mark = MARKS[0].format(name)
+        begin = content.index(mark) + len(mark)
+        end = content.index(MARKS[1], begin)
+        content = f"{content[:begin]}\n{measured(name, results[name], '../img')}\n{content[end:]}"
+    return content
 
 
 def main() -> int:
@@ -146,7 +150,7 @@ def main() -> int:
         PAGE: page(results),
         CHART: chart(results["peers"]["rows"], CHARTED),
         NOTES: notes(results),
-        SPEED: within(SPEED, measured("ablations", results["ablations"], "../img")),
+        SPEED: within(SPEED, results, "ablations", "pairs_all", "main_job_between", "two_worlds"),
     }
     if parser.parse_args().check:
         stale = [path.name for path, text in wanted.items() if not path.is_file() or path.read_text() != text]

@@ -37,13 +37,7 @@ class BandRollout(Rollout):
         rows for which `holds(rows)` is true; process 0 also keeps all closed records."""
         learner = table.species.nerves.learner
         old: Rollout = learner.rollout
-        out = cls(
-            old.observations.shape[1],
-            old.choices.shape[1],
-            old.discount,
-            old.memory.shape[1],
-            old.numbers.shape[1],
-        )
+        out = cls.like(old)
         out.table, out.wire = table, wire
         out._take_over(old, holds)
         learner.rollout = out

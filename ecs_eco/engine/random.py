@@ -90,17 +90,7 @@ def mix_int(z: int) -> int:
 @functools.lru_cache(maxsize=64)
 def tick_key(seed: int, tick: int) -> np.uint64:
     """Return the key for all draws in one tick of a world with this seed."""
-    return _keys(seed & _MASK, tick >> 6)[tick & 63]
-
-
-@functools.lru_cache(maxsize=64)
-def _keys(seed: int, block: int) -> list[np.uint64]:
-    """Return the keys of 64 ticks at once: one call per tick would take as long as a small system."""
-    first = (mix_int(seed) + (block << 6) + 0x9E3779B97F4A7C15) & _MASK
-    z = np.uint64(first) + np.arange(64, dtype=np.uint64)
-    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    return list(z ^ (z >> np.uint64(31)))
+    return np.uint64(mix_int(mix_int(seed & _MASK) + tick))
 
 
 def draw_many(key: int | np.uint64, identity: np.ndarray, purpose: int) -> np.ndarray:

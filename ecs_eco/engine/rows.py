@@ -11,7 +11,6 @@ from ecs_eco.engine.addresses import address_of, column_at
 from ecs_eco.engine.schema import Columns
 
 EIGHT_ALIVE = np.uint64(0x0101010101010101)  # bytes of `alive`
-FEW = 64  # up to this many rows are sorted by insertion
 ROWS = "alive", "uid", "born", "cause", "killer"  # a table's own arrays, in the order that kernels expect
 
 
@@ -119,9 +118,9 @@ def next_free(alive, row, capacity):
 
 @njit
 def list_dying(rows, high, own):
-    """List those of the first `high` rows that have a cause of death, sorted by uid if there are few of them.
-    Return their number, which can exceed the length of `rows`. `own` u64 contains the addresses of ROWS."""
-    uid, cause = column_at(own[1], np.uint64, high), column_at(own[3], np.uint8, high)
+    """List those of the first `high` rows that have a cause of death. Return their number, which can exceed
+    the length of `rows`. `own` u64 contains the addresses of ROWS."""
+    cause = column_at(own[3], np.uint8, high)
     n, eight = 0, cause[: high // 8 * 8].view(np.uint64)
     for k in range(eight.size + 1):
         first = 8 * k
@@ -130,74 +129,19 @@ def list_dying(rows, high, own):
                 if n < rows.size:
                     rows[n] = row
                 n += cause[row] != 0
-    for i in range(1, n if n <= FEW else 0):
-        row, j = rows[i], i
-        while j > 0 and uid[rows[j - 1]] > uid[row]:
-            rows[j] = rows[j - 1]
-            j -= 1
-        rows[j] = row
     return n
 
 
 @njit
-def next_dying(cause, row, high):
-    """Return the first row at or after `row` that has a cause of death, or `high` if there is none."""
-    while row < high and row % 8 != 0 and cause[row] == 0:
-        row += 1
-    if row % 8 == 0:  # eight at a time
-        eight, k = cause[: high // 8 * 8].view(np.uint64), row // 8
-        while k < eight.size and eight[k] == 0:
-            k += 1
-        row = 8 * k
-    while row < high and cause[row] == 0:
-        row += 1
-    return row
-
-
-@njit
 def vacate(rows, capacity, own, high):
-    """Free rows; return the new end of the rows in use."""
+    """Free rows; return the new end of the rows in use, which is at most `high`."""
+    alive, uid = column_at(own[0], np.bool_, capacity), column_at(own[1], np.uint64, capacity)
+    cause, killer = column_at(own[3], np.uint8, capacity), column_at(own[4], np.uint64, capacity)
     for row in rows:
-        free(row, capacity, own)
-    return end_of(high, own)
-
-
-@njit
-def free(row, capacity, own):
-    """Free one row."""
-    column_at(own[0], np.bool_, capacity)[row] = False
-    column_at(own[1], np.uint64, capacity)[row] = 0
-    column_at(own[3], np.uint8, capacity)[row] = 0
-    column_at(own[4], np.uint64, capacity)[row] = 0
-
-
-@njit
-def end_of(high, own):
-    """Return the end of the rows in use, which is at most `high`."""
-    alive = column_at(own[0], np.bool_, high)
+        alive[row], uid[row], cause[row], killer[row] = False, 0, 0, 0
     while high > 0 and not alive[high - 1]:
         high -= 1
     return high
-
-
-@njit
-def vacate_dying(own, high, died):
-    """Free the rows of several tables that have a cause of death, and update the ends of the rows in use,
-    `high` i64[tables]. Write the counts to `died` i64[tables], and return whether any row was freed. `own`
-    u64[tables, …] contains the addresses of ROWS."""
-    some = False
-    for k in range(high.size):
-        died[k], end = 0, high[k]
-        cause = column_at(own[k, 3], np.uint8, end)
-        row = next_dying(cause, 0, end)
-        while row < end:
-            free(row, end, own[k])
-            died[k] += 1
-            row = next_dying(cause, row + 1, end)
-        if died[k]:
-            high[k] = end_of(end, own[k])
-            some = True
-    return some
 
 
 @njit

@@ -14,15 +14,12 @@ from ecs_eco._html import of_entities
 from ecs_eco.engine.blocks import Blocked
 from ecs_eco.engine.errors import UnknownName, no_attribute, unknown_name
 from ecs_eco.engine.noted import Noted
-from ecs_eco.engine.rows import FEW, ROWS, Layout, list_dying, occupy, vacate
+from ecs_eco.engine.rows import ROWS, Layout, list_dying, occupy, vacate
 from ecs_eco.engine.schema import Columns, Handle, Type
 
 Values = Mapping[tuple[type, str], Any]
 # one request for births: first and second parents, u64[k], and the newborns' columns
 Request = tuple[np.ndarray, np.ndarray | None, dict[tuple[type, str], np.ndarray]]
-MOST_BATCHES = 64  # maximum number of recorded births and deaths
-ALIVE = bytes(1 << 20)  # compares this many causes of death at once
-NOBODY = np.empty(0, np.int64)
 NO_LAYOUT = Layout()
 
 
@@ -94,19 +91,15 @@ class Table(dict[type, Any]):
         "defaults",
         "derived",
         "dims",
-        "followed",
-        "gone",
         "high",
         "killer",
         "limits",
         "n",
         "name",
-        "newborn",
         "onlooker",
         "own",
         "place",
         "species",
-        "steady",
         "uid",
         "version",
     )
@@ -130,10 +123,6 @@ class Table(dict[type, Any]):
         self.n = 0  # living entities
         self.high = 0  # this row and all after it are free
         self.version = 0  # changes when a position or the set of living entities changes
-        self.steady = (-1, -1)  # two versions between which only births and deaths have taken effect
-        self.newborn: list[tuple[int, np.ndarray, np.ndarray]] = []  # births since then: version, rows, uids
-        self.followed = False  # whether a neighbor index needs to know about births and deaths
-        self.gone: list[tuple[int, np.ndarray, np.ndarray]] = []  # the same, for entities that left
         self.alive = np.zeros(capacity, np.bool_)
         self.uid = np.zeros(capacity, np.uint64)
         self.born = np.zeros(capacity, np.int64)
@@ -442,7 +431,7 @@ class Table(dict[type, Any]):
             layout.columns if whole else NO_LAYOUT.columns,
         )
         self.n += k
-        self._goes_on(self.newborn, rows)
+        self.version += 1
         if self.onlooker is not None:
             self.onlooker.stale = True
         for component, field in layout.others if whole else ():
@@ -458,59 +447,28 @@ class Table(dict[type, Any]):
         read."""
         rows = self.occupy(uid.size, 0, 0, values, whole)
         self.uid[rows], self.born[rows] = uid, born
-        self.steady = (-1, -1)  # newborns always have the largest uids; immigrants may not
         return rows
 
     def doomed(self) -> np.ndarray:
         """Return the rows that have a cause of death, in ascending order: i64[k]."""
-        cause = self.cause if self.high == self.capacity else self.cause[: self.high]
-        if ALIVE.startswith(cause.data):
-            return NOBODY
-        return (cause if self.high < 1000 else cause != 0).nonzero()[0]  # searching many values is slow
-
-    def dying(self) -> np.ndarray:
-        """Return the rows that have a cause of death, sorted by uid: i64[k]."""
-        cause = self.cause if self.high == self.capacity else self.cause[: self.high]
-        if ALIVE.startswith(cause.data):
-            return NOBODY
-        rows = np.empty(FEW + self.high // 16, np.int64)
+        rows = np.empty(64 + self.high // 16, np.int64)
         if (n := list_dying(rows, self.high, self.layout().rows)) > rows.size:
             rows = np.empty(n, np.int64)
             list_dying(rows, self.high, self.layout().rows)
-        rows = rows[:n]
-        return rows if n <= FEW else rows.take(self.uid.take(rows).argsort())
+        return rows[:n]
+
+    def dying(self) -> np.ndarray:
+        """Return the rows that have a cause of death, sorted by uid: i64[k]."""
+        rows = self.doomed()
+        return rows.take(self.uid.take(rows).argsort())
 
     def vacate(self, rows: np.ndarray) -> None:
         """Free the rows of dead entities."""
-        self._goes_on(self.gone, rows)
+        self.version += 1
         self.high = vacate(rows, self.capacity, self.layout().rows, self.high)
         self.n -= rows.size
         if self.onlooker is not None:
             self.onlooker.stale = True
-
-    def note_freed(self, n: int, high: int) -> None:
-        """Record that a kernel has freed `n` rows and that row `high` and all after it are now free."""
-        self.high, self.n, self.version = high, self.n - n, self.version + 1
-        if self.onlooker is not None:
-            self.onlooker.stale = True
-
-    def _goes_on(self, which: list[tuple[int, np.ndarray, np.ndarray]], rows: np.ndarray) -> None:
-        """Start a version that differs from the last one only by births or deaths in these rows."""
-        if not self.followed:
-            self.version += 1
-            return
-        first, last = self.steady
-        if last != self.version or len(self.newborn) + len(self.gone) >= MOST_BATCHES:
-            first = self.version
-            self.newborn.clear()
-            self.gone.clear()
-        self.version += 1
-        if 4 * rows.size > self.n:  # starting over is as fast
-            self.steady = (-1, -1)
-        else:
-            if rows.size:
-                which.append((self.version, rows, self.uid.take(rows)))
-            self.steady = first, self.version
 
     def reorder(self, rows: np.ndarray) -> None:
         """Move each living entity from row `rows[i]` to row i; this changes no organism's future.

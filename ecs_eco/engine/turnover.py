@@ -1,16 +1,12 @@
 """Turnover between systems: the code that makes deaths, births and migration take effect."""
 
 import weakref
-from collections.abc import Collection
 from typing import Any
 
 import numpy as np
 from esper import Processor
 
 from ecs_eco.engine.living import LivingWorld
-from ecs_eco.engine.noted import Noted
-from ecs_eco.engine.rows import ROWS, vacate_dying
-from ecs_eco.engine.schema import Columns
 from ecs_eco.engine.table import Request, Table
 
 
@@ -53,40 +49,11 @@ class Touched(_OfWorld):
         self.world._admit(refuse=self.world.debug is None)
 
 
-class Unheard:
-    """Deaths that no hook observes: one kernel call handles all tables."""
-
-    def __init__(self) -> None:
-        self._own = np.empty((0, len(ROWS)), np.uint64)  # addresses
-        self._found: tuple[Any, ...] = ()  # the state from which they were derived
-        self._high = self._died = np.empty(0, np.int64)
-
-    def bury(self, tables: Collection[Table]) -> bool:
-        """Free the rows of all entities that have a cause of death. Do nothing and return False if a neighbor
-        index needs to know about the deaths."""
-        if self._high.size != len(tables):
-            self._high, self._died = np.empty(len(tables), np.int64), np.empty(len(tables), np.int64)
-        high, died = self._high, self._died
-        for k, table in enumerate(tables):
-            if table.followed:
-                return False
-            high[k] = table.high
-        if self._found != (now := (Noted.changes, Columns.replaced)):
-            own = np.array([table.layout().rows for table in tables], np.uint64)
-            self._own, self._found = own.reshape(-1, len(ROWS)), now  # a world can have no tables
-        if vacate_dying(self._own, high, died):
-            for table, end, n in zip(tables, high.tolist(), died.tolist(), strict=True):
-                if n:
-                    table.note_freed(n, end)
-        return True
-
-
 class Turnover:
     """Makes deaths and births take effect in a world's tables: frees and fills rows, and calls hooks."""
 
     def __init__(self, world: LivingWorld) -> None:
         self.world: Any = weakref.proxy(world)
-        self._unheard = Unheard()
 
     def heard(self) -> bool:
         """Return whether any hook observes individual deaths."""
@@ -94,10 +61,7 @@ class Turnover:
 
     def bury_dying(self) -> None:
         """Free the rows of all entities that have a cause of death, after reporting them sorted by uid."""
-        tables = self.world.tables.values()
-        if not self.heard() and self._unheard.bury(tables):
-            return
-        for table in tables:
+        for table in self.world.tables.values():
             if (rows := table.dying()).size:
                 self.bury(table, rows, ordered=True)
 

@@ -23,7 +23,7 @@ class Context:
     def __init__(self, world: LivingWorld) -> None:
         self.name = f"ecs-eco {next(_serial)}"
         self.registry = Registry(world)
-        if {len(state) for state in esper._context_map.values()} != {PARTS}:
+        if {len(state) for state in tuple(esper._context_map.values())} != {PARTS}:
             raise RuntimeError(
                 f"esper {esper.version} stores its worlds differently from esper 3.9, which this package "
                 "requires; install esper==3.9"

@@ -1,29 +1,24 @@
 """One world at a time: a process has only one esper state, so worlds in several threads take turns, tick by
-tick.
-
-Users run one world per process, or several worlds in one thread. Only the viewer runs a second world in
-another thread, within `apart`.
+tick, unless their ticks use neither esper nor torch.
 """
 
-import gc
+from __future__ import annotations
+
 import threading
 import time
 import weakref
 from collections import deque
-from collections.abc import Iterator
-from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
-from ecs_eco.engine.living import LivingWorld
+if TYPE_CHECKING:
+    from ecs_eco.esper_bridge.world import World
 
-_worlds: weakref.WeakSet[LivingWorld] = (
-    weakref.WeakSet()
-)  # worlds whose threads must not run them in parallel with other worlds
-_apart = threading.local()
+_worlds: weakref.WeakSet[World] = weakref.WeakSet()
 
 
 class _Turn:
-    """A reentrant lock that is held whenever esper is used: while a world is created, in each tick, and
-    within `with world:`.
+    """A reentrant lock that is held whenever esper is used: in ticks that may use it, and within
+    `with world:`.
 
     If a thread released an ordinary lock and reacquired it at once, waiting threads would never get it. After
     its turn, a thread therefore calls `leave`, which gives the next turn to a waiting thread.
@@ -83,34 +78,9 @@ class _Turn:
 turn = _Turn()
 
 
-@contextmanager
-def apart() -> Iterator[None]:
-    """Allow this thread to create worlds alongside those in other threads; only for threads started by this
-    package."""
-    _apart.allowed = True
-    try:
-        yield
-    finally:
-        _apart.allowed = False
-
-
-def enter(world: LivingWorld) -> bool:
-    """Register a new world; return whether its thread may run it in parallel with other worlds. If it may not
-    and another living thread has a world, raise a RuntimeError."""
+def enter(world: World) -> list[World]:
+    """Register a new world. Return it and the worlds of other threads; nothing if there are no others."""
+    _worlds.add(world)  # first, so that of two threads that do this at once, one finds the other's world
     me = threading.current_thread()
-    if not getattr(_apart, "allowed", False) and (other := _of_others(me)):
-        gc.collect()  # unreferenced worlds do not count
-        if other := _of_others(me):
-            raise RuntimeError(
-                f"world {world.name!r}: the thread {other[0].owner.name!r} has the world {other[0].name!r}, "
-                "and worlds in several threads would interfere, because esper has one state per process. "
-                "Run worlds in separate processes, as ecs_eco.lab.search and `ecs-eco compare` "
-                'do (multiprocessing with the context "spawn"), or one after another in one thread'
-            )
-    if not (allowed := bool(getattr(_apart, "allowed", False))):
-        _worlds.add(world)
-    return allowed
-
-
-def _of_others(me: threading.Thread) -> list[LivingWorld]:
-    return [w for w in list(_worlds) if w.owner is not me and w.owner.is_alive()]
+    others = [w for w in list(_worlds) if w.owner is not me and w.owner.is_alive()]
+    return [world, *others] if others else []

@@ -29,7 +29,10 @@ class World(engine.World):
 
     def __init__(self, *, dt: float = 1.0, seed: int = 0, threads: int = 1, name: str = "world") -> None:
         super().__init__(dt=dt, seed=seed, threads=threads, name=name)
-        self.apart = turns.enter(self)  # whether it may run in parallel with worlds in other threads
+        self.apart = False  # whether there have been worlds in several threads at the same time
+        self._free = False  # whether ticks of this run need no turn
+        for world in turns.enter(self):
+            world.apart = True
         self.context = Context(self)
         self.turnover: Turnover = Told(self)
         self._outer: list[str] = []
@@ -70,8 +73,11 @@ class World(engine.World):
         10
         """
         self._mine()
+        self.context.require()
+        self._free = self.apart and not self._needs_turns()
+        if self._free:
+            return super().run(ticks, progress)
         with turns.turn:
-            self.context.require()
             outside = esper.current_world
         try:
             return super().run(ticks, progress)
@@ -80,7 +86,10 @@ class World(engine.World):
                 switch_back(outside)
 
     def _pass_tick(self) -> None:
-        """Run all processors, with this world as esper's current one."""
+        """Run all processors, with this world as esper's current one if they may use esper."""
+        if self._free:
+            super()._pass_tick()
+            return
         with turns.turn:
             outside = esper.current_world if self.apart else ""
             self.context.show()
@@ -89,6 +98,10 @@ class World(engine.World):
                 esper.switch_world(outside)
         if turns.turn.waiting:
             turns.turn.leave()
+
+    def _needs_turns(self) -> bool:
+        """Return whether a tick may use esper or another library whose state all threads share."""
+        return True
 
     def _entered(self) -> AbstractContextManager[None]:
         """Return a context in which esper shows this world."""

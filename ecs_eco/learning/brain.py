@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import nullcontext
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -83,6 +84,17 @@ class PlainNetwork:
         return [
             part.reshape(*weights.shape[:-1], *shape) for part, shape in zip(parts, self.shapes, strict=True)
         ]
+
+    def module(self, weights: np.ndarray) -> Any:
+        """Return a network with weights f32[size] as an independent torch module."""
+        import torch
+
+        from ecs_eco.learning.mlp import MLP
+
+        module = MLP(self.n_observations, self.groups, self.hidden, self.trunk)
+        named = self.named_views(weights)
+        module.load_state_dict({name: torch.from_numpy(part.copy()) for name, part in named.items()})
+        return module.eval()
 
     def named_views(self, weights: np.ndarray) -> dict[str, np.ndarray]:
         """Return views of weights f32[size] by name, in torch's convention: weight (out, in), bias (out)."""

@@ -87,18 +87,6 @@ class Individuals(PlainNetwork):
             part[...] = named[name]
         return weights
 
-    def module(self, weights: np.ndarray) -> Any:
-        """Return one organism's network, with weights f32[size], as a torch module."""
-        import torch
-
-        from ecs_eco.learning.mlp import MLP
-
-        module = MLP(self.n_observations, self.groups, self.hidden)
-        module.load_state_dict(
-            {name: torch.from_numpy(part.copy()) for name, part in self.named_views(weights).items()}
-        )
-        return module.eval()
-
     def draw(self, who: np.ndarray, key: int | np.uint64) -> np.ndarray:
         """Return random networks f32[k, size] for newborns, determined by the key and `who` u64[k].
 

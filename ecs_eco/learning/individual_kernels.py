@@ -170,8 +170,7 @@ def train(
         _read_transitions(row, returns, lived)
         later[0], gain[0] = bootstrap[j], 0
         fill_advantages(lived, ended, later, gain, own.discount, own.gae_lambda)
-        mean, deviation, terms[6], terms[7] = summarize(lived)
-        shift, scale = (mean, 1 / (deviation + 1e-8)) if own.normalise_advantage and n > 1 else (0.0, 1.0)
+        shift, scale, terms[6], terms[7] = summarize(lived, own.normalise_advantage)
         loss = LossSettings(
             own.clip, own.clip_value, own.entropy_coef, own.value_weight, np.float32(shift), np.float32(scale)
         )

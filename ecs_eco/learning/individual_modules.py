@@ -147,16 +147,15 @@ class IndividualModules(Individuals):
         """Train each animal on its rollout, and write weights and moments; return f64[k, terms …]."""
         ppo, tensor, rows, settings = self.ppo, self.brain.tensor, animals.rows, animals.settings
         lengths = experience.length[rows].astype(np.int64)
-        steps, (mean, deviation, explained, reward) = self._advantages_of(experience, animals, lengths)
-        normal = ppo.normalise_advantage & (lengths > 1)
+        steps, (shift, scale, explained, reward) = self._advantages_of(experience, animals, lengths)
         fixed = {name: tensor(steps[name]) for name in ("log_probability", "value", "advantage")} | {
             "observations": tensor(experience.observations[rows]),
             "choices": tensor(experience.choices[rows].astype(np.int64)),
             "numbers": tensor(animals.numbers),
             "memory": tensor(animals.memory),
             "entropy": tensor(setting_of(settings, "entropy_coef")),
-            "shift": tensor(np.where(normal, mean, 0).astype(np.float32)),
-            "scale": tensor(np.where(normal, 1 / (deviation + 1e-8), 1).astype(np.float32)),
+            "shift": tensor(shift.astype(np.float32)),
+            "scale": tensor(scale.astype(np.float32)),
         }
         kept = policy.weights[rows], policy.moment_1[rows], policy.moment_2[rows]
         weights, moment_1, moment_2 = kept
@@ -196,7 +195,7 @@ class IndividualModules(Individuals):
         for i, n in enumerate(lengths.tolist()):
             later, gain = animals.bootstrap[i : i + 1].copy(), np.zeros(1, np.float32)
             fill_advantages(steps[i, :n], ended, later, gain, discount[i], gae_lambda)
-            said.append(summarize(steps[i, :n]))
+            said.append(summarize(steps[i, :n], self.ppo.normalise_advantage))
         return steps, np.array(said).T
 
     def _loss(

@@ -62,9 +62,7 @@ class RolloutLearner:
         ppo, rollout = self.ppo, self.rollout
         done = min(1.0, self.updates * ppo.horizon / ppo.anneal) if ppo.anneal else 0.0
         rate, clip = ppo.learning_rate * (1 - done), ppo.clip * (1 - done)
-        mean, deviation, explained, reward = summarize(rollout.steps)
-        normal = ppo.normalise_advantage and rollout.n > 1
-        shift, scale = (mean, 1 / (deviation + 1e-8)) if normal else (0.0, 1.0)
+        shift, scale, explained, reward = summarize(rollout.steps, ppo.normalise_advantage)
         generator = np.random.Generator(np.random.Philox(key=[self.seed, self.updates]))
         if (
             self.brain.memory

@@ -20,7 +20,7 @@ import torch
 from ecs_eco.compiled.threads import one_torch_thread
 from ecs_eco.learning.brain import Brain
 from ecs_eco.learning.continuous import laid_out
-from ecs_eco.learning.mlp import MLP, plain
+from ecs_eco.learning.mlp import plain
 from ecs_eco.learning.policy_network import PolicyNetwork, Split
 
 CHUNK = 2048  # rows that a module receives at once
@@ -222,9 +222,7 @@ def as_module(brain: PolicyNetwork) -> torch.nn.Module:
     if not isinstance(brain, Brain):
         assert isinstance(brain, ModuleBrain)
         return copy.deepcopy(brain.module).cpu()
-    module = MLP(brain.n_observations, brain.groups, brain.hidden, brain.trunk)
-    module.load_state_dict({name: torch.from_numpy(array) for name, array in brain.state().items()})
-    return module.eval()
+    return brain.module(brain.weights)
 
 
 def memory_of(module: torch.nn.Module) -> int:

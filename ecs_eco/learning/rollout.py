@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from typing import Self
 
 import numpy as np
 
@@ -186,16 +187,15 @@ class Rollout:
         )
 
     @classmethod
+    def like(cls, other: Rollout) -> Self:
+        """Return an empty log of transitions with the same shape."""
+        n_observations, n_groups, n_numbers, memory = (c.shape[1] for c in other._columns()[:4])
+        return cls(n_observations, n_groups, other.discount, memory, n_numbers)
+
+    @classmethod
     def joined(cls, parts: Sequence[Rollout]) -> Rollout:
         """Merge several logs with known advantages into one, whose row numbers are meaningless."""
-        first = parts[0]
-        out = cls(
-            first._observations.shape[1],
-            first._choices.shape[1],
-            first.discount,
-            first._memory.shape[1],
-            first._numbers.shape[1],
-        )
+        out = cls.like(parts[0])
         columns = ([column[: p.n] for column in p._columns()] for p in parts)
         out._hold(np.concatenate(column) for column in zip(*columns, strict=True))
         row = 0
@@ -360,9 +360,10 @@ def fill_advantages(steps, ended, later, gain, discount, gae_lambda):
 
 
 @fused_njit
-def summarize(steps):
-    """Return statistics of a rollout STEP[n]: mean and standard deviation of the advantages, the share of the
-    targets' variance that the values explain, and the mean reward; undefined values are NaN."""
+def summarize(steps, normalise):
+    """Return the shift and the scale that normalize the advantages of a rollout STEP[n] to mean 0 and standard
+    deviation 1 (or 0 and 1), the share of the targets' variance that the values explain, and the mean reward;
+    undefined values are NaN."""
     n = len(steps)
     mean = target_mean = variance = target_variance = reward = 0.0
     for i in range(n):
@@ -374,4 +375,5 @@ def summarize(steps):
         variance += (steps[i].advantage - mean) ** 2
         target_variance += (steps[i].advantage + steps[i].value - target_mean) ** 2
     explained = 1 - variance / target_variance if target_variance > 0 else np.nan
-    return mean, np.sqrt(variance / n), explained, reward
+    shift, scale = (mean, 1 / (np.sqrt(variance / n) + 1e-8)) if normalise and n > 1 else (0.0, 1.0)
+    return shift, scale, explained, reward

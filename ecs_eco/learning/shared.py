@@ -36,11 +36,8 @@ class Share:
     """One world's part of the learner, which its nervous systems use in place of their own learner."""
 
     def __init__(self, together: SharedLearner) -> None:
-        brain, ppo = together.learner.brain, together.learner.ppo
         self.together, self.active = together, True
-        self.rollout, self._spare = (
-            Rollout(brain.n_observations, len(brain.groups), ppo.discount, brain.memory) for _ in range(2)
-        )
+        self.rollout, self._spare = (Rollout.like(together.learner.rollout) for _ in range(2))
         self.ready: Rollout | None = None  # with advantages, waiting for the other participants
 
     @property

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from ecs_eco.config import WorldConfig
 from ecs_eco.engine.errors import Problem
 from ecs_eco.inputs.section import Use
+from ecs_eco.nervous.sensors.sense import Sense
 
 if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
@@ -37,7 +38,7 @@ def set_parameters(world: SpatialWorld, new: WorldConfig) -> None:
         for i, sensor in enumerate(species.sensors):
             now, before = getattr(sensor, "function", None), world.config.species[kind].sensors[i]
             if nerves is not None and isinstance(now, Use) and now != before.function:
-                nerves.senses[i] = (new.function(now), nerves.senses[i][1])
+                nerves.senses[i] = (Sense(new.function(now), divisible=False), nerves.senses[i][1])
 
 
 def _changed(world: SpatialWorld, new: WorldConfig) -> Iterator[tuple[int, Any, str, Any]]:

@@ -16,10 +16,7 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
 
 PLACE, ENERGY = 4, 7  # index of the first column of each kind in `noted_of`
-SUMMED = 128  # numbers that numpy adds in one block
-ENDOWED, FLOW, LOST, AFTER = (
-    LEDGER.index(name) for name in ("endowed", next(iter(FLOWS)), "lost", "stock_after")
-)
+ENDOWED, FLOW, AFTER = (LEDGER.index(name) for name in ("endowed", next(iter(FLOWS)), "stock_after"))
 
 
 class Lines(NamedTuple):
@@ -82,10 +79,10 @@ def note_births(
 ) -> None:
     """Add the energy of newborns in rows i64[k] to page f64[species, columns] of the ledger; record them in
     `into`. `columns` contains the addresses from the table's `noted_of`."""
-    if rows.size > SUMMED and Metabolism in table:
+    if Metabolism in table:
         page[s, ENDOWED] += np.add.reduce(table[Metabolism].energy.take(rows), dtype=np.float64)
-    place = NOWHERE if into is None else into.more(rows.size)
-    born(rows, parents, second, tick, s, table.high, columns, page, place)
+    if into is not None:
+        born(rows, parents, second, tick, s, table.high, columns, into.more(rows.size))
 
 
 def note_deaths(
@@ -104,21 +101,20 @@ def note_deaths(
     tick, also add their flows; between ticks, the page already contains these. Count their causes in `died`
     i32[256]; record them in `into`. `columns` contains the addresses from the table's `noted_of`."""
     first = 0 if ticking else len(FLOWS)
-    if rows.size > SUMMED and Metabolism in table:
+    if Metabolism in table:
         m = table[Metabolism]
         for i, column in enumerate((m.taken, m.burnt, m.given, m.energy)[first:], FLOW + first):
             page[s, i] += np.add.reduce(column.take(rows), dtype=np.float64)
     place = NOWHERE if into is None else into.more(rows.size)
-    lose(rows, tick, dt, s, first, table.high, columns, page, died, place)
+    lose(rows, tick, dt, s, table.high, columns, died, place)
 
 
 def noted_of(table: Table) -> tuple[np.ndarray | None, ...]:
-    """Return the columns of a table that `born` and `lose` read: position, energy and flows as in FLOWS."""
+    """Return the columns of a table that `born` and `lose` read."""
     columns: Any = table
     p, m = columns.get(Position), columns.get(Metabolism)
     place = (None,) * 3 if p is None else (p.x, p.y, p.z)
-    held = (None,) * 4 if m is None else (m.energy, m.taken, m.burnt, m.given)
-    return (table.uid, table.born, table.cause, table.killer, *place, *held)
+    return table.uid, table.born, table.cause, table.killer, *place, None if m is None else m.energy
 
 
 @njit
@@ -130,13 +126,10 @@ def born(
     s: int,
     high: int,
     columns: np.ndarray,
-    page: np.ndarray,
     into: Lines,
 ) -> None:
-    """Add up the energy of newborns and record each newborn. `columns` contains the addresses from `noted_of`."""
-    if columns[ENERGY] != 0 and rows.size <= SUMMED:
-        page[s, ENDOWED] += total(column_at(columns[ENERGY], np.float32, high), rows)
-    for k in range(rows.size if into.small.shape[1] else 0):
+    """Record each newborn. `columns` contains the addresses from `noted_of`."""
+    for k in range(rows.size):
         i = into.first + k
         note(i, rows[k], tick, s, high, columns, into)
         into.longs[2, i], into.longs[3, i] = parents[k], second[k]
@@ -148,19 +141,12 @@ def lose(
     tick: int,
     dt: float,
     s: int,
-    first_flow: int,
     high: int,
     columns: np.ndarray,
-    page: np.ndarray,
     died: np.ndarray,
     into: Lines,
 ) -> None:
-    """Add up the losses of dying organisms, count their causes, and record each death. `columns` contains the
-    addresses from `noted_of`."""
-    if columns[ENERGY] != 0 and rows.size <= SUMMED:
-        for flow in range(first_flow, 3):
-            page[s, FLOW + flow] += total(column_at(columns[ENERGY + 1 + flow], np.float32, high), rows)
-        page[s, LOST] += total(column_at(columns[ENERGY], np.float32, high), rows)
+    """Count the causes of deaths, and record each death. `columns` contains the addresses from `noted_of`."""
     birth, cause = column_at(columns[1], np.int64, high), column_at(columns[2], np.uint8, high)
     killer = column_at(columns[3], np.uint64, high)
     for k in range(rows.size):
@@ -182,24 +168,6 @@ def note(i, row, tick, s, high, columns, into):
         if columns[k] != 0:
             value = column_at(columns[k], np.float32, high)[row]
         floats[k - PLACE, i] = value
-
-
-@njit
-def total(values, rows):
-    """Return the float64 sum of the values of at most SUMMED rows, in numpy's order of addition."""
-    n, sum_ = rows.size, 0.0
-    if n < 8:
-        for k in range(n):
-            sum_ += values[rows[k]]
-        return sum_
-    part, end = np.zeros(8), n - n % 8
-    for k in range(end):
-        part[k % 8] += values[rows[k]]
-    sum_ = (part[0] + part[1]) + (part[2] + part[3])
-    sum_ += (part[4] + part[5]) + (part[6] + part[7])
-    for k in range(end, n):
-        sum_ += values[rows[k]]
-    return sum_
 
 
 def held_by(table: Table) -> tuple[np.ndarray | None, ...]:

@@ -1,22 +1,17 @@
 """The neighbor index: the living members of one table sorted by cell and, within a cell, by uid; rebuilt in
-O(n), or updated if only births and deaths have occurred."""
+O(n)."""
 
 from __future__ import annotations
 
 import threading
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ecs_eco.compiled.jit import lone_njit, njit
-from ecs_eco.space.geometry import Extent, Places, Space, cell_of
-
-if TYPE_CHECKING:
-    from ecs_eco.engine.schema import Columns
-    from ecs_eco.engine.table import Table
+from ecs_eco.space.geometry import Extent, Places, Space
 
 NOWHERE = 2**31 - 1  # beyond all cells
-NOBODY = np.empty(0, np.int64), np.empty(0, np.uint64)  # rows and uids
 
 
 class Entries(NamedTuple):
@@ -51,7 +46,6 @@ class Index:
     def __init__(self, space: Space) -> None:
         self.space = space
         self.version = -1
-        self.top = 0  # the largest uid so far
         self.flat = True
         self.lock = threading.Lock()  # held by the thread that builds the index
         self._allocate(0)
@@ -61,7 +55,6 @@ class Index:
         self._cell = np.full(n, NOWHERE, np.int32)
         x, y, z = (np.empty(n, np.float32) for _ in range(3))
         self._all = Entries(np.empty(n, np.int64), x, y, z, np.empty(n, np.uint64), self.start)
-        self._spare: Entries | None = None
 
     def build(self, alive: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray, uid: np.ndarray) -> None:
         """Sort the rows that are `alive` bool[rows]; the other arrays must be at least as long. Positions
@@ -70,76 +63,19 @@ class Index:
             self._allocate(max(alive.size + alive.size // 4, 2 * self._cell.size))  # spare rows for newborns
         if self.start.size != self.space.n_cells + 1:
             self._allocate(self._cell.size)
-        self.flat, self.top = sort_cells(
-            alive, Places(x, y, z), uid, self.space.extent, self._cell, self._all
-        )
-        self._show()
-
-    def renew(self, table: Table, places: Columns) -> bool:
-        """Remove entities that have died and insert newborns since the last build, if nothing else has
-        happened to the table; return False and change nothing if sorting everything is as fast."""
-        gone, their, born, uids = changes(table, self.version)
-        k = gone.size + born.size
-        if (
-            4 * k > self.n
-            or self.n + k > self._all.rows.size
-            or table.high > self._cell.size
-            or (born.size and uids[0] <= self.top)
-        ):
-            return False
-        if born.size:
-            self.top = int(uids[-1])
-        entries, spare = self._all, self._spare
-        if spare is None or spare.rows.size != entries.rows.size:
-            spare = Entries._make((*map(np.empty_like, entries[:-1]), self.start))
-        self.flat &= not put_in(
-            gone,
-            their,
-            born,
-            uids,
-            Places(places.x, places.y, places.z),
-            table.uid,
-            self.space.extent,
-            self._cell,
-            entries,
-            spare,
-        )
-        self._all, self._spare = spare, entries
-        self._show()
-        return True
-
-    def _show(self) -> None:
+        self.flat = sort_cells(alive, Places(x, y, z), uid, self.space.extent, self._cell, self._all)
         self.n = n = int(self.start[-1])
         rows, x, y, z, uid, _ = self._all
         self.entries = Entries(rows[:n], x[:n], y[:n], z[:n], uid[:n], self.start)
         self.rows, self.x, self.y, self.z, self.uid, _ = self.entries
 
 
-def changes(table: Table, version: int) -> list[np.ndarray]:
-    """Return the rows i64[k] and uids u64[k] of entities that left a table after a version, then the rows and
-    uids of entities that joined it."""
-    changed: list[np.ndarray] = []
-    for noted in (table.gone, table.newborn):
-        k = len(noted)
-        while k and noted[k - 1][0] > version:  # few changes have happened since
-            k -= 1
-        later = noted[k:]
-        changed += (
-            NOBODY
-            if not later
-            else later[0][1:]
-            if not later[1:]
-            else map(np.concatenate, [*zip(*later, strict=True)][1:])
-        )
-    return changed
-
-
 @njit
 def sort_cells(
     alive: np.ndarray, places: Places, uid: np.ndarray, space: Extent, cell: np.ndarray, into: Entries
-) -> tuple[bool, np.uint64]:
+) -> bool:
     """Sort the living rows by cell (counting sort, with x varying fastest), then by uid within a cell
-    (insertion sort). Return whether z is 0 everywhere, and the largest uid, 0 if the table is empty.
+    (insertion sort). Return whether z is 0 everywhere.
 
     Dead rows are sorted too, after the last cell, because a branch per row would take longer.
     """
@@ -167,69 +103,12 @@ def sort_cells(
         this, before = np.uint64(i), np.uint64(i - 1)
         if (su[before] > su[this]) & (cell[rows[before]] == cell[rows[this]]):
             insert(i, cell, rows, su)
-    high, top = 0, np.uint64(0)
+    high = 0
     for i in range(start[n_cells]):
         it = np.uint64(rows[i])
         sx[i], sy[i], sz[i] = x[it], y[it], z[it]
         high |= z[it] != np.float32(0.0)
-        top = max(top, su[i])
-    return high == 0, top
-
-
-@lone_njit
-def put_in(
-    gone: np.ndarray,
-    their: np.ndarray,
-    born: np.ndarray,
-    uids: np.ndarray,
-    places: Places,
-    now: np.ndarray,
-    space: Extent,
-    cell: np.ndarray,
-    before: Entries,
-    after: Entries,
-) -> bool:
-    """Copy the entries of an index into other arrays, without dead entities and with newborns; return whether
-    any newborn's z is not 0. `before` and `after` share the same `start`.
-
-    `gone` and `born` are rows, given with their uids. The uids of newborns are ascending and larger than all
-    other uids, so each newborn comes last in its cell. Entities that were born and have died since are left
-    out; `now` contains the current uid of each row.
-    """
-    (x, y, z), nx, ny, nz, inverse = places, space.nx, space.ny, space.nz, space.inverse
-    rows, sx, sy, sz, su, start = before
-    rows_, sx_, sy_, sz_, su_, _ = after
-    n_cells, high = nx * ny * nz, False
-    touched, last, next_ = np.int32(-2), np.full(n_cells, -1, np.int32), np.empty(born.size, np.int32)
-    for k in range(gone.size):
-        of = cell[gone[k]] if gone[k] < cell.size else n_cells
-        if of < n_cells:  # otherwise the index had no entity in this row
-            for i in range(start[of], start[of + 1]):
-                if su[i] == their[k]:
-                    su[i] = 0
-                    last[of] = touched
-    for k in range(born.size - 1, -1, -1):
-        row = born[k]
-        if now[row] == uids[k]:
-            of = (cell_of(z[row] * inverse[2], nz) * ny + cell_of(y[row] * inverse[1], ny)) * nx + cell_of(
-                x[row] * inverse[0], nx
-            )
-            cell[row] = of
-            next_[k], last[of] = last[of], k
-    to = np.uint64(0)
-    for c in range(n_cells):
-        begin, end, k = np.uint64(start[c]), np.uint64(start[c + 1]), last[c]
-        start[c] = to
-        for i in range(begin, end):  # branch-free
-            rows_[to], sx_[to], sy_[to], sz_[to], su_[to] = rows[i], sx[i], sy[i], sz[i], su[i]
-            to += np.uint64(su[i] != 0)
-        while k >= 0:
-            row = born[k]
-            rows_[to], sx_[to], sy_[to], sz_[to], su_[to] = row, x[row], y[row], z[row], uids[k]
-            high |= z[row] != np.float32(0.0)
-            to, k = to + np.uint64(1), next_[k]
-    start[n_cells] = to
-    return high
+    return high == 0
 
 
 @njit

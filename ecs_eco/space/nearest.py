@@ -6,7 +6,7 @@ targets in reach.
 """
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -39,16 +39,13 @@ def nearest(
     target: np.ndarray,
     distance2: np.ndarray,
     split: Callable[..., None] | None = None,
-    kernel: Callable[..., None] | None = None,
-    more: tuple[Any, ...] = (),
 ) -> None:
     """Write the entry of each seeker's nearest target within `radius` [m] (−1: none), and its squared
     distance.
 
     `target` i32[n seekers] is exact up to 2^24 targets; `distance2` f32[n seekers] [m^2] is radius^2 for a
     seeker without a target. A seeker is not its own target if both indexes are the same. `split(kernel, n,
-    *arguments)` runs a kernel over 0…n in parts: `seek`, or a kernel with the same signature followed by
-    `more`.
+    *arguments)` runs a kernel over 0…n in parts.
     """
     space = seekers.space
     _, ny, nz = space.shape
@@ -57,7 +54,7 @@ def nearest(
     if split is None:
         seek(0, ny * nz, *arguments)
     else:
-        split(kernel or seek, ny * nz, *arguments, *more, work=2 * seekers.n)
+        split(seek, ny * nz, *arguments, work=2 * seekers.n)
 
 
 def search_of(seekers: Index, targets: Index, radius: float) -> Search:

@@ -188,11 +188,9 @@ class SpatialWorld(World):
         if index.version != table.version:
             with index.lock:
                 if index.version != table.version:
-                    p, (first, last) = table[Position], table.steady
-                    if last != table.version or index.version < first or not index.renew(table, p):
-                        index.build(table.alive[: table.high], p.x, p.y, p.z, table.uid)
-                # if there are fewer rows than cells, sorting everything is faster than visiting the cells
-                index.version, table.followed = table.version, index.n >= self.space.n_cells
+                    p = table[Position]
+                    index.build(table.alive[: table.high], p.x, p.y, p.z, table.uid)
+                    index.version = table.version
         return index
 
     def pairs(self, table: Table | str, other: Table | str, radius: ArrayLike) -> Pairs:

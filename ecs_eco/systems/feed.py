@@ -35,10 +35,9 @@ from ecs_eco.life.meals import (
 )
 from ecs_eco.life.sizes import of_size
 from ecs_eco.life.torpor import LEAST_ENERGY
-from ecs_eco.space.geometry import Extent
 from ecs_eco.space.index import Entries
 from ecs_eco.space.land import at_places
-from ecs_eco.space.nearest import Found, Search, nearest, seek
+from ecs_eco.space.nearest import Found, nearest
 from ecs_eco.space.surfaces import nearest_surface
 
 if TYPE_CHECKING:
@@ -170,17 +169,14 @@ class Feed(System):
             self._shaped = True
             target, distance2 = nearest_surface(world, table, prey, np.nextafter(furthest, np.float32(1e30)))
             wanting, wanted = wanting._replace(radius=NO_RADIUS), wanted._replace(radius=NO_RADIUS)
-            found = Found(target, distance2)
-            world.split(propose, eaters.n, found, eaters.entries, foods.entries, wanting, wanted, *draws)
+            wish = eaters.entries, foods.entries, wanting, wanted, *draws
+            world.split(propose, eaters.n, Found(target, distance2), *wish)
         else:
             beyond = widest(furthest, b.radius, table.alive, prey[Body].radius, prey.alive)
-            wish = wanting, wanted, *draws
-            seeking = eaters, foods, beyond, target, distance2, world.split, seek_food, wish
-            if world.bands.size == 1:
-                nearest(*seeking)
-            else:
-                with world.bands.over(eaters, target, distance2):
-                    nearest(*seeking)
+            wish = eaters.entries, foods.entries, wanting, wanted, *draws
+            with world.bands.over(eaters, target, distance2):
+                nearest(eaters, foods, beyond, target, distance2, world.split)
+                world.split(propose, eaters.n, Found(target, distance2), *wish)
         held = prey[Metabolism].energy if Metabolism in prey else NOTHING
         self._wanted.append(
             Meals(
@@ -326,26 +322,6 @@ def sheltered(terrain: Terrain, prey: Table, toughness: np.ndarray) -> np.ndarra
     if toughness.size:
         left *= np.float32(1) - (toughness if toughness.size == 1 else toughness[:high])
     return np.float32(1) - left
-
-
-@lone_njit
-def seek_food(
-    first: int,
-    last: int,
-    mine: Entries,
-    targets: Entries,
-    space: Extent,
-    search: Search,
-    found: Found,
-    eaters: Appetite,
-    foods: Foods,
-    key: np.uint64,
-    purpose: int,
-) -> None:
-    """Run `seek` for the eaters in the rows of cells first … last − 1, then `propose`."""
-    seek(first, last, mine, targets, space, search, found)
-    begin, end = mine.start[first * space.nx], mine.start[last * space.nx]
-    propose(begin, end, found, mine, targets, eaters, foods, key, purpose)
 
 
 @lone_njit

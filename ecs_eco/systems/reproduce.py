@@ -13,7 +13,6 @@ from ecs_eco.compiled.per_row import Number, of_row
 from ecs_eco.components import Biology, Body, Metabolism, Position
 from ecs_eco.engine import random
 from ecs_eco.engine.random import draw
-from ecs_eco.engine.rows import FEW
 from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value
@@ -94,10 +93,8 @@ class Reproduce(System):
         )
         if n == 0 and not (world.bands.divided or way.immigration):
             return
-        parents, number, given = parents[:n], number[:n], given[:n]
-        if n > FEW:
-            order = table.uid[parents].argsort()
-            parents, number, given = parents[order], number[order], given[order]
+        order = table.uid[parents[:n]].argsort()
+        parents, number, given = parents[order], number[order], given[order]
         pay(parents, bring_forth(table, world, way, parents, number, given), given, m.energy, m.given)
 
 
@@ -124,8 +121,8 @@ def ready(
     number: np.ndarray,
     given: np.ndarray,
 ) -> int:
-    """List the parents (in uid order if there are at most FEW), each one's maximum number of newborns, and
-    its payment per newborn; return the number of parents."""
+    """List the parents, each one's maximum number of newborns, and its payment per newborn; return the number
+    of parents."""
     own, age_min, energy_min, energy_given, litter, _ = lives
     n = 0
     for row in range(alive.size):
@@ -143,12 +140,6 @@ def ready(
                 number[n] = affordable(energy[row], energy_given[i], times * size)
                 parents[n], given[n] = row, energy_given[i]
                 n += number[n] > 0
-    for i in range(1, n if n <= FEW else 0):
-        row, litter_size, each, j = parents[i], number[i], given[i], i
-        while j > 0 and uid[parents[j - 1]] > uid[row]:
-            parents[j], number[j], given[j] = parents[j - 1], number[j - 1], given[j - 1]
-            j -= 1
-        parents[j], number[j], given[j] = row, litter_size, each
     return n
 
 

@@ -21,7 +21,6 @@ from ecs_eco.life.defence import left_by_defence
 from ecs_eco.life.provision import root
 from ecs_eco.space.bodies import ground_of
 from ecs_eco.space.geometry import BLOCK, Extent, cell_of, cells_at
-from ecs_eco.space.index import NOBODY, changes
 from ecs_eco.space.terrain import ROCK, WATER, Ground, ground_at
 
 if TYPE_CHECKING:
@@ -115,8 +114,12 @@ class Spread(System):
         way = table.species.reproduction
         if way is None or way.kind != "spread":
             return
-        sites, inverse, reach, room_for = self.ground(table, world.space, way)
-        taken = world.bands.sites(table, sites.rows) if world.bands.divided else sites.look(table, inverse)
+        taken, inverse, reach, room_for = self.ground(table, world.space, way)
+        if world.bands.divided:
+            taken = world.bands.sites(table, taken)
+        else:
+            p = table[Position]
+            stands(table.alive[: table.high], p.x, p.y, inverse, taken)
         own: Any = np.float32(way.rate)
         if table.species.traits:
             own = own_value(table, "reproduction.rate", own)
@@ -189,7 +192,7 @@ class Spread(System):
         `sprout`."""
         given = space.size, way.spacing, way.dispersal, way.place
         known = self._grounds.get(table.name)
-        if known is None or known[0] != given or known[1].rows is not table.species.sites:
+        if known is None or known[0] != given or known[1] is not table.species.sites:
             nx, ny = (max(1, round(length / way.spacing)) for length in space.size[:2])
             inverse = np.array([nx / space.size[0], ny / space.size[1]], np.float32)
             reach = max(1, round((way.dispersal or way.spacing) / way.spacing))
@@ -197,7 +200,7 @@ class Spread(System):
             room_for = [np.empty(taken.size, kind) for kind in SPROUT]
             known = self._grounds[table.name] = (
                 given,
-                Sites(taken),
+                taken,
                 inverse,
                 0 if way.place == "anywhere" else reach,
                 Sprouts._make((*room_for, np.empty(-(-taken.size // SITES), np.int64))),
@@ -216,39 +219,6 @@ def genomes(
         values[name] = np.empty((parent.size, *some.shape[1:]), some.dtype)
         values[name][own], values[name][grown] = some, inherited[name]
     return values
-
-
-class Sites:
-    """The row of the plant on each site: i64[ny, nx], −1 for an empty site."""
-
-    def __init__(self, rows: np.ndarray) -> None:
-        self.rows = rows
-        self._of = np.zeros(0, np.int32)  # the site of each row
-        self._version = -1  # version of the table for which these rows are valid
-        self._single = False  # whether no site holds two plants
-
-    def look(self, table: Table, inverse: np.ndarray) -> np.ndarray:
-        """Return the current rows, recomputed in full unless only births and deaths have happened since."""
-        p, (first, last), changed = table[Position], table.steady, [*NOBODY, *NOBODY]
-        anew = not self._single or last != table.version or self._version < first
-        if self._of.size != table.capacity:
-            self._of, anew = np.zeros(table.capacity, np.int32), True
-        if not anew:
-            changed = changes(table, self._version)
-        self._single = stands(
-            table.alive[: table.high],
-            p.x,
-            p.y,
-            table.uid,
-            changed[0],
-            *changed[2:],
-            anew,
-            inverse,
-            self.rows,
-            self._of,
-        )
-        self._version = table.version
-        return self.rows
 
 
 def listed(columns: Sprouts, found: np.ndarray, parts: np.ndarray) -> list[np.ndarray]:
@@ -285,39 +255,18 @@ def share(table: Table, vigour: np.ndarray) -> float:
 
 
 @lone_njit
-def stands(alive, x, y, now, gone, born, uids, anew, inverse, taken, site):
-    """Write the row of the plant on each site to taken i64[ny, nx] (−1: none), and the site of each row;
-    return whether no site holds two plants.
-
-    Unless `anew`, only rows freed (`gone`) or filled (`born`, with uids) since the last call are updated;
-    `now` contains the current uid of each row. If two plants share a site, everything is recomputed, and the
-    site is assigned the last row.
-    """
+def stands(alive, x, y, inverse, taken):
+    """Write the row of the plant on each site to taken i64[ny, nx] (−1: none), the last row if several plants
+    share a site."""
     ny, nx = taken.shape
-    flat, cell, single = taken.reshape(-1), np.empty(BLOCK, np.int32), True
-    if not anew:
-        for row in gone:
-            if flat[site[row]] == row:
-                flat[site[row]] = -1
-        for k in range(born.size):
-            row = born[k]
-            if now[row] == uids[k]:  # otherwise the newborn has died since
-                of = cell_of(y[row] * inverse[1], ny) * nx + cell_of(x[row] * inverse[0], nx)
-                single &= flat[of] < 0
-                flat[of], site[row] = row, of
-        if single:
-            return True
-    flat[:], single = -1, True
+    flat, cell = taken.reshape(-1), np.empty(BLOCK, np.int32)
+    flat[:] = -1
     for first in range(0, alive.size, BLOCK):
         size = min(BLOCK, alive.size - first)
         cells_at(first, size, (x, y, y), (1, ny, nx), (inverse[0], inverse[1], np.float32(0.0)), cell)
         for k in range(size):
-            of = np.uint32(cell[k])
-            site[first + k] = of
             if alive[first + k]:
-                single &= flat[of] < 0
-                flat[of] = first + k
-    return single
+                flat[np.uint32(cell[k])] = first + k
 
 
 @njit

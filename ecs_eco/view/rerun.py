@@ -14,7 +14,7 @@ from ecs_eco.components import Biology
 from ecs_eco.ecosystem import World
 from ecs_eco.engine.errors import CheckpointError, ConfigError, RecordingError
 from ecs_eco.engine.table import Table
-from ecs_eco.esper_bridge.turns import apart, turn
+from ecs_eco.esper_bridge.turns import turn
 from ecs_eco.record import checkpoint
 from ecs_eco.record.belonging import check_checkpoint
 from ecs_eco.record.details import KIND
@@ -186,10 +186,9 @@ class Rerun:
             self.share = done / max(1, total)
 
         try:
-            with apart():  # only this thread uses this world, and the main thread's world has priority
-                self._result = compute(
-                    self.path, self.manifest, tick, self.end, recorded, progress, self._is_over
-                )
+            self._result = compute(
+                self.path, self.manifest, tick, self.end, recorded, progress, self._is_over
+            )
         except InterruptedError:
             self._result = "canceled"
         except (

@@ -1,12 +1,13 @@
-"""One thread has the worlds of a process; the viewer's own second world takes turns with it."""
+"""Worlds in several threads run at the same time, but take turns to use esper."""
 
 import threading
-import weakref
+from concurrent.futures import ThreadPoolExecutor
 
 import esper
 import pytest
 
 from ecs_eco import World
+from ecs_eco.engine import world as engine
 from ecs_eco.esper_bridge import turns
 
 
@@ -26,26 +27,18 @@ def in_a_thread(work):
     return collected[0]
 
 
-@pytest.fixture(autouse=True)
-def alone(monkeypatch):
-    """No world of another test counts."""
-    monkeypatch.setattr(turns, "_worlds", weakref.WeakSet())
+class Look(esper.Processor):
+    """Asks esper which world it shows, for a while."""
+
+    seen = frozenset()
+
+    def process(self, *_):
+        for _ in range(100):
+            self.seen |= {esper.current_world}
 
 
-def test_a_world_of_another_thread_is_refused():
-    here = World(name="mine")
-    error = in_a_thread(lambda: World(name="theirs"))
-    assert isinstance(error, RuntimeError)
-    assert "world 'theirs': the thread 'MainThread' has the world 'mine'" in str(error)
-    assert "processes" in str(error)
-    assert here.run(1).tick == 1
-
-
-def test_a_world_that_nobody_holds_or_whose_thread_is_over_refuses_nobody():
-    World(name="forgotten")
-    theirs = in_a_thread(lambda: World(name="theirs"))
-    assert isinstance(theirs, World), theirs
-    assert World(name="mine").run(1).tick == 1
+def make(seed, learn=False):
+    return World.from_config("predator-prey", seed=seed, policies="untrained", learn=learn, record=False)
 
 
 def test_a_world_is_touched_by_its_own_thread_alone():
@@ -56,35 +49,48 @@ def test_a_world_is_touched_by_its_own_thread_alone():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("learn", [False, True])
-def test_a_second_world_apart_takes_turns(learn):
-    def make(seed):
-        return World.from_config("predator-prey", seed=seed, policies="untrained", learn=learn)
+def test_worlds_of_two_threads_run_at_the_same_time_and_end_as_alone(learn, monkeypatch):
+    expected = [make(seed, learn).run(70).digest() for seed in (1, 2)]
+    both, pass_tick = threading.Barrier(2), engine.World._pass_tick
 
-    expected = [make(seed).run(30).digest() for seed in (1, 2)]
-    apart = []
+    def within(world):
+        both.wait(60)  # both worlds are within a tick
+        pass_tick(world)
 
-    def work():
-        with turns.apart():
-            for _ in range(3):
-                with turns.turn:
-                    world = make(2)
-                for _ in range(30):
-                    world.run(1)
-                apart.append(world.digest())
+    def live(seed):
+        world = make(seed, learn)
+        both.wait(60)
+        return world.run(70).digest()
 
-    thread = threading.Thread(target=work)
-    thread.start()
-    mine = []
-    while thread.is_alive() or not mine:
-        world = make(1).run(15)
-        with world:
-            assert esper.current_world == world.context.name
-            world.run(15)
-            assert esper.current_world == world.context.name
-        mine.append(world.digest())
-    thread.join()
-    assert set(mine) == {expected[0]}
-    assert apart == [expected[1]] * 3
+    monkeypatch.setattr(engine.World, "_pass_tick", within)
+    with ThreadPoolExecutor(2) as threads:
+        assert list(threads.map(live, (1, 2))) == expected
+
+
+@pytest.mark.slow
+def test_worlds_of_several_threads_take_turns_to_use_esper():
+    expected = [make(seed).run(60).digest() for seed in (1, 2, 3)]
+    made = threading.Barrier(3)
+
+    def live(seed):
+        world = make(seed)
+        looks = [world.add_system(Look(), phase) for phase in ("sense", "record") if seed < 3]
+        made.wait(60)
+        world.run(30)
+        if seed < 3:
+            with world:
+                assert esper.current_world == world.context.name
+                world.run(10)
+                assert esper.current_world == world.context.name
+            assert all(look.seen == {world.context.name} for look in looks)
+            world.run(20)
+        else:
+            world.run(30)
+        return world.digest()
+
+    with ThreadPoolExecutor(3) as threads:
+        assert list(threads.map(live, (1, 2, 3))) == expected
+    assert esper.current_world == "default"
 
 
 def test_whoever_waits_has_the_next_turn_however_soon_the_other_wants_it_again():

@@ -186,12 +186,13 @@ def test_advantages_and_what_they_say_are_those_counted_by_hand():
     fill_advantages(steps, np.zeros(3, np.bool_), later, gain, half, half)
     # -1 + 0.5 * 4 - 0 = 1;  3 + 0.5 * 0 - 2 + 0.25 * 1 = 1.25;  1 + 0.5 * 2 - 1 + 0.25 * 1.25 = 1.3125
     assert steps["advantage"].tolist() == [1.3125, 1.25, 1]
-    mean, deviation, explained, reward = summarize(steps)
-    assert mean == 1.1875
-    assert deviation == pytest.approx((0.0546875 / 3) ** 0.5)  # of 0.125, 0.0625 and -0.1875
+    shift, scale, explained, reward = summarize(steps, True)
+    assert shift == 1.1875
+    assert 1 / scale == pytest.approx((0.0546875 / 3) ** 0.5)  # of 0.125, 0.0625 and -0.1875
     targets = np.array([2.3125, 3.25, 1])
     assert explained == pytest.approx(1 - 0.0546875 / 3 / targets.var())
     assert reward == 1
+    assert summarize(steps, False)[:2] == summarize(steps[:1], True)[:2] == (0, 1)
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])

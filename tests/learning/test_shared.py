@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from ecs_eco.learning import PPO, Brain, Learner
+from ecs_eco.learning.continuous import CONTINUOUS
 from ecs_eco.learning.rollout import Rollout
 from ecs_eco.learning.shared import SharedLearner
 
@@ -65,6 +66,20 @@ def test_a_world_collects_on_while_it_waits_for_the_others():
     live(first.rollout, 1, ticks=1)
     assert second.update(*live(second.rollout, 2))["n_transitions"] == 12
     assert (first.rollout.n, first.rollout.ticks, first.ready) == (3, 1, None)
+
+
+def test_worlds_that_share_a_learner_can_have_continuous_actions():
+    learner = Learner(Brain(3, (2, CONTINUOUS, CONTINUOUS), (4,), seed=1), SETTINGS, seed=5)
+    (share,) = SharedLearner(learner, 1).shares
+    rows, zeros = np.arange(4), np.zeros(4, np.float32)
+    for _ in range(2):
+        share.rollout.store(
+            rows, np.ones((4, 3), "f4"), np.zeros((4, 1)), zeros, zeros, None, np.ones((4, 2), "f4")
+        )
+        share.rollout.credit(rows, zeros + np.float32(0.5))
+    before = learner.brain.state()
+    assert share.update(rows, zeros)["n_transitions"] == 8
+    assert not np.array_equal(before["policy.head.bias"], learner.brain.state()["policy.head.bias"])
 
 
 def test_rollouts_of_different_shapes_are_not_joined():

@@ -1,13 +1,12 @@
 """What a record keeps of births and deaths."""
 
 import numpy as np
-import pytest
 
 from ecs_eco import World
 from ecs_eco.components import Metabolism, Position
 from ecs_eco.engine.addresses import Addresses
 from ecs_eco.record.ledger import LEDGER
-from ecs_eco.record.rows import Rows, note_births, note_deaths, noted_of, total
+from ecs_eco.record.rows import Rows, note_births, note_deaths, noted_of
 
 
 def ants():
@@ -74,11 +73,3 @@ def test_births_of_ticks_that_are_over_come_first_and_room_grows():
     assert (energy.tolist(), parent.tolist(), parent2.tolist()) == ([4.5, 2.5], [8, 9], [0, 0])
     assert genome.tolist() == [b"", b""]
     assert page.tolist() == [[0, 700, 0, 0, 0, 0, 0]]
-
-
-@pytest.mark.parametrize("n", [0, 1, 7, 8, 9, 63, 64, 100, 127, 128])
-def test_sums_are_those_of_numpy(n):
-    rng = np.random.default_rng(n)
-    values = (rng.standard_normal(300) * 10.0 ** rng.integers(-8, 8, 300)).astype(np.float32)
-    rows = rng.permutation(300)[:n]
-    assert total(values, rows) == np.add.reduce(values[rows], dtype=np.float64)

@@ -8,7 +8,7 @@ from ecs_eco.space.geometry import Space
 from ecs_eco.space.terrain import OPEN_GROUND
 from ecs_eco.space.world import SpatialWorld
 from ecs_eco.systems import Spread
-from ecs_eco.systems.spread import EVERYWHERE, Seeds, Sites, Sprouts, listed, sprout
+from ecs_eco.systems.spread import EVERYWHERE, Seeds, Sprouts, listed, sprout, stands
 from ecs_eco.testing import act, arrange
 
 WAY = {"kind": "spread", "rate": 0.5, "seed_rain": 0.0, "spacing": 2.0}
@@ -242,22 +242,17 @@ def test_at_the_rim_of_a_lake_or_a_rock_plants_stand_on_the_ground(meadow, mark)
 @pytest.mark.parametrize("crowded", [False, True], ids=["one a site", "two on some"])
 def test_sites_are_known_whoever_was_born_or_died_since(crowded):
     world, rng, inverse = SpatialWorld((20.0, 20.0)), np.random.default_rng(5), np.ones(2, np.float32)
-    table, sites, kept = world.add_table("grass", Position), Sites(np.full((20, 20), -1, np.int64)), 0
+    table, sites = world.add_table("grass", Position), np.full((20, 20), -1, np.int64)
     for turn in range(30):
-        free = np.flatnonzero(sites.rows.reshape(-1) < 0)
+        free = np.flatnonzero(sites.reshape(-1) < 0)
         for site in rng.choice(400 if crowded else free, 9 if turn else 60, replace=False).tolist():
             world.spawn("grass", Position(x=site % 20 + 0.5, y=site // 20 + 0.5))
         world.flush()
         if turn % 5 == 3:  # some are born and die before anybody looks
             table.cause[rng.choice(table.rows(), 9, replace=False)] = world.cause("eaten")
             world.flush()
-        if turn == 20:
-            table[Position].x[table.rows()] = table[Position].x[table.rows()[::-1]]
-            table.version += 1
-        kept += table.steady[1] == table.version
-        assert (sites.look(table, inverse) == _who_stands_where(table, sites.rows.shape)).all()
-        table.followed = True
-    assert kept == 28
+        stands(table.alive[: table.high], table[Position].x, table[Position].y, inverse, sites)
+        assert (sites == _who_stands_where(table, sites.shape)).all()
 
 
 def _who_stands_where(table, shape):

@@ -8,7 +8,6 @@ import pytest
 
 from ecs_eco import World
 from ecs_eco.components import Position
-from ecs_eco.esper_bridge.turns import apart
 from ecs_eco.testing.browser import launched, served
 from ecs_eco.view import server as module
 from ecs_eco.view.live import Live
@@ -79,8 +78,7 @@ def server_of_mites(tmp_path_factory):
     ready, made = threading.Event(), SimpleNamespace()
 
     def live():
-        with apart():  # the tests of other files may have left worlds in their thread
-            world = World([100.0, 100.0])
+        world = World([100.0, 100.0])
         world.add_table("mite", Position)
         rng = np.random.default_rng(1)
         world.table("mite").request(

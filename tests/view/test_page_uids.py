@@ -9,7 +9,6 @@ import pytest
 from ecs_eco import World
 from ecs_eco.components import Biology, Position, Velocity
 from ecs_eco.engine.uids import first_uid
-from ecs_eco.esper_bridge.turns import apart
 from ecs_eco.testing.browser import until
 from ecs_eco.view.live import Live
 from ecs_eco.view.player import Player
@@ -40,8 +39,7 @@ def shown(make):
     ready, box = threading.Event(), []
 
     def live():
-        with apart():  # the tests of other files may have left worlds in their thread
-            source = Live(make())
+        source = Live(make())
         player = Player(source, playing=False)
         with Server(player) as server:
             box.extend([player, server.address()])

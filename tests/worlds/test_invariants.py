@@ -234,4 +234,4 @@ def test_threads_are_used_when_they_are_tested(menagerie, threads):
         world.workers._take_turns, world.workers.team.run = watched, in_parts
         world.run(1)
     # the last: of what is done together, fields
-    assert {"move", "burn", "seek_food", "grow", "push_apart", "see", "infer_shared", "spread"} <= used
+    assert {"move", "burn", "propose", "grow", "push_apart", "_bearings", "infer_shared", "spread"} <= used

@@ -36,7 +36,7 @@ def senses_of(
     """Return (sense, number of channels) for each sensor of a species' configuration; `bearers(property)`
     returns the kinds of bodies that have a property."""
     made = [
-        find(s.function)
+        Sense(find(s.function), divisible=False)
         if s.kind == "custom"
         else _property_of(s, bearers(s.property), substances, i)
         if s.kind == "property"

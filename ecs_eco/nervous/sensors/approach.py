@@ -27,7 +27,7 @@ def feel_approach(target: str, radius: float, scale: float, number: int = 0) -> 
     itself (Kiørboe & Visser 1999).
     """
 
-    def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
+    def read(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         other, mine = world.tables[target], seekers.index
         targets, space = world.index(other), world.space
         entries, distance2 = np.empty(seekers.n, np.int32), np.empty(seekers.n, np.float32)
@@ -55,7 +55,7 @@ def feel_approach(target: str, radius: float, scale: float, number: int = 0) -> 
             column,
         )
 
-    return sense
+    return Sense(read)
 
 
 class Motion(NamedTuple):

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 def smell_gradient(field: str, span: float, scale: float, number: int = 0) -> Sense:
     """Compare a field at two points `span` [m] apart along each axis of the body: (a − b)/(a + b + scale)."""
 
-    def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
+    def read(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         width, least = of_sensor(table, seekers, number, span=np.float32(span), scale=np.float32(scale))
         f, half = world.fields[field], width * np.float32(0.5)
         world.split(
@@ -36,7 +36,7 @@ def smell_gradient(field: str, span: float, scale: float, number: int = 0) -> Se
             column,
         )
 
-    return sense
+    return Sense(read)
 
 
 @njit

@@ -62,7 +62,7 @@ def see_nearest(
     view, centred = half_view(fov), not any(map(np.float32, at[:3]))
     alike, selective = by_light is None and kin is None and centred, occlusion or narrow(view)
 
-    def sense(world: SpatialWorld, table: Table, seekers: Seekers, out: np.ndarray, column: int) -> None:
+    def read(world: SpatialWorld, table: Table, seekers: Seekers, out: np.ndarray, column: int) -> None:
         species, other, mine, space = table.species, world.tables[target], seekers.index, world.space
         targets, radius, own, cos_half_fov, looks_again = world.index(other), reach, shared, view, selective
         if not alike or number in species.own_ranges or number in species.own_places:
@@ -91,7 +91,7 @@ def see_nearest(
             found = nearest_kin(seekers, table, other, targets, kin, eye, own, cos_half_fov, world.split)
             looks_again, known = occlusion and kin is None, True
         elif not looks_again:
-            return nearest(mine, targets, radius, *found, world.split, see, (poses, seen))
+            nearest(mine, targets, radius, *found, world.split)
         if looks_again:
             ground, heights = opaque_ground(world), NO_HEIGHTS
             if ground.height.size > 1:
@@ -116,8 +116,7 @@ def see_nearest(
         else:
             world.split(_bearings, seekers.n, poses, places, space.extent, found, seen)
 
-    sense.by_light = by_light is not None  # type: ignore[attr-defined]
-    return sense
+    return Sense(read, divisible=by_light is None)
 
 
 def half_view(fov: Number) -> Any:
@@ -186,25 +185,6 @@ def see_clearly(
         first, last = mine.start[first * space.nx], mine.start[last * space.nx]
     nearest_visible(first, last, seekers, targets, space, bodies, how, ground, found)
     _bearings(first, last, seekers, targets, space, found, seen)
-
-
-@lone_njit
-def see(
-    first: int,
-    last: int,
-    mine: Entries,
-    targets: Entries,
-    space: Extent,
-    search: Search,
-    found: Found,
-    seekers: Poses,
-    seen: Bearings,
-) -> None:
-    """Run `seek` for the seekers in the rows of cells first … last − 1, then compute the direction and
-    nearness of the result."""
-    seek(first, last, mine, targets, space, search, found)
-    begin, end = mine.start[first * space.nx], mine.start[last * space.nx]
-    _bearings(begin, end, seekers, targets, space, found, seen)
 
 
 @lone_njit

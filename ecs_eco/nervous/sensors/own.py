@@ -1,18 +1,15 @@
 """The sensor for a property of the organism's own body (interoception)."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ecs_eco._lazy import stored_name
 from ecs_eco.compiled.elementary import power
 from ecs_eco.compiled.jit import lone_njit
-from ecs_eco.compiled.numba_version import interpreted
 from ecs_eco.compiled.per_row import of_row
 from ecs_eco.components import Biology, Body, Chemistry, Metabolism, Physical, Shape
-from ecs_eco.engine.addresses import address_of, column_at
-from ecs_eco.engine.schema import Columns
 from ecs_eco.nervous.sensors.sense import Sense, of_sensor, place_of
 from ecs_eco.space.bodies import extents
 from ecs_eco.space.seekers import Seekers
@@ -60,7 +57,7 @@ def own(
 
     shared = np.float32(1.0 / scale)
 
-    def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
+    def read(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         factor: Any = shared
         if table.species.traits:
             factor = 1.0 / of_sensor(table, seekers, number, scale=scale)[0]
@@ -73,84 +70,7 @@ def own(
             )
         world.split(_own, seekers.n, value, seekers.rows, factor, out.T, column, work=seekers.n // 30)
 
-    def plain(table: "Table") -> np.ndarray | None:
-        """Return the column if the sense only reads it: f32[capacity]."""
-        if table.species.traits or property == "volume" or (property == "pressure" and any(at)):
-            return None
-        value = own_column(table, property, substances)
-        return value if type(value) is np.ndarray and value.dtype == np.float32 else None
-
-    sense.plain, sense.factor = plain, shared  # type: ignore[attr-defined]
-    sense.joint = feel_together, None  # type: ignore[attr-defined]
-    return sense
-
-
-class Plain(NamedTuple):
-    """Columns that are read unchanged, given by their addresses, and the senses that read other values."""
-
-    made_from: tuple[Any, ...] = ()  # valid until these values change
-    others: tuple[tuple[Sense, int], ...] = ()
-    arrays: tuple[np.ndarray, ...] = ()  # kept so that addresses stay valid
-    addresses: np.ndarray = np.empty(0, np.uint64)
-    steps: np.ndarray = np.empty(0, np.int64)  # stride between rows
-    sizes: np.ndarray = np.empty(0, np.int64)  # number of elements from the first row to the last
-    factors: np.ndarray = np.empty(0, np.float32)
-    columns: np.ndarray = np.empty(0, np.int64)  # columns of the observations
-
-    @classmethod
-    def of(cls, made_from: tuple[Any, ...], table: "Table", senses: list[tuple[Any, int]]) -> "Plain":
-        """Return the group of a table's senses, each with its first column."""
-        arrays = [None if interpreted() else sense.plain(table) for sense, _ in senses]  # needs addresses
-        read = [
-            (a, sense.factor, column)
-            for a, (sense, column) in zip(arrays, senses, strict=True)
-            if a is not None
-        ]
-        return cls(
-            made_from,
-            tuple(it for a, it in zip(arrays, senses, strict=True) if a is None),
-            tuple(a for a, _, _ in read),
-            np.array([address_of(a) for a, _, _ in read], np.uint64),
-            np.array([a.strides[0] // a.itemsize for a, _, _ in read], np.int64),
-            np.array([(a.size - 1) * (a.strides[0] // a.itemsize) + 1 for a, _, _ in read], np.int64),
-            np.array([factor for _, factor, _ in read], np.float32),
-            np.array([column for _, _, column in read], np.int64),
-        )
-
-
-def feel_together(senses: list[tuple[Any, int]]) -> Sense:
-    """Return a function that feels properties of the organism's own body for several senses at once, each
-    with its first column."""
-    kept = Plain()
-
-    def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
-        nonlocal kept
-        plain, now = kept, (table, bool(table.species.traits), Columns.replaced)
-        if plain.made_from != now:
-            plain = kept = Plain.of(now, table, senses)
-        if plain.arrays:
-            world.split(
-                _own_columns,
-                seekers.n,
-                *plain[3:],
-                seekers.rows,
-                out.T,
-                work=seekers.n * len(plain.arrays) // 30,
-            )
-        for one, first in plain.others:
-            one(world, table, seekers, out, first)
-
-    return sense
-
-
-@lone_njit
-def _own_columns(first, last, addresses, steps, sizes, factors, columns, rows, out):
-    """Write the rows' values in each column f32[capacity], given by its address, times the column's factor."""
-    for c in range(columns.size):
-        value, step, factor = column_at(addresses[c], np.float32, sizes[c]), np.uint64(steps[c]), factors[c]
-        for k in range(last - first):
-            i = np.uint64(first + k)
-            out[columns[c], i] = value[np.uint64(rows[i]) * step] * factor
+    return Sense(read)
 
 
 @lone_njit

@@ -40,7 +40,7 @@ def feel_property(
     radius. With `kin`, only relatives are included.
     """
 
-    def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
+    def read(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         _, own = own_range(table, seekers, number, radius)
         place = place_of(table, seekers, number, at, world.space)
         total, weight = np.zeros(seekers.n), np.zeros(seekers.n)
@@ -76,7 +76,7 @@ def feel_property(
             total -= weight * base
         world.split(_write, seekers.n, total, weight, report == "mean", 1.0 / unit, out.T, column)
 
-    return sense
+    return Sense(read)
 
 
 @njit

@@ -43,7 +43,7 @@ def cast_rays(
     """
     alike = fan(count, fov, angle)
 
-    def sense(world: SpatialWorld, table: Table, seekers: Seekers, out: np.ndarray, column: int) -> None:
+    def read(world: SpatialWorld, table: Table, seekers: Seekers, out: np.ndarray, column: int) -> None:
         radius, own = own_range(table, seekers, number, reach)
         each = of_sensor(table, seekers, number, fov=fov, angle=angle)
         ray_cos, ray_sin = fan(count, *each) if isinstance(each[0], np.ndarray) else alike
@@ -72,8 +72,7 @@ def cast_rays(
             out[:, c + 2 : c + width - 1] = 0
             out[:, c + width - 1] = value
 
-    sense.by_light = by_light is not None  # type: ignore[attr-defined]
-    return sense
+    return Sense(read, divisible=by_light is None)
 
 
 def fan(count: int, fov: Number, angle: Number) -> tuple[np.ndarray, np.ndarray]:

@@ -4,7 +4,7 @@ range."""
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -24,14 +24,22 @@ NOTHING_SENSED = np.zeros(0, np.uint64), np.zeros((0, 0), np.float32)
 """Empty uids u64[0] and readings f32[0, channels]."""
 
 
-Sense = Callable[["SpatialWorld", "Table", Seekers, np.ndarray, int], None]
-"""sense(world, table, seekers, observations f32[n, channels], first column):
-writes its channels for every seeker.
+Reading = Callable[["SpatialWorld", "Table", Seekers, np.ndarray, int], None]
+"""reading(world, table, seekers, observations f32[n, channels], first column):
+writes its channels for every seeker."""
 
-A shipped sense may have a `joint` attribute, a function and its purpose. Senses with the same `joint` are
-read together, by the sense that the function returns for a list of (sense, first column), because a kernel
-call takes as long as reading hundreds of bodies.
-"""
+
+class Sense(NamedTuple):
+    """A sensor of a nervous system."""
+
+    read: Reading
+    divisible: bool = True  # whether each process can read it for its own part of the organisms
+
+    def __call__(
+        self, world: SpatialWorld, table: Table, seekers: Seekers, out: np.ndarray, column: int
+    ) -> None:
+        """Write the channels of every seeker."""
+        self.read(world, table, seekers, out, column)
 
 
 def of_sensor(table: Table, seekers: Seekers, number: int, **shared: object) -> tuple[Any, ...]:

@@ -1,6 +1,6 @@
 """The sensor that smells a scalar field at a point on the body."""
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,26 +17,23 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
-AT_CENTRE = np.zeros((1, 2), np.float32)
-
 
 def smell(field: str, at: list[float], scale: float, number: int = 0) -> Sense:
     """Smell a field at a point on the body: c/(c + scale), the occupancy of receptors that are half bound at
     `scale`."""
     forward, left, up = (np.float32(v) for v in [*at, 0.0, 0.0, 0.0][:3])
     shared = np.float32(scale)
-    place = np.array([[forward, left]])
 
-    def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
+    def read(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         f, space, poses = world.fields[field], world.space, seekers.poses
-        ahead, high = place, up
+        ahead, aside, high = forward, left, up
         if seekers.half is not None:
             poses = seekers.poses_at(*place_of(table, seekers, number, at, space))
-            ahead, high = AT_CENTRE, np.float32(0)
+            ahead = aside = high = np.float32(0)
         elif number in table.species.own_places:  # the kernel computes the position of each nose
             own = table[Senses]
             x, y = nose(seekers, own.forward[seekers.rows, number], own.left[seekers.rows, number], space)
-            poses, ahead = seekers.poses_at(x, y, poses.z), AT_CENTRE
+            poses, ahead, aside = seekers.poses_at(x, y, poses.z), np.float32(0), np.float32(0)
         half = (
             of_sensor(table, seekers, number, half_saturation=shared)[0] if table.species.traits else shared
         )
@@ -48,7 +45,8 @@ def smell(field: str, at: list[float], scale: float, number: int = 0) -> Sense:
                 f.inverse,
                 poses,
                 seekers.radius,
-                *ahead[0],
+                ahead,
+                aside,
                 high,
                 half,
                 space.extent,
@@ -65,46 +63,15 @@ def smell(field: str, at: list[float], scale: float, number: int = 0) -> Sense:
                 poses,
                 seekers.radius,
                 ahead,
-                np.asarray(half)[None],
+                aside,
+                half,
                 space.torus,
                 out.T,
-                np.array([column]),
+                column,
                 work=seekers.n // 10,
             )
 
-    sense.nose = forward, left, shared  # type: ignore[attr-defined]
-    sense.joint = smell_together, field  # type: ignore[attr-defined]
-    return sense
-
-
-def smell_together(senses: list[tuple[Any, int]]) -> Sense:
-    """Return a function that smells a field for several senses at once, each with its first column."""
-    field, columns = senses[0][0].joint[1], np.array([column for _, column in senses])
-    forward, left, scales = np.array([sense.nose for sense, _ in senses]).T.copy()
-    places = np.stack([forward, left], 1)
-
-    def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
-        species, space, f = table.species, world.space, world.fields[field]
-        if space.volume or species.traits or species.own_places or seekers.half is not None:
-            for one, first in senses:
-                one(world, table, seekers, out, first)
-            return
-        world.split(
-            _sniff_plane,
-            seekers.n,
-            f.value[0],
-            f.inverse,
-            seekers.poses,
-            seekers.radius,
-            places,
-            scales,
-            space.torus,
-            out.T,
-            columns,
-            work=seekers.n * len(columns) // 10,
-        )
-
-    return sense
+    return Sense(read)
 
 
 @lone_njit
@@ -115,14 +82,14 @@ def _sniff_plane(
     inverse: np.ndarray,
     seekers: Poses,
     radius: np.ndarray,
-    places: np.ndarray,
-    scales: np.ndarray,
+    forward: np.float32,
+    left: np.float32,
+    scale: Number,
     torus: bool,
     out: np.ndarray,
-    columns: np.ndarray,
+    column: int,
 ) -> None:
-    """Read the field f32[ny, nx] at the noses, which are at positions f32[k, 2] on each body, with scales
-    f32[k] or f32[k, n]. Branch-free and with unsigned indices, so that it vectorizes."""
+    """Read the field f32[ny, nx] at the noses. Branch-free and with unsigned indices, so that it vectorizes."""
     ox, oy, _, _, cos, sin = seekers
     ny, nx = value.shape
     flat = value.reshape(-1)
@@ -134,38 +101,36 @@ def _sniff_plane(
         np.float32(ny),
     )
     last_x, last_y = fnx - one, fny - one
-    for number in range(columns.size):
-        forward, left, scale = places[number, 0], places[number, 1], scales[number]
-        for k in range(last - first):
-            i = np.uint64(first + k)
-            r = radius[i]
-            gx = (ox[i] + r * (forward * cos[i] - left * sin[i])) * inverse[0] - half
-            gy = (oy[i] + r * (forward * sin[i] + left * cos[i])) * inverse[1] - half
-            bx, by = np.floor(gx), np.floor(gy)
-            fx, fy = gx - bx, gy - by
-            if torus:
-                x0, y0 = bx + fnx if bx < zero else bx, by + fny if by < zero else by
-                x0, y0 = x0 - fnx if x0 >= fnx else x0, y0 - fny if y0 >= fny else y0
-                x0, y0 = x0 if x0 > zero else zero, y0 if y0 > zero else zero
-                x0, y0 = x0 if x0 < last_x else last_x, y0 if y0 < last_y else last_y
-                x1, y1 = x0 + one, y0 + one
-                x1, y1 = x1 - fnx if x1 >= fnx else x1, y1 - fny if y1 >= fny else y1
-            else:
-                x0, y0, x1, y1 = bx if bx > zero else zero, by if by > zero else zero, bx + one, by + one
-                x1, y1 = x1 if x1 > zero else zero, y1 if y1 > zero else zero
-                x0, y0, x1, y1 = min(x0, last_x), min(y0, last_y), min(x1, last_x), min(y1, last_y)
-            i0, i1, j0, j1 = (
-                np.uint32(x0),
-                np.uint32(x1),
-                np.uint32(y0) * np.uint32(nx),
-                np.uint32(y1) * np.uint32(nx),
-            )
-            south, north = (
-                (one - fx) * flat[j0 + i0] + fx * flat[j0 + i1],
-                (one - fx) * flat[j1 + i0] + fx * flat[j1 + i1],
-            )
-            c = (one - fy) * south + fy * north
-            out[columns[number], i] = c / (c + of_row(scale, i))
+    for k in range(last - first):
+        i = np.uint64(first + k)
+        r = radius[i]
+        gx = (ox[i] + r * (forward * cos[i] - left * sin[i])) * inverse[0] - half
+        gy = (oy[i] + r * (forward * sin[i] + left * cos[i])) * inverse[1] - half
+        bx, by = np.floor(gx), np.floor(gy)
+        fx, fy = gx - bx, gy - by
+        if torus:
+            x0, y0 = bx + fnx if bx < zero else bx, by + fny if by < zero else by
+            x0, y0 = x0 - fnx if x0 >= fnx else x0, y0 - fny if y0 >= fny else y0
+            x0, y0 = x0 if x0 > zero else zero, y0 if y0 > zero else zero
+            x0, y0 = x0 if x0 < last_x else last_x, y0 if y0 < last_y else last_y
+            x1, y1 = x0 + one, y0 + one
+            x1, y1 = x1 - fnx if x1 >= fnx else x1, y1 - fny if y1 >= fny else y1
+        else:
+            x0, y0, x1, y1 = bx if bx > zero else zero, by if by > zero else zero, bx + one, by + one
+            x1, y1 = x1 if x1 > zero else zero, y1 if y1 > zero else zero
+            x0, y0, x1, y1 = min(x0, last_x), min(y0, last_y), min(x1, last_x), min(y1, last_y)
+        i0, i1, j0, j1 = (
+            np.uint32(x0),
+            np.uint32(x1),
+            np.uint32(y0) * np.uint32(nx),
+            np.uint32(y1) * np.uint32(nx),
+        )
+        south, north = (
+            (one - fx) * flat[j0 + i0] + fx * flat[j0 + i1],
+            (one - fx) * flat[j1 + i0] + fx * flat[j1 + i1],
+        )
+        c = (one - fy) * south + fy * north
+        out[column, i] = c / (c + of_row(scale, i))
 
 
 @njit

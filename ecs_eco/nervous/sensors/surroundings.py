@@ -28,7 +28,7 @@ def ambient(
     """
     shared = np.float32(zero), np.float32(scale)
 
-    def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
+    def read(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         base, unit = shared
         if table.species.traits:
             base, unit = of_sensor(table, seekers, number, zero=base, scale=unit)
@@ -42,4 +42,4 @@ def ambient(
             value = arrays.log10(np.float32(1) + value / threshold)
         out[:, column] = (value - base) / unit
 
-    return sense
+    return Sense(read, divisible=False)

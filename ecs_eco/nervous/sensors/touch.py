@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 def touch(targets: list[str] | None, wall: bool, at: list[float], reach: float = 0.0) -> Sense:
     """Feel whether a body of a kind, or a wall, touches the organism's body within a sector of directions."""
 
-    def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
+    def read(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         out[:, column] = 0
         mine, space = seekers.index, world.space
         names = (
@@ -77,7 +77,7 @@ def touch(targets: list[str] | None, wall: bool, at: list[float], reach: float =
                 column,
             )
 
-    return sense
+    return Sense(read)
 
 
 def sides(world: "SpatialWorld", table: "Table", seekers: Seekers) -> Places:
