@@ -20,8 +20,8 @@ from ecs_eco.cli.trust import allow
 from ecs_eco.lab.arm import arms_of, check_policies, check_training
 from ecs_eco.lab.comparison import Comparison, Key, Planned, missing
 from ecs_eco.lab.executors import LOCAL, check_engine, engine, prepare
-from ecs_eco.lab.runs import run_arm
-from ecs_eco.lab.trained import train_or_find
+from ecs_eco.lab.runs import has_run, run_arm
+from ecs_eco.lab.trained import is_trained, train_or_find
 from ecs_eco.lab.work import run_jobs
 from ecs_eco.record import container
 from ecs_eco.record.claim import Claim
@@ -89,8 +89,16 @@ def compare(
         with engine(on, workers) as pool:
             comparison.begin()
             prepare(pool, comparison.folder, arms[0].config)
-            _do(train_or_find, missing(comparison.trainings), comparison, pool, quiet, "training", "policies")
-            _do(run_arm, missing(comparison.runs), comparison, pool, quiet, "comparing", "runs")
+            _do(
+                train_or_find,
+                missing(comparison.trainings, is_trained),
+                comparison,
+                pool,
+                quiet,
+                "training",
+                "policies",
+            )
+            _do(run_arm, missing(comparison.runs, has_run), comparison, pool, quiet, "comparing", "runs")
         _report(comparison)
 
 

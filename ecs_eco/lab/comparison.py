@@ -80,11 +80,6 @@ class Run(NamedTuple):
     ticks: int
     folder: Path
 
-    @property
-    def done(self) -> bool:
-        """Whether the run is done. Raises ForeignFile if its folder contains another run."""
-        return has_run(self.folder, self.ticks, self.arm, self.seed)
-
 
 class Training(NamedTuple):
     """Arguments of `trained.train_or_find`."""
@@ -92,12 +87,6 @@ class Training(NamedTuple):
     folder: Path
     config: WorldConfig
     seed: int
-
-    @property
-    def done(self) -> bool:
-        """Whether the policies are trained. Raises ForeignFile if its folder contains another training
-        run."""
-        return is_trained(*self)
 
 
 Jobs = Mapping[Key, Run | Training]
@@ -214,10 +203,10 @@ def _of_some(arm: Arm) -> str:
     return "" if trained == species_with_policy(arm.config) else f" of {', '.join(trained)}"
 
 
-def missing(jobs: Jobs) -> Jobs:
-    """Return the unfinished jobs, ordered so that arms and seeds advance as evenly as possible. Raises
+def missing(jobs: Jobs, done: Callable[..., bool]) -> Jobs:
+    """Return the jobs that are not `done`, ordered so that arms and seeds advance as evenly as possible. Raises
     ForeignFile if a job's folder contains something else."""
-    left = (key for key, job in jobs.items() if not job.done)
+    left = (key for key, job in jobs.items() if not done(*job))
     return {key: jobs[key] for key in evenly(left, lambda key: key.arm)}
 
 
@@ -290,22 +279,17 @@ def compare(
     folder = Path(out).absolute()
     ticks = ticks or arms[0].config.ticks
     comparison = Comparison(folder, arms, ticks, range(1, seeds + 1), training, retrain)
-    stages: list[tuple[Callable[..., object], Jobs]] = [
-        (train_or_find, comparison.trainings),
-        (run_arm, comparison.runs),
-    ]
     errors: list[BaseException] = []
+    note = progress or (lambda done, total: None)
     with ours(folder), engine(executor, workers) as pool:
         comparison.begin()
         prepare(pool, folder, arms[0].config)
-        for work, jobs in stages:
-            run_jobs(
-                work,
-                missing(jobs),
-                pool,
-                progress or (lambda done, total: None),
-                lambda _, error: errors.append(error),
-            )
+        stages: Sequence[tuple[Callable[..., object], Callable[..., bool], Jobs]] = (
+            (train_or_find, is_trained, comparison.trainings),
+            (run_arm, has_run, comparison.runs),
+        )
+        for work, done, jobs in stages:
+            run_jobs(work, missing(jobs, done), pool, note, lambda _, error: errors.append(error))
             if errors:
                 raise errors[0]
         return comparison.result()

@@ -195,7 +195,7 @@ def _do(sweep: Sweep, job: Job, place: Path) -> dict[str, Any]:
         train(sweep.folder, job.training)
     arm = sweep.arm(job)
     arm.config._code.require(sweep.content["source"])
-    if not has_run(place / RUN, sweep.ticks, arm, job.world_seed):
+    if not has_run(arm, job.world_seed, sweep.ticks, place / RUN):
         every, rules = sweep.content["checkpoint_every"], sweep.content["plan"].get("until", [])
         run_arm(arm, job.world_seed, sweep.ticks, place / RUN, every, note, rules)
     manifest = read_manifest(place / RUN)

@@ -56,7 +56,7 @@ def run_arm(
         )
 
 
-def has_run(folder: Path, ticks: int, arm: Arm, seed: int) -> bool:
+def has_run(arm: Arm, seed: int, ticks: int, folder: Path) -> bool:
     """Return whether a folder contains a run of this length, or one that a condition ended. Raises ForeignFile
     if the run belongs to another arm, seed or mode, RecordingError if its manifest is damaged.
     """

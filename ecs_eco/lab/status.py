@@ -6,11 +6,11 @@ import math
 import socket
 import time
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from statistics import fmean, median
-from typing import Any, NamedTuple
+from typing import Any
 
 from ecs_eco.engine.errors import ConfigError, RecordingError
 from ecs_eco.lab.folder import FAILED, PROGRESS, Sweep
@@ -59,20 +59,12 @@ class Status:
         ]
 
 
-class Times(NamedTuple):
-    """When a finished job began and ended [s], and how long its ticks took, without compiling."""
-
-    began: float
-    ended: float
-    seconds: float
-
-
 class Survey:
     """Surveys a sweep repeatedly, reading finished jobs only once."""
 
     def __init__(self, sweep: Sweep) -> None:
         self.sweep = sweep
-        self._done: dict[int, Times] = {}
+        self._done: dict[int, Mapping[str, Any]] = {}
 
     def look(self) -> Status:
         """Return the current state of the sweep."""
@@ -86,7 +78,7 @@ class Survey:
         for number in sorted({*range(status.jobs)} - self._done.keys()):
             _look_at(status, number, sweep)
         status.at_once = max(1.0, len(status.running), _at_once(self._done.values()))
-        seconds = sum(times.seconds for times in self._done.values())
+        seconds = sum(done["seconds"] for done in self._done.values())
         if not status.rates and seconds:  # all running jobs have just begun
             status.rates.append(sweep.ticks * len(status.done) / seconds)
         return status
@@ -97,25 +89,24 @@ class Survey:
         except (RecordingError, ConfigError):
             return False
         if done is not None:
-            self._done[number] = Times(*(float(done[key]) for key in Times._fields))
+            self._done[number] = done
         return done is not None
 
 
-def _each(done: Iterable[Times]) -> float:
+def _each(done: Collection[Mapping[str, Any]]) -> float:
     """Return the expected time of a job: the mean time of its ticks, plus the median of all other time, because
     only the first jobs compile."""
-    done = list(done)
     if not done:
         return 0.0
-    other = median(max(0.0, one.ended - one.began - one.seconds) for one in done)
-    return fmean(one.seconds for one in done) + other
+    other = median(max(0.0, one["ended"] - one["began"] - one["seconds"]) for one in done)
+    return fmean(one["seconds"] for one in done) + other
 
 
-def _at_once(done: Iterable[Times]) -> float:
+def _at_once(done: Collection[Mapping[str, Any]]) -> float:
     """Return how many of the jobs that finished last ran at a time, on average."""
-    recent = sorted(done, key=lambda one: one.ended)[-RECENT:]
-    span = max((one.ended for one in recent), default=0.0) - min((one.began for one in recent), default=0.0)
-    return sum(one.ended - one.began for one in recent) / span if span > 0 else 1.0
+    recent = sorted((one["ended"], one["began"]) for one in done)[-RECENT:]
+    span = recent[-1][0] - min(began for _, began in recent) if recent else 0.0
+    return sum(ended - began for ended, began in recent) / span if span > 0 else 1.0
 
 
 def _look_at(status: Status, number: int, sweep: Sweep) -> None:

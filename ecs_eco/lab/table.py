@@ -314,6 +314,8 @@ def _seeds(rows: Sequence[Row], keys: list[str], outcomes: list[Outcome]) -> lis
     treatments make there."""
     parts, effects = group(rows, lambda row: (row["point"], row["treatment"])), []
     for (point, treatment), part in parts.items():
+        if len(part) == 1:
+            continue
         world = parts.get((point, UNTREATED)) if treatment != UNTREATED else None
         values = ", ".join(f"{response.short(key)} = {part[0][key]}" for key in keys)
         arm = treatment if world is None else f"{treatment} − {UNTREATED}"

@@ -15,7 +15,7 @@ from ecs_eco.lab import jobs, sweep as run
 from ecs_eco.lab.folder import read_sweep
 from ecs_eco.lab.jobs import _noting, run_job
 from ecs_eco.lab.pool import Pool
-from ecs_eco.lab.status import Survey, Times
+from ecs_eco.lab.status import Survey
 from ecs_eco.lab.sweep import Outcome, do_jobs
 from ecs_eco.record.claim import Claim
 from tests.lab.moss import PLAN
@@ -69,7 +69,7 @@ def test_a_job_that_has_just_begun_promises_no_time(tmp_path: Path, monkeypatch:
 def test_jobs_that_compile_do_not_count_for_those_that_follow(tmp_path: Path) -> None:
     survey = Survey(begun(tmp_path, PLAN.replace("world_seeds = 2", "world_seeds = 12")))
     ends = ((0, 31), (0, 31), (31, 32), (31, 32), (32, 33))
-    survey._done = {i: Times(began, ended, 0.9) for i, (began, ended) in enumerate(ends)}
+    survey._done = {i: {"began": a, "ended": b, "seconds": 0.9} for i, (a, b) in enumerate(ends)}
     status = survey.look()
     assert (len(status.waiting), status.each) == (19, pytest.approx(1.0))
     assert status.remaining == pytest.approx(19 / 2, rel=0.05)  # two at a time
