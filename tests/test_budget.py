@@ -25,7 +25,7 @@ from tools import budget
 
 PYTHON_CALLS, ALL_CALLS = 475, 800  # a tick of predator-prey: 840 animals, 5,200 plants; C's functions too
 KERNELS = 38  # with types, that Python calls in 100 ticks of predator-prey
-MODULES = 1038  # that a frozen run of predator-prey loads
+MODULES = 1011  # that a frozen run of predator-prey loads
 BYTES_OF_COLUMNS = 70  # an organism with Position and Body
 BYTES_KNOWN_TO_ESPER = 1  # an organism more, where esper has been asked for all numbers
 BYTES_LOOKED_AT = 520  # an organism more, where esper's loop has looked at one component of each
