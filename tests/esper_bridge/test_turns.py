@@ -69,12 +69,15 @@ def test_worlds_of_two_threads_run_at_the_same_time_and_end_as_alone(learn, monk
 
 @pytest.mark.slow
 def test_worlds_of_several_threads_take_turns_to_use_esper():
-    expected = [make(seed).run(60).digest() for seed in (1, 2, 3)]
+    def watched(seed):
+        world = make(seed)
+        return world, [world.add_system(Look(), phase) for phase in ("sense", "record") if seed < 3]
+
+    expected = [watched(seed)[0].run(60).digest() for seed in (1, 2, 3)]
     made = threading.Barrier(3)
 
     def live(seed):
-        world = make(seed)
-        looks = [world.add_system(Look(), phase) for phase in ("sense", "record") if seed < 3]
+        world, looks = watched(seed)
         made.wait(60)
         world.run(30)
         if seed < 3:
