@@ -6,14 +6,7 @@ from __future__ import annotations
 
 import threading
 import time
-import weakref
 from collections import deque
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from ecs_eco.esper_bridge.world import World
-
-_worlds: weakref.WeakSet[World] = weakref.WeakSet()
 
 
 class _Turn:
@@ -76,11 +69,3 @@ class _Turn:
 
 
 turn = _Turn()
-
-
-def enter(world: World) -> list[World]:
-    """Register a new world. Return it and the worlds of other threads; nothing if there are no others."""
-    _worlds.add(world)  # first, so that of two threads that do this at once, one finds the other's world
-    me = threading.current_thread()
-    others = [w for w in list(_worlds) if w.owner is not me and w.owner.is_alive()]
-    return [world, *others] if others else []

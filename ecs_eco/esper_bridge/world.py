@@ -18,6 +18,9 @@ from ecs_eco.esper_bridge import turns
 from ecs_eco.esper_bridge.context import Context, switch_back
 
 
+_worlds: weakref.WeakSet[World] = weakref.WeakSet()
+
+
 class World(engine.World):
     """Entities in tables, and the systems that act on them.
 
@@ -31,12 +34,19 @@ class World(engine.World):
         super().__init__(dt=dt, seed=seed, threads=threads, name=name)
         self.apart = False  # whether there have been worlds in several threads at the same time
         self._free = False  # whether ticks of this run need no turn
-        for world in turns.enter(self):
-            world.apart = True
+        self._enter()
         self.context = Context(self)
         self.turnover: Turnover = Told(self)
         self._outer: list[str] = []
         weakref.finalize(self, _forget, self.context, self._outer, threading.get_ident())
+
+    def _enter(self) -> None:
+        """Register this world; worlds of other threads, and this one if there are any, learn of each other."""
+        _worlds.add(self)  # first, so that of two threads that do this at once, one finds the other's world
+        me = threading.current_thread()
+        others = [w for w in list(_worlds) if w.owner is not me and w.owner.is_alive()]
+        for world in (self, *others) if others else ():
+            world.apart = True
 
     def add_table(
         self, name: str, *components: type[Any], capacity: int = 64, dims: Mapping[str, int] | None = None
