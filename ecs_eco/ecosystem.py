@@ -770,18 +770,24 @@ class World(SpatialWorld):
         return digest(self)
 
     def _needs_turns(self) -> bool:
-        """Return whether a tick may run code from outside this package, which may use esper, or torch."""
+        """Return whether a tick may run code from outside this package, which may use esper, or use torch or
+        Python's random number generator, whose state all threads share."""
         nerves = [n for t in self.tables.values() if (n := t.species.nerves) is not None]
         brains = [brain for n in nerves for brain in (n.brain, n.individuals) if brain is not None]
         hooks = self.before_tick, self.on_death, self.on_birth, self.on_departure, self.on_arrival
         parts = *self.schedule, *chain(*hooks), *self.reporters.values(), *self.environment.values()
         networks = [network for n in nerves for network in (n.reflex, n.happiness) if network is not None]
+        operators = [h.operators for t in self.tables.values() if (h := t.species.heredity) is not None]
         return (
             self.config is None
             or self.debug is not None
             or bool(code_of(self.config))
             or not all(brain.by_row for brain in brains)
-            or not all(getattr(part, "__module__", "").startswith("ecs_eco.") for part in (*parts, *networks))
+            or any(o.uses_random for o in operators if o is not None)
+            or not all(
+                (getattr(part, "__module__", None) or "").startswith("ecs_eco.")
+                for part in (*parts, *networks)
+            )
         )
 
     def __copy__(self) -> NoReturn:

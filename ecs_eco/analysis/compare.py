@@ -514,7 +514,8 @@ def _seeds(loaded: Mapping[str, Sequence[Series]], grids: Mapping[str, Grid]) ->
         for arm in others or [reference]
         for label, value in outcomes.items()
     ]
-    return seeds_section(effects, "training seeds" if grids else "seeds")
+    crossed = bool(grids) and all(arm in grids and len(grids[arm].runs) > 1 for arm in loaded)
+    return seeds_section(effects, "training seeds" if crossed else "seeds")
 
 
 def _mean_number(species: str, run: Series) -> float:

@@ -84,15 +84,16 @@ def seeds_section(effects: Sequence[Effect], unit: str = "seeds") -> list[str]:
         return []
     m, most = len(effects), max(len(own) for effect in effects for own in effect.samples)
     counts = sorted({*(n for n in COUNTS if n < most), most})
-    found = sorted(((effect.needs(), effect) for effect in effects), key=lambda pair: -(pair[0] or 0))
+    needed = [(effect.needs(), effect) for effect in effects]
+    found = sorted(needed, key=lambda pair: -(pair[0] or MOST_SEEDS))
     rows = [
         [
             effect.name,
             *(_cell(effect, n) for n in counts),
-            number(needed),
+            number(seeds),
             number(effect.needs(level=1 - 0.05 / m)),
         ]
-        for needed, effect in found[:MOST_ROWS]
+        for seeds, effect in found[:MOST_ROWS]
     ]
     head = ["effect", *(f"{n} {unit}" for n in counts), f"{unit} for ±10%", "for all effects"]
     left = [f"<p>… and {m - MOST_ROWS} more effects, which need fewer {unit}.</p>"] * (m > MOST_ROWS)

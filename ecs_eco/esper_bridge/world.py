@@ -17,8 +17,8 @@ from ecs_eco.engine.turnover import Turnover
 from ecs_eco.esper_bridge import turns
 from ecs_eco.esper_bridge.context import Context, switch_back
 
-
 _worlds: weakref.WeakSet[World] = weakref.WeakSet()
+_entering = threading.Lock()
 
 
 class World(engine.World):
@@ -42,9 +42,10 @@ class World(engine.World):
 
     def _enter(self) -> None:
         """Register this world; worlds of other threads, and this one if there are any, learn of each other."""
-        _worlds.add(self)  # first, so that of two threads that do this at once, one finds the other's world
         me = threading.current_thread()
-        others = [w for w in list(_worlds) if w.owner is not me and w.owner.is_alive()]
+        with _entering:
+            others = [w for w in _worlds if w.owner is not me and w.owner.is_alive()]
+            _worlds.add(self)
         for world in (self, *others) if others else ():
             world.apart = True
 
@@ -101,10 +102,10 @@ class World(engine.World):
             super()._pass_tick()
             return
         with turns.turn:
-            outside = esper.current_world if self.apart else ""
+            outside = esper.current_world if self.apart else None  # another thread may change `apart`
             self.context.show()
             super()._pass_tick()
-            if self.apart:
+            if outside is not None:
                 esper.switch_world(outside)
         if turns.turn.waiting:
             turns.turn.leave()

@@ -80,6 +80,12 @@ class Operators:
         """The index of the toolbox's `select_mate` in CHOICES; −1 for a user-defined function."""
         return choice_of(self.toolbox)
 
+    @property
+    def uses_random(self) -> bool:
+        """Whether births use Python's random number generator, because an operator has no kernel."""
+        ways = {"mate": self._crosses_all, "mutate": lambda function: way_of(function) is not None}
+        return self.choice < 0 or not all(ways[word](self._operator(word)[0]) for word in self._seen)
+
     def offspring(self, first: np.ndarray, second: np.ndarray | None, keys: np.ndarray) -> np.ndarray:
         """Return the genomes of children.
 
@@ -155,6 +161,12 @@ class Operators:
             kernels.cross_points(*births, 1 if function is tools.cxOnePoint else 2, out)
         elif function is tools.cxUniform:
             kernels.cross_uniform(*births, np.float32(arguments["indpb"]), out)
+        return self._crosses_all(function)
+
+    def _crosses_all(self, function: Callable[..., Any]) -> bool:
+        """Return whether a kernel replaces this crossover."""
+        from deap import tools
+
         return function in (tools.cxOnePoint, tools.cxTwoPoint, tools.cxUniform)
 
     def _letters(self, string: np.ndarray) -> list[int]:
@@ -254,12 +266,15 @@ class VariableOperators(Operators):
     def _cross_all(
         self, function: Callable[..., Any], arguments: dict[str, Any], births: Births, out: np.ndarray
     ) -> bool:
-        if not isinstance(function, UnequalCrossover):
+        if not self._crosses_all(function):
             return False
         a, b = map(np.ascontiguousarray, births[:2])
         slip = np.float32(arguments["slip"])
         variable_kernels.cross_unequal(a, b, *births[2:], slip, *self.genes, self.at_limit, out)
         return True
+
+    def _crosses_all(self, function: Callable[..., Any]) -> bool:
+        return isinstance(function, UnequalCrossover)
 
     def _mutate(self, strings: np.ndarray, keys: np.ndarray, salt: int) -> None:
         letters = np.ascontiguousarray(strings)

@@ -323,8 +323,8 @@ def _seeds(rows: Sequence[Row], keys: list[str], outcomes: list[Outcome]) -> lis
             name = ": ".join(filter(None, (values, arm, outcome.label)))
             other = None if world is None else response.of_seeds(world, outcome.column)
             effects.append(Effect(name, response.of_seeds(part, outcome.column), other, outcome.share))
-    trained = any(row["training_seed"] is not None for row in rows)
-    return seeds_section(effects, "training seeds" if trained else "seeds")
+    crossed = all(len({row["training_seed"] for row in part}) > 1 for part in parts.values())
+    return seeds_section(effects, "training seeds" if crossed else "seeds")
 
 
 def _cell(x: Interval) -> str:

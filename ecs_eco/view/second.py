@@ -15,6 +15,7 @@ from ecs_eco.view.families import asked
 from ecs_eco.view.live import Live
 from ecs_eco.view.replay import Replay
 from ecs_eco.view.source import Message
+from ecs_eco.view.tally import BATCH
 from ecs_eco.view.versus import Side, differences, side
 
 Ask = Callable[[World], None]
@@ -108,7 +109,8 @@ class Second:
         until, of, world = time.monotonic() + seconds, self.of, self.source.world
         known = of.curves.ticks if isinstance(of, Live) else of.recording.curves["tick"]
         while self.tick < tick:
-            if world.recorder is None and self.tick in known:  # otherwise the recorder has these points
+            # a recorder has the points of the last ticks
+            if self.tick in known if world.recorder is None else self.tick % BATCH == 0:
                 self._sample()
             world.run(1)
             if time.monotonic() > until:

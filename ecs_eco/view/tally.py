@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.components import Genome, Metabolism, Nervous, Velocity
+from ecs_eco.components import Genome, Metabolism, Nervous, Position, Velocity
 from ecs_eco.config.models.reporters import DIED
 from ecs_eco.ecosystem import World
 from ecs_eco.view import flows
@@ -26,6 +26,8 @@ def sample(curves: Curves, world: World, journal: Journal, genes: Mapping[str, C
     last point. Without a recorder, the energy that living organisms took in and burned in the last tick
     replaces the energy flows.
     """
+    if curves.last >= world.tick:
+        return
     species = list(genes)
     rows = None if world.recorder is None else world.recorder.since(max(curves.last, curves.first - 1) - 1)
     if rows is None or not rows["tick"].size:
@@ -96,6 +98,9 @@ def _state(world: World, species: Sequence[str]) -> dict[Key, np.ndarray]:
         rows, out["n", name] = table.rows(), table.n
         if world.tick and table.n and _feels(world, name):
             out["happiness", name] = table[Nervous].happiness[rows].mean(dtype=np.float64)
+        if world.tick and table.n and world.space.volume and Velocity in table:
+            height = table[Position].z[rows].mean(dtype=np.float64) - float(world.space.size[2])
+            out["reports", DEPTH, name] = height
         if world.tick and table.n and Metabolism in table:
             for words, of in zip(
                 flows.ENERGY, (table[Metabolism].taken, table[Metabolism].burnt), strict=True

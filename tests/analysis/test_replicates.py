@@ -40,6 +40,12 @@ def test_what_cannot_be_known_is_not_given() -> None:
     assert seeds_section([Effect("one seed", np.array([1.0]))]) == []
 
 
+def test_effects_that_need_too_many_seeds_to_count_come_first() -> None:
+    some = [Effect(f"effect {i}", SPREAD + i) for i in range(MOST_ROWS + 5)]
+    text = "".join(seeds_section([*some, Effect("noise", np.array([-1e4, 1e4 + 1.0]))]))
+    assert text.index("noise") < text.index("effect 0<")
+
+
 def test_intervals_after_all_seeds_are_those_of_the_report() -> None:
     a, b = SPREAD[:8], SPREAD[:8] + np.arange(8)
     assert Effect("gap", a, b).after(8) == bootstrap_difference(a, b)

@@ -363,11 +363,17 @@ def test_effort_is_the_share_of_the_dearest_gait() -> None:
 def test_values_that_interventions_set_are_those_that_are_told() -> None:
     config = {"species": {"b": {"diet": [{"chance": 0.5}], "defence": None}}}
     done = {
-        "set": {"species.b.diet.0.chance": 0.1, "species.b.diet.7.chance": 1, "species.b.defence.poison": 1},
+        "set": {
+            "species.b.diet.0.chance": 0.1,
+            "species.b.diet.0.gain": 3,  # missing from the file, because it had its default
+            "species.b.diet.7.chance": 1,
+            "species.b.defence.poison": 1,
+        },
         "kind": "set",
     }
     now = in_force({"config": config, "intervened": [[5, done]]})
     assert look_up(now, "species.b.diet.0.chance") == 0.1
+    assert look_up(now, "species.b.diet.0.gain") == 3
     assert look_up(now, "species.b.diet.7.chance") is look_up(now, "species.b.defence.poison") is None
     assert config["species"]["b"]["diet"][0]["chance"] == 0.5
 

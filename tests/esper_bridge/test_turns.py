@@ -7,8 +7,9 @@ import esper
 import pytest
 
 from ecs_eco import World
+from ecs_eco.config import load
 from ecs_eco.engine import world as engine
-from ecs_eco.esper_bridge import turns
+from ecs_eco.esper_bridge import turns, world as bridge
 
 
 def in_a_thread(work):
@@ -39,6 +40,44 @@ class Look(esper.Processor):
 
 def make(seed, learn=False):
     return World.from_config("predator-prey", seed=seed, policies="untrained", learn=learn, record=False)
+
+
+def test_ticks_that_use_what_all_threads_share_need_a_turn():
+    free = make(1)
+    assert not free._needs_turns()
+    free.before_tick.append([].clear)  # a method without a module
+    assert free._needs_turns()
+    small = {
+        "species.goat.count": 5,
+        "species.green.count": 5,
+        "species.yellow.count": 5,
+        "species.red.count": 5,
+    }
+    kernels = World.from_config(load("reflexes", small), policies="untrained")
+    assert not kernels._needs_turns()
+    with_random = load("reflexes", small | {"species.goat.genome.mutate": {"operator": "mutInversion"}})
+    assert World.from_config(with_random, policies="untrained")._needs_turns()
+
+
+def test_worlds_created_in_several_threads_at_once_all_enter():
+    before = len(bridge._worlds)
+    with ThreadPoolExecutor(8) as pool:
+        worlds = list(pool.map(lambda _: [World() for _ in range(50)], range(8)))
+    assert len(bridge._worlds) >= before + 400
+    assert all(world.apart for some in worlds[1:] for world in some)
+
+
+def test_a_world_made_in_another_thread_during_a_tick_leaves_esper_as_it_was():
+    world, outside = World(), esper.current_world
+
+    class Makes(esper.Processor):
+        def process(self, *_):
+            in_a_thread(World)
+
+    world.add_system(Makes())
+    world.run(1)
+    assert esper.current_world == outside
+    assert "" not in esper.list_worlds()
 
 
 def test_a_world_is_touched_by_its_own_thread_alone():

@@ -163,6 +163,7 @@ def test_grid_lines_are_at_round_values_and_say_exactly_these(page):
     assert page.evaluate(values, [0, 274]) == [[v, str(v)] for v in (0, 50, 100, 150, 200, 250)]
     assert page.evaluate(values, [10.2, 10.31])[:3] == [[10.2, "10.2"], [10.22, "10.22"], [10.24, "10.24"]]
     assert page.evaluate(values, [-0.3, 0.3])[0] == [-0.3, "−0.3"]
+    assert page.evaluate(values, [1000, 1003])[:2] == [[1000, "1\u202f000"], [1000.5, "1\u202f000.5"]]
 
 
 def test_wide_panels_show_charts_beside_the_organism(curves):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from ecs_eco import World
+from ecs_eco.components import Position
 from ecs_eco.config import load
 from ecs_eco.record import run_to_folder
 from ecs_eco.view.curves import Curves, extremes
@@ -116,6 +117,19 @@ def test_what_reporters_say_has_curves_in_a_living_world_and_in_a_recording(tmp_
         "energy": {"": [0.375, 0.25]},
         "ratio": {"": [0.666667, 0.666667]},
     }
+
+
+def test_a_sea_without_a_recorder_has_curves_of_depth_and_one_point_per_tick():
+    sea = load("diel-migration", {"species.phytoplankton.count": 30, "species.copepod.count": 9})
+    live = Live(World.from_config(sea, seed=1, policies="random", record=False))
+    live.world.run(2)
+    live.sample()
+    live.sample()
+    shown, copepods = live.series(-1), live.world.table("copepod")
+    assert shown["tick"] == [2]
+    z = copepods[Position].z[copepods.rows()]
+    deep = float(live.world.space.size[2]) - float(z.mean())
+    assert shown["reports"]["mean depth [m]"]["copepod"] == [pytest.approx(-deep, rel=1e-4)]
 
 
 def test_a_reporter_of_some_species_has_a_curve_for_each_of_them():

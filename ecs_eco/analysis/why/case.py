@@ -159,9 +159,13 @@ def in_force(manifest: Mapping[str, Any]) -> dict[str, Any]:
     config = copy.deepcopy(dict(manifest.get("config") or {}))
     for _, done in manifest.get("intervened") or ():
         for name, value in (done.get("set") or {}).items() if done.get("kind") == "set" else ():
-            key, _, wrong = real_key(config, key_of(name))
+            *section, last = key_of(name)
+            key, _, wrong = real_key(config, (*section, last))
+            parent, inner, unknown = real_key(config, tuple(section))
             if wrong is None:
                 value_at(config, key[:-1])[key[-1]] = value
+            elif unknown is None and isinstance(inner, dict):  # a key with its default value may be left out
+                value_at(config, parent)[last] = value
     return config
 
 

@@ -1,6 +1,6 @@
 // The size of a figure, and grid lines at round values with their labels.
 
-import { number, s } from "./dom.js";
+import { s } from "./dom.js";
 import { round } from "./ground.js";
 import { css } from "./theme.js";
 
@@ -26,6 +26,7 @@ export function grid(across, x, up, y, unit = "") {
 /** Four to ten multiples of 1, 2 or 5 times a power of ten between two values, each with its exact label. @param {number[]} ends @returns {[number, string][]} */
 export function roundValues([low, high]) {
   const step = round((high - low) / 4), first = Math.ceil(low / step - 1e-9), n = Math.floor(high / step + 1e-9) - first + 1;
-  const digits = Math.max(3, Math.ceil(Math.log10(Math.max(Math.abs(low), Math.abs(high)) / step)) + 1);
-  return Array.from({ length: n }, (_, k) => Number(((first + k) * step).toPrecision(12))).map((value) => [value, number(value, digits)]);
+  const maximumFractionDigits = Math.min(20, Math.max(0, -Math.floor(Math.log10(step))));
+  const text = (/** @type {number} */ value) => value.toLocaleString("en", { maximumFractionDigits }).replaceAll(",", "\u202f").replace("-", "−");
+  return Array.from({ length: n }, (_, k) => Number(((first + k) * step).toPrecision(12))).map((value) => [value, text(value)]);
 }
