@@ -155,13 +155,13 @@ def responses(
             for i, (treatment, part) in enumerate(parts.items()):
                 color = hue.get(outcome.of, INK) if len(parts) == 1 else PALETTE[(2, 3, 0, 4, 1, 5, 6)[i % 7]]
                 _response(ax, part, key, values, outcome, color, i, len(parts), treatment)
-            if outcome.share:
-                ax.set_ylim(-0.06, 1.06)
-            elif column == 0 and all(row[outcome.column] is None or row[outcome.column] >= 0 for row in rows):
-                ax.set_ylim(0, None)
         _values_axis(axes[-1, column], key, values)
-    for ax, outcome in zip(axes[:, 0], outcomes, strict=True):
-        ax.set_ylabel(outcome.label, wrap=True)
+    for beside, outcome in zip(axes, outcomes, strict=True):  # after all columns, whose limits are shared
+        if outcome.share:
+            beside[0].set_ylim(-0.06, 1.06)
+        elif min(ax.dataLim.y0 for ax in beside) >= 0:
+            beside[0].set_ylim(0, None)
+        beside[0].set_ylabel(outcome.label, wrap=True)
     figure.align_ylabels()
     if len(parts) > 1:
         handles, labels = axes[0, 0].get_legend_handles_labels()

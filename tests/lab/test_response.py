@@ -7,7 +7,7 @@ import pytest
 
 from ecs_eco.analysis.seed_grid import mean_interval
 from ecs_eco.analysis.survival import wilson
-from ecs_eco.lab.response import Outcome, answers, by_point, interval, outcomes_of, values_of
+from ecs_eco.lab.response import Outcome, answers, by_point, interval, outcomes_of, responses, values_of
 
 N, KEPT = Outcome("moss.mean", "mean number of moss", "moss"), Outcome("persisted", "share", share=True)
 
@@ -79,3 +79,21 @@ def test_what_reporters_measured_is_an_outcome(column: str, label: str) -> None:
     found = outcomes_of([ROWS[0] | {column: 1.0}], ["moss"])
     assert [o.column for o in found] == ["persisted", "moss.mean", column]
     assert found[-1].label == label
+
+
+def test_axes_contain_all_intervals_of_all_columns() -> None:
+    """An interval below 0, and in the second column means far above those of the first."""
+    rows = [
+        row(0, 5, 0.1, 1, 0.0),
+        row(0, 5, 0.1, 2, 14.0),
+        row(1, 9, 0.2, 1, 90.0),
+        row(1, 9, 0.2, 2, 500.0),
+    ]
+    figure = responses(rows, ["count", "rate"], [N], {})
+    low, high = figure.axes[0].get_ylim()
+    for ax in figure.axes:
+        assert ax.get_ylim() == (low, high)
+        assert low <= ax.dataLim.y0 < 0
+        assert ax.dataLim.y1 <= high
+    above = responses([row(0, 5, 0.1, s, 50.0 + s) for s in (1, 2)], ["count"], [N], {})
+    assert above.axes[0].get_ylim()[0] == 0
