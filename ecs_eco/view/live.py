@@ -11,6 +11,7 @@ from ecs_eco.components import Biology, Genome, Metabolism, Nervous, Position, V
 from ecs_eco.config import WorldConfig
 from ecs_eco.config.knobs import offered
 from ecs_eco.config.models.interventions import describe as in_words
+from ecs_eco.config.models.reporters import DIED
 from ecs_eco.ecosystem import World
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.engine.hooks import listening
@@ -24,7 +25,7 @@ from ecs_eco.view.journal import Journal
 from ecs_eco.view.rewind import Ring
 from ecs_eco.view.scene import coloured_genes, describe, drawn, kinds_of, land_of, switches, uses_of
 from ecs_eco.view.source import Message, said
-from ecs_eco.view.story import EVERY, Story, foods_of
+from ecs_eco.view.story import EVERY, Story, Turn, foods_of, half_of_peak
 from ecs_eco.view.tally import sample
 from ecs_eco.view.watched import Crowd, Watched, tick_of
 
@@ -51,7 +52,7 @@ class Live(Watched):
         self.journal = Journal(world, self.species)
         self.genealogy = Genealogy(self.journal)
         self.foods = foods_of(None if world.config is None else world.config.model_dump(include={"species"}))
-        self.story = Story(self.species, self.foods, lambda c: world.causes[c - 1] if c else "unknown")
+        self.story = Story(self.species, self.foods, self._cause, self._half)
         super().__init__(world.space.size)
         self.ring = Ring(world, self.journal, self.story)
         self._told = -1, 0  # sent so far: tick of the latest story entry, number of entries
@@ -120,6 +121,22 @@ class Live(Watched):
         if over % EVERY == 0 or self.story.changes(n):
             births, bred = self.journal.born[:k], self.journal.bred[:k]
             self.story.note(max(0, over), n, births, lambda: self.journal.died[:k], bred)
+
+    def _cause(self, number: int) -> str:
+        return self.world.causes[number - 1] if number else "unknown"
+
+    def _half(self, s: int, now: Turn) -> Turn | None:
+        """Return when an extinct species last had half of its peak number, from the recorder."""
+        rows = {} if self.world.recorder is None else self.world.recorder.since(-1)
+        order = [self.world.recorder.place[name] for name in self.species] if self.world.recorder else []
+        if not rows or (i := half_of_peak(rows["n"][:, order[s]])) is None:
+            return None
+        later = {name: column[i + 1 :, order[s]].sum() for name, column in rows.items()}
+        deaths = now.deaths.copy()
+        for number, cause in enumerate(self.world.causes, 1):
+            deaths[number] -= int(later.get(DIED + cause, 0))
+        n = rows["n"][i, order].astype(np.int64)
+        return Turn(int(rows["tick"][i, 0]), int(n[s]), now.births - int(later["births"]), deaths, n)
 
     def news(self) -> list[Message]:
         done, entries = (len(self.world.intervened), uses_of(self.world)), self.story.entries

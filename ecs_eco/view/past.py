@@ -12,7 +12,7 @@ from ecs_eco.view import flows, tally
 from ecs_eco.view.curves import Key
 from ecs_eco.view.genealogy import LARGEST
 from ecs_eco.view.recording import Recording
-from ecs_eco.view.story import EVERY, Story, foods_of
+from ecs_eco.view.story import EVERY, Story, Turn, foods_of, half_of_peak
 
 LONGEST = 60_000_000  # with more values in the series, births, deaths and the story are omitted
 STEPS = 100_000  # ticks examined by a story, besides those in which a species appears or disappears
@@ -51,7 +51,14 @@ class Past:
         if self._counts is None:
             return []
         n, births, deaths = self._counts
-        story = Story(r.species, self.foods, self.causes.__getitem__)
+
+        def half(s: int, now: Turn) -> Turn | None:
+            i = half_of_peak(n[: now.tick - r.first + 1, s])
+            return (
+                None if i is None else Turn(r.first + i, int(n[i, s]), int(births[i, s]), deaths[i, s], n[i])
+            )
+
+        story = Story(r.species, self.foods, self.causes.__getitem__, half)
         start = n[0] - births[0] + deaths[0].sum(axis=1)
         story.note(r.first, start, 0 * births[0], lambda: 0 * deaths[0], births[0] < 0)
         steps = EVERY * max(1, -(-len(n) // (EVERY * STEPS)))

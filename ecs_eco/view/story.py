@@ -18,13 +18,20 @@ EVERY = 5  # ticks between checks of population sizes; appearances and extinctio
 
 
 class Turn(NamedTuple):
-    """A high or low of a species, with the totals at that tick."""
+    """A high or low of a species, or another tick of its course, with the totals at that tick."""
 
     tick: int
     n: int
     births: int
     deaths: np.ndarray  # by cause
     others: np.ndarray  # population sizes of all species
+
+
+def half_of_peak(n: np.ndarray) -> int | None:
+    """Return the last index at which a species' numbers i64[ticks] were at least half of their maximum, None
+    if it was never present."""
+    high = np.flatnonzero(n >= max(0.5 * n.max(initial=0), 1))
+    return int(high[-1]) if high.size else None
 
 
 @dataclass
@@ -49,13 +56,20 @@ class Course:
 class Story:
     """Entries {tick, kind, species, text, cause}, oldest first; kinds: birth, boom, crash, extinct, return.
 
-    `foods` lists what each species eats; `cause(column)` names the cause of death in a column.
+    `foods` lists what each species eats; `cause(column)` names the cause of death in a column. `half(s, now)`
+    returns the last turn at which an extinct species had at least half of its peak number, as in
+    `ecs_eco.analysis.extinction`; without it, or if it is unknown, extinctions are explained since the last
+    high.
     """
 
     def __init__(
-        self, species: Sequence[str], foods: Mapping[str, Sequence[str]], cause: Callable[[int], str]
+        self,
+        species: Sequence[str],
+        foods: Mapping[str, Sequence[str]],
+        cause: Callable[[int], str],
+        half: Callable[[int, Turn], Turn | None] = lambda s, now: None,
     ) -> None:
-        self.species, self.foods, self.cause = list(species), foods, cause
+        self.species, self.foods, self.cause, self.half = list(species), foods, cause, half
         self.entries: list[dict[str, Any]] = []
         self._courses: list[Course] = []
         self._began = -1
@@ -102,7 +116,8 @@ class Story:
         if now.n == 0:
             if not course.gone:
                 course.gone, peak = True, course.peak or course.high
-                self._tell(now, s, "extinct", f"{name} died out", self._fall(s, peak, now), peak.n)
+                since = self.half(s, now) or peak
+                self._tell(now, s, "extinct", f"{name} died out", self._fall(s, since, now), peak.n)
             course.low = course.high = now
         elif course.gone:
             course.gone, course.way, course.low, course.high = False, 0, now, now

@@ -89,7 +89,7 @@ def grazed(left: float, caught: float = 1.0) -> Case:
         "grass": course((0, 100), (50, 100), (80, 0), (99, 0)),
     }
     eaten = caught * np.where(n["grass"] > 0, 20.0, 0.0)
-    fell = -np.diff(n["grass"], append=0)
+    fell = -np.diff(n["grass"], prepend=100)  # those who die in a tick are not in its number
     return case(
         n,
         {("wolf", "eaten by grass"): eaten, ("grass", HUNGER): np.maximum(fell, 0)},

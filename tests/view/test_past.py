@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from ecs_eco import World
+from ecs_eco.analysis.extinction import declines
+from ecs_eco.analysis.runs import load_series
 from ecs_eco.config import load
 from ecs_eco.record import run_to_folder
 from ecs_eco.view.curves import DEPTH
@@ -75,6 +77,33 @@ def test_the_story_of_a_record_has_its_extinction_and_its_account(folder):
     assert n[5] > n[6] == 0
     (why,) = replay.handle({"kind": "why"})
     assert any("wolf died out at tick 6" in line for line in why["sections"]["What happened"])
+
+
+def test_an_extinction_has_the_same_numbers_in_the_story_the_account_and_reports(tmp_path):
+    culls = [
+        {"kind": "cull", "species": "wolf", "share": share, "at": at}
+        for share, at in ((0.6, 9), (0.5, 23), (1.0, 31))
+    ]
+    starving = {"species.wolf.metabolism.energy": 0.4, "species.wolf.metabolism.basal": 0.02}
+    config = load("predator-prey", SMALL | starving | {"interventions": culls})
+    run_to_folder(config, 7, 40, tmp_path / "run", "random", report=False)
+    (end,) = [d for d in declines(load_series(tmp_path / "run")) if d.species == "wolf"]
+    assert end.since > 0
+    assert len(end.causes) > 1
+    shares = ", ".join(f"{n / end.deaths:.0%} {cause}" for cause, n in end.causes.items())
+    replay, live = Replay(tmp_path / "run"), Live(World.from_config(config, seed=7, policies="random"))
+    for _ in range(41):
+        live.passed()
+        live.world.run(1)
+    for source in (replay, live):
+        (story,) = [message for message in source.greeting() if message["kind"] == "story"]
+        (entry,) = [e for e in story["entries"] if e["kind"] == "extinct" and e["species"] == "wolf"]
+        text = f"Of {end.deaths} deaths since tick {end.since}: {shares}; {end.births} were born."
+        assert entry["cause"].startswith(text)
+        (why,) = source.handle({"kind": "why"})
+        told = " ".join(why["sections"]["What happened"])
+        assert f"wolf died out at tick {end.tick}; at tick {end.since} there were {end.n}." in told
+        assert f"Of {end.deaths} deaths since then: {shares}. {end.births} were born." in told
 
 
 def test_an_organism_of_a_record_has_a_sentence(folder):

@@ -33,6 +33,12 @@ class Fall:
     last: int  # first row without the species, or the row after the last
     extinct: bool
 
+    @property
+    def after(self) -> slice:
+        """The rows after the first, as in `extinction.Decline`; one row if the species died out in its first
+        tick."""
+        return slice(min(self.first + 1, self.last), self.last + 1)
+
 
 def offspring(case: Case, species: str) -> float:
     """Return the lifetime offspring of a well-fed individual, or ∞ if the world file sets no rate or
@@ -188,14 +194,13 @@ def diagnose(case: Case) -> dict[str, Any]:
 
 def evidence(case: Case, fall: Fall) -> dict[str, Any]:
     """Return the numbers behind a verdict: deaths by kind of cause, births, food and newborns in a decline."""
-    span = slice(fall.first, fall.last + 1)
-    dead = {f"deaths_{kind}": int(case.died(fall.species, kind)[span].sum()) for kind in KINDS}
+    dead = {f"deaths_{kind}": int(case.died(fall.species, kind)[fall.after].sum()) for kind in KINDS}
     food = {f["eats"]: {"left": f["left"], "feeds": f["feeds"]} for f in supply(case, fall)}
     young = {k: v for k, v in newborn(case, fall).items() if k in ("starved_young", "lasts", "meal_every")}
     return {
         "of": fall.species,
         **dead,
-        "births": int(case.flow(fall.species, "births")[span].sum()),
+        "births": int(case.flow(fall.species, "births")[fall.after].sum()),
         "food": food,
         "newborn": young,
         "poison_share_of_hunger": poisoned_share(case, fall.species, fall.first, fall.last + 1),
@@ -321,7 +326,7 @@ def _scarce(
 def _fall_entry(case: Case, fall: Fall) -> dict[str, Any]:
     s, ticks, n = fall.species, case.series.ticks, case.series.of(fall.species)
     at = min(fall.last, len(ticks) - 1)
-    span, lived = slice(fall.first, fall.last + 1), slice(fall.first, at + 1)
+    after, lived = fall.after, slice(fall.first, at + 1)
     heads = max(n[lived].sum(), 1)
     return {
         "species": s,
@@ -331,8 +336,8 @@ def _fall_entry(case: Case, fall: Fall) -> dict[str, Any]:
         "from": int(n[fall.first]),
         "peak": int(n.max()),
         "causes": dict(sorted(causes(case, fall).items(), key=lambda x: -x[1])),
-        "deaths": int(case.flow(s, "deaths")[span].sum()),
-        "births": int(case.flow(s, "births")[span].sum()),
+        "deaths": int(case.flow(s, "deaths")[after].sum()),
+        "births": int(case.flow(s, "births")[after].sum()),
         "food": supply(case, fall),
         "newborn": newborn(case, fall),
         "budget": {flow: float(case.flow(s, flow)[lived].sum() / heads) for flow in ("taken_in", "burnt")},

@@ -96,8 +96,8 @@ def happened(case: Case, findings: Mapping[str, Any]) -> Iterator[str]:
 
 def _died_of(case: Case, f: Mapping[str, Any]) -> str:
     """Return a sentence on the recorded causes of death."""
-    first, last = np.searchsorted(case.series.ticks, [f["since"], f["tick"]])
-    span = slice(first, last + 1)
+    first, last = np.searchsorted(case.series.ticks, [f["since"], f["tick"]]).tolist()
+    span = slice(min(first + 1, last), last + 1)
     counts = {c: case.series.of(f["species"], DIED + c)[span].sum() for c in case.series.causes}
     total, ranked = sum(counts.values()) or 1, sorted(counts.items(), key=lambda x: -x[1])
     shares = [f"{k / total:.0%} {c}" for c, k in ranked if k / total >= 0.01]
