@@ -32,7 +32,8 @@ class World(engine.World):
 
     def __init__(self, *, dt: float = 1.0, seed: int = 0, threads: int = 1, name: str = "world") -> None:
         super().__init__(dt=dt, seed=seed, threads=threads, name=name)
-        self.apart = False  # whether there have been worlds in several threads at the same time
+        # whether other threads may use esper between its ticks
+        self.apart = threading.current_thread() is not threading.main_thread()
         self._free = False  # whether ticks of this run need no turn
         self._enter()
         self.context = Context(self)

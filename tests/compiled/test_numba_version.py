@@ -52,7 +52,7 @@ def installed(monkeypatch, number):
 def test_a_version_that_was_tried_compiles_with_private_names(monkeypatch, number):
     installed(monkeypatch, number)
     assert not plain()
-    assert f"with private names of numba; tested with numba {TRIED[0]}" in summary()
+    assert f"with numba's private names; tested with numba {TRIED[0]}" in summary()
 
 
 @pytest.mark.parametrize("number", ["0.61.2", "0.680.0", "1.0.0"])

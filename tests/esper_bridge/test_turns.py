@@ -60,11 +60,13 @@ def test_ticks_that_use_what_all_threads_share_need_a_turn():
 
 
 def test_worlds_created_in_several_threads_at_once_all_enter():
-    before = len(bridge._worlds)
     with ThreadPoolExecutor(8) as pool:
-        worlds = list(pool.map(lambda _: [World() for _ in range(50)], range(8)))
-    assert len(bridge._worlds) >= before + 400
-    assert all(world.apart for some in worlds[1:] for world in some)
+        worlds = [
+            world for some in pool.map(lambda _: [World() for _ in range(50)], range(8)) for world in some
+        ]
+    assert len(worlds) == 400
+    assert set(worlds) <= set(bridge._worlds)
+    assert all(world.apart for world in worlds)
 
 
 def test_a_world_made_in_another_thread_during_a_tick_leaves_esper_as_it_was():
@@ -78,6 +80,19 @@ def test_a_world_made_in_another_thread_during_a_tick_leaves_esper_as_it_was():
     world.run(1)
     assert esper.current_world == outside
     assert "" not in esper.list_worlds()
+
+
+def test_a_world_of_another_thread_leaves_esper_as_it_was_between_its_ticks():
+    outside, seen = esper.current_world, []
+
+    def live():
+        world = World()
+        world.add_system(Look())
+        world.before_tick.append(lambda: seen.append(esper.current_world))
+        world.run(3)
+
+    assert in_a_thread(live) is None
+    assert seen == [outside] * 3
 
 
 def test_a_world_is_touched_by_its_own_thread_alone():

@@ -72,6 +72,9 @@ def test_figures_are_saved_as_drawings(page, title):
 
 def test_a_classroom_has_large_words_and_few_controls_and_is_kept(page):
     size = "parseFloat(getComputedStyle(document.querySelector('#legend .named')).fontSize)"
+    play(page)
+    until(page, "document.querySelectorAll('#charts .chart').length >= 3")  # charts with buttons of their own
+    pause(page)
     before, buttons = page.evaluate(size), "[...document.querySelectorAll('button')]"
     shown = f"{buttons}.filter(button => button.checkVisibility()).length"
     many = page.evaluate(shown)

@@ -37,7 +37,7 @@ def comparing(run: Path, seed: int, **arm: Any) -> Read:
     from ecs_eco.lab.arm import Arm
     from ecs_eco.lab.runs import has_run
 
-    return lambda: has_run(run, TICKS, Arm("world", config(), **arm), seed)
+    return lambda: has_run(Arm("world", config(), **arm), seed, TICKS, run)
 
 
 def part(kind_: str, number: int = 0) -> str:
