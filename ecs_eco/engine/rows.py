@@ -118,7 +118,7 @@ def next_free(alive, row, capacity):
 
 @njit
 def list_dying(rows, high, own):
-    """List those of the first `high` rows that have a cause of death. Return their number, which can exceed
+    """List the rows, of the first `high`, that have a cause of death. Return their number, which can exceed
     the length of `rows`. `own` u64 contains the addresses of ROWS."""
     cause = column_at(own[3], np.uint8, high)
     n, eight = 0, cause[: high // 8 * 8].view(np.uint64)

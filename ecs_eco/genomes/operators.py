@@ -6,6 +6,7 @@ the toolbox is called for each birth with lists of integers, as in DEAP.
 
 import inspect
 import random
+import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TypeGuard
@@ -315,14 +316,19 @@ def _letters(value: object, size: int) -> bool:
     return all(_is_whole(v) and 0 <= v < size for v in values)
 
 
+_one_thread = threading.RLock()
+
+
 @contextmanager
 def kept_random() -> Iterator[None]:
-    """Restore the state of Python's random number generator after this context."""
-    state = random.getstate()
-    try:
-        yield
-    finally:
-        random.setstate(state)
+    """Restore the state of Python's random number generator after this context, which one thread enters at a
+    time, because all threads share this state."""
+    with _one_thread:
+        state = random.getstate()
+        try:
+            yield
+        finally:
+            random.setstate(state)
 
 
 def _try(word: str, name: str, operator: Callable[..., Any], layout: Layout) -> None:

@@ -89,7 +89,7 @@ def grazed(left: float, caught: float = 1.0) -> Case:
         "grass": course((0, 100), (50, 100), (80, 0), (99, 0)),
     }
     eaten = caught * np.where(n["grass"] > 0, 20.0, 0.0)
-    fell = -np.diff(n["grass"], prepend=100)  # those who die in a tick are not in its number
+    fell = -np.diff(n["grass"], prepend=100)  # animals that die in a tick are not in its count
     return case(
         n,
         {("wolf", "eaten by grass"): eaten, ("grass", HUNGER): np.maximum(fell, 0)},
@@ -365,7 +365,7 @@ def test_values_that_interventions_set_are_those_that_are_told() -> None:
     done = {
         "set": {
             "species.b.diet.0.chance": 0.1,
-            "species.b.diet.0.gain": 3,  # missing from the file, because it had its default
+            "species.b.diet.0.gain": 3,  # left out of the file, because it has its default value
             "species.b.diet.7.chance": 1,
             "species.b.defence.poison": 1,
         },

@@ -82,7 +82,7 @@ def test_what_reporters_measured_is_an_outcome(column: str, label: str) -> None:
 
 
 def test_axes_contain_all_intervals_of_all_columns() -> None:
-    """An interval below 0, and in the second column means far above those of the first."""
+    """An interval reaches below 0, and means in the second column are far above the means in the first."""
     rows = [
         row(0, 5, 0.1, 1, 0.0),
         row(0, 5, 0.1, 2, 14.0),
