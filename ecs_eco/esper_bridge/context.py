@@ -23,7 +23,8 @@ class Context:
     def __init__(self, world: LivingWorld) -> None:
         self.name = f"ecs-eco {next(_serial)}"
         self.registry = Registry(world)
-        if {len(state) for state in tuple(esper._context_map.values())} != {PARTS}:
+        states = esper._context_map.copy().values()  # collecting garbage may remove a context at any moment
+        if {len(state) for state in states} != {PARTS}:
             raise RuntimeError(
                 f"esper {esper.version} stores its worlds differently from esper 3.9, which this package "
                 "requires; install esper==3.9"

@@ -10,7 +10,36 @@ import pytest
 from ecs_eco import System, World
 from ecs_eco.components import Body, Position
 from ecs_eco.esper_bridge import turns
+from ecs_eco.esper_bridge.context import Context
 from tests.esper_bridge.populations import Coat
+
+
+class Freed:
+    """Garbage that removes an esper context once it is collected, as a world does."""
+
+    def __init__(self, name, state):
+        self.me = self
+        esper._context_map[name] = state
+        weakref.finalize(self, esper._context_map.pop, name)
+
+
+def test_a_context_may_be_removed_while_another_one_is_made(world):
+    thresholds = gc.get_threshold()
+    others = [Freed(f"another {i}", world.context.registry.state) for i in range(30)]
+    try:
+        for later in range(1, 30):
+            gc.collect()
+            gc.disable()
+            Freed("freed", world.context.registry.state)
+            gc.set_threshold(gc.get_count()[0] + later)  # collects at the allocation after so many others
+            gc.enable()
+            Context(world).end()
+            gc.collect()
+            assert "freed" not in esper._context_map
+        assert len(others) == 30
+    finally:
+        gc.enable()
+        gc.set_threshold(*thresholds)
 
 
 def test_component_for_entity_reads_and_writes_the_column(world):
