@@ -1,17 +1,22 @@
-"""Run two worlds of 10,000 animals one after the other, and at the same time in two threads.
+"""Run two worlds of 10,000 animals one after the other, then at the same time in two threads and in two processes.
 
-    python benchmarks/two_worlds.py [--rounds 5]
+    python benchmarks/two_worlds.py [--rounds 10]
 
-Each world has one thread. The table shows the shortest wall-clock time in any round, and how many times as
-much work per second two threads do. "digests" states whether both worlds end as they do alone.
+Each world has one thread. A round runs all three ways in turn; "times as much work per second" compares a way
+with one after the other in the same round. Two processes share nothing, so they show what the machine allows.
+"digests" states whether both worlds end as they do alone.
 """
 
 import argparse
+import multiprocessing
+import statistics
 import sys
 import threading
 import time
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parent))
 import _bench
@@ -27,47 +32,64 @@ LARGE = {
     "species.deer.count": 9000,
     "species.wolf.count": 1000,
 }
-TICKS, PART = 60, 3
+TICKS = 120
+_together: Any = None  # barrier at which both worlds of a process pool start
 
 
-def live(seed: int, together: threading.Barrier) -> tuple[list[float], str]:
-    """Return the seconds of each part of a world's run, and its digest."""
+def live(seed: int, wait: Callable[[], Any] | None = None) -> tuple[float, str]:
+    """Return the seconds of a world's run, and its digest."""
     world = World.from_config(load("predator-prey", LARGE), seed=seed, learn=False, record=False).run(20)
-    took = []
-    for _ in range(TICKS // PART):
-        together.wait()
-        begin = time.perf_counter()
-        world.run(PART)
-        took.append(time.perf_counter() - begin)
-    return took, world.digest()
+    (wait or _together.wait)()
+    begin = time.perf_counter()
+    world.run(TICKS)
+    return time.perf_counter() - begin, world.digest()
+
+
+def _meet(barrier: Any) -> None:
+    """Keep the barrier of a process pool."""
+    global _together
+    _together = barrier
+
+
+def _pair(way: str) -> tuple[float, list[str]]:
+    """Return the seconds that both worlds take in one way, and their digests."""
+    if way == "one after the other":
+        ends = [live(seed, lambda: None) for seed in (1, 2)]
+        return sum(took for took, _ in ends), [digest for _, digest in ends]
+    if way == "two threads":
+        with ThreadPoolExecutor(2) as threads:
+            ends = list(threads.map(live, (1, 2), [threading.Barrier(2).wait] * 2))
+    else:
+        fresh = multiprocessing.get_context("spawn")
+        with ProcessPoolExecutor(2, fresh, _meet, (fresh.Barrier(2),)) as processes:
+            ends = list(processes.map(live, (1, 2)))
+    return max(took for took, _ in ends), [digest for _, digest in ends]
 
 
 def main() -> None:
-    """Measure both."""
+    """Measure all three ways."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
-    parser.add_argument("--rounds", type=int, default=5)
-    given = parser.parse_args()
-    parts: dict[bool, list[list[float]]] = {False: [], True: []}
-    ends = set()
-    for _ in range(given.rounds):
-        with ThreadPoolExecutor(1) as thread:
-            alone = [thread.submit(live, seed, threading.Barrier(1)).result() for seed in (1, 2)]
-        with ThreadPoolExecutor(2) as threads:
-            both = [*threads.map(live, (1, 2), [threading.Barrier(2)] * 2)]
-        parts[False].append([a + b for a, b in zip(alone[0][0], alone[1][0], strict=True)])
-        parts[True].append([max(a, b) for a, b in zip(both[0][0], both[1][0], strict=True)])
-        ends.add((tuple(end for _, end in alone), tuple(end for _, end in both)))
-    after, same = (sum(map(min, zip(*parts[at_once], strict=True))) for at_once in (False, True))
-    rows = [
-        {
-            "ticks": f"2 × {TICKS}",
-            "one after the other [s]": after,
-            "at the same time [s]": same,
-            "times as much work per second": after / same,
-            "digests": "equal" if all(one == other for one, other in ends) else "different",
-        }
-    ]
-    _bench.save("two_worlds", "Two worlds of 10,000 animals in one thread and in two", rows)
+    parser.add_argument("--rounds", type=int, default=10)
+    rounds = parser.parse_args().rounds
+    ways = ("one after the other", "two threads", "two processes")
+    runs = [{way: _pair(way) for way in ways} for _ in range(rounds)]
+    rows = []
+    for way in ways:
+        gain = sorted(run[ways[0]][0] / run[way][0] for run in runs)
+        rows.append(
+            {
+                "way": way,
+                "ticks": f"2 × {TICKS}",
+                "seconds, median": statistics.median(run[way][0] for run in runs),
+                "times as much work per second, median": statistics.median(gain),
+                "least": gain[0],
+                "most": gain[-1],
+                "digests": "equal" if all(run[way][1] == run[ways[0]][1] for run in runs) else "different",
+            }
+        )
+    _bench.save(
+        "two_worlds", "Two worlds of 10,000 animals in one thread, two threads and two processes", rows
+    )
 
 
 if __name__ == "__main__":
