@@ -79,6 +79,7 @@ def by_lot(key, identity, purpose):
     return np.argsort(lots)
 
 
+@functools.lru_cache(maxsize=64)
 def mix_int(z: int) -> int:
     """Return `mix` of a Python integer."""
     z = (z + 0x9E3779B97F4A7C15) & _MASK

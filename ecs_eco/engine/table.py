@@ -21,6 +21,7 @@ Values = Mapping[tuple[type, str], Any]
 # one request for births: first and second parents, u64[k], and the newborns' columns
 Request = tuple[np.ndarray, np.ndarray | None, dict[tuple[type, str], np.ndarray]]
 NO_LAYOUT = Layout()
+NOBODY = np.zeros(0, np.int64)
 
 
 class Onlooker(Protocol):
@@ -451,6 +452,8 @@ class Table(dict[type, Any]):
 
     def doomed(self) -> np.ndarray:
         """Return the rows that have a cause of death, in ascending order: i64[k]."""
+        if not np.count_nonzero(self.cause[: self.high]):  # in small worlds, most ticks of most tables
+            return NOBODY
         rows = np.empty(64 + self.high // 16, np.int64)
         if (n := list_dying(rows, self.high, self.layout().rows)) > rows.size:
             rows = np.empty(n, np.int64)
@@ -460,7 +463,7 @@ class Table(dict[type, Any]):
     def dying(self) -> np.ndarray:
         """Return the rows that have a cause of death, sorted by uid: i64[k]."""
         rows = self.doomed()
-        return rows.take(self.uid.take(rows).argsort())
+        return rows if rows.size < 2 else rows.take(self.uid.take(rows).argsort())
 
     def vacate(self, rows: np.ndarray) -> None:
         """Free the rows of dead entities."""
