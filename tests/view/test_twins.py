@@ -10,65 +10,14 @@ import numpy as np
 import pytest
 
 from ecs_eco import World
-from ecs_eco.config import load
 from ecs_eco.record import run_to_folder
 from ecs_eco.record.parquet import read_parts
 from ecs_eco.view.frames import HEADER, WORDS
 from ecs_eco.view.live import Live
 from ecs_eco.view.replay import Replay
-from tests.conftest import MENAGERIE
+from tests.view.ten_worlds import SLOW, WORLDS, small
 
 TICKS, LOOKS = 26, (0, 9, 25)
-WORLDS = {
-    "predator-prey": {
-        "species.grass.count": 300,
-        "species.deer.count": 60,
-        "species.deer.reproduction.rate": 0.3,
-        "species.deer.reproduction.energy_min": 0.3,
-        "species.deer.reproduction.energy_given": 0.2,
-        "species.wolf.count": 12,
-    },
-    "reflexes": {
-        "space.size": [30, 30],
-        "species.goat.count": 40,
-        "species.green.count": 150,
-        "species.yellow.count": 80,
-        "species.red.count": 10,
-    },
-    "diel-migration": {
-        "species.phytoplankton.count": 60,
-        "species.copepod.count": 20,
-        "species.krill.count": 3,
-    },
-    "happiness": {"species.berry.count": 120, "species.nightshade.count": 20, "species.vole.count": 60},
-    "innate": {
-        "space.size": [30, 30],
-        "species.goat.count": 50,
-        "species.green.count": 250,
-        "species.yellow.count": 60,
-        "species.red.count": 10,
-    },
-    "island": {
-        "species.tree.count": 40,
-        "species.grass.count": 300,
-        "species.deer.count": 60,
-        "species.wolf.count": 10,
-        "species.raven.count": 20,
-    },
-    "lamb": {},
-    "learning-krill": {
-        "species.phytoplankton.count": 60,
-        "species.copepod.count": 30,
-        "species.krill.count": 8,
-    },
-    "menagerie": {},
-    "examples/dying_world.toml": {
-        "species.clover.count": 100,
-        "species.hare.count": 50,
-        "species.stoat.count": 15,
-    },
-}
-SLOW = [name for i, name in enumerate(WORLDS) if i > 2]
 OWN = {
     "mode",
     "first",
@@ -90,7 +39,7 @@ OWN = {
 )
 def twins(request, tmp_path_factory):
     """What a page of a living world and one of its recording show at some ticks: by tick, a pair each."""
-    config = load(MENAGERIE if request.param == "menagerie" else request.param, WORLDS[request.param])
+    config = small(request.param)
     out = tmp_path_factory.mktemp("twins") / "run"
     run_to_folder(
         config, seed=5, ticks=TICKS, out=out, policies="random", record="full", snapshot_every=1, report=False
