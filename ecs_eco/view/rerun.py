@@ -4,22 +4,18 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Sequence
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ecs_eco.components import Biology
-from ecs_eco.ecosystem import World
 from ecs_eco.engine.errors import CheckpointError, ConfigError, RecordingError
 from ecs_eco.engine.table import Table
 from ecs_eco.esper_bridge.turns import turn
-from ecs_eco.record import checkpoint
-from ecs_eco.record.belonging import check_checkpoint
 from ecs_eco.record.details import KIND
 from ecs_eco.record.recorder import Recorder
-from ecs_eco.runs.begin import start_of
+from ecs_eco.runs.repeat import near
 from ecs_eco.runs.requests import repeat_requests
 from ecs_eco.view.interpolate import STATE
 from ecs_eco.view.parts import Columns, Kept
@@ -108,21 +104,6 @@ def compute(
         raise InterruptedError
     recorder.flush()
     return Stretch(first, last, blocks, sexes, _differs(blocks["series"], recorded))
-
-
-def near(path: Path, manifest: dict[str, Any], tick: int) -> Any:
-    """Return the world at the last checkpoint before the end of a tick or, if there is none, at the start."""
-    file = checkpoint.latest(path / "checkpoints", before=tick, check=partial(_of_run, manifest))
-    if file is not None:
-        return World.restore(file, record=False)
-    if "forked" in manifest:
-        raise CheckpointError(f"{path}: has no checkpoint at or before tick {tick}")
-    return World.from_config(record=False, **start_of(path, manifest))
-
-
-def _of_run(manifest: dict[str, Any], path: Path, meta: dict[str, Any]) -> None:
-    if "id" in manifest:  # older runs have no id
-        check_checkpoint(manifest, path, meta)
 
 
 def _note_sexes(table: Table, rows: np.ndarray, sexes: dict[int, int]) -> None:

@@ -1,0 +1,515 @@
+"""Take an allele out of a random half of its carriers, in forks of a recorded run, and compare both halves.
+
+Both halves live in the same worlds, so they share all conditions; only the change and the random draws of
+individual organisms differ.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Collection, Sequence
+from concurrent.futures import Executor
+from contextlib import ExitStack
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.analysis.compare import clean
+from ecs_eco.analysis.runs import load_series
+from ecs_eco.analysis.seed_grid import mean_interval
+from ecs_eco.analysis.survival import Interval
+from ecs_eco.components import Metabolism, Policy
+from ecs_eco.ecosystem import World
+from ecs_eco.engine import files
+from ecs_eco.engine.arguments import whole_number
+from ecs_eco.engine.errors import RecordingError
+from ecs_eco.engine.hooks import listening
+from ecs_eco.engine.table import Table
+from ecs_eco.engine.versions import versions
+from ecs_eco.explain.edits import AlleleLike, Edit, edit_of
+from ecs_eco.inputs.trust import allow
+from ecs_eco.lab.executors import LOCAL, engine as engine_of, prepare
+from ecs_eco.lab.work import completed
+from ecs_eco.life.births import rows_of
+from ecs_eco.life.reconfigure import reseed
+from ecs_eco.nervous.thoughts import minds, thinkers
+from ecs_eco.record import checkpoint, freeze as frozen
+from ecs_eco.record.seal import read_manifest
+from ecs_eco.runs.repeat import near
+from ecs_eco.runs.requests import repeat_requests
+
+FOLDER = "explain"  # in the run's folder
+FORMAT = 1
+SPARSE = ("died: ", "meals: ")  # measures that are 0 in forks where they do not occur
+CONTRASTS: dict[int, dict[str, tuple[int, ...]]] = {
+    2: {"first": (-1, 1)},
+    4: {
+        "first": (-1, 1, 0, 0),
+        "second": (-1, 0, 1, 0),
+        "both": (-1, 0, 0, 1),
+        "interaction": (1, -1, -1, 1),
+    },
+}
+"""Weights of the groups: neither changed, first change, second change, both."""
+
+Weights = dict[int, np.ndarray]
+
+
+@dataclass(frozen=True)
+class TakenOut:
+    """The effect of a change on organisms, measured in forks of one run at one tick.
+
+    Attributes
+    ----------
+    edits : tuple of Edit
+        One change, or two for a 2 × 2 comparison.
+    tick : int
+        Tick of the forks.
+    lasted : array of int64, shape (forks,)
+        Number of ticks that each fork ran.
+    n : array of int64, shape (forks, groups)
+        Number of organisms: unchanged and changed; for two changes, with neither, the first, the second, both.
+    means : dict of str to array of float64, shape (forks, groups)
+        Means per organism, from the change to death or the end of the fork: "births" (offspring), "survival"
+        [ticks], "alive" (at the end, a share), "died: CAUSE" (a share), "energy" (taken in), "meals: SPECIES"
+        (organisms killed for food), "action: NAME" (share of decisions; for a continuous action, its mean).
+    doses : dict of int to dict
+        The same means by the number of strings or copies changed, if it differs between organisms.
+    """
+
+    edits: tuple[Edit, ...]
+    tick: int
+    lasted: np.ndarray
+    n: np.ndarray
+    means: dict[str, np.ndarray]
+    doses: dict[int, dict[str, np.ndarray]]
+
+    def effect(self, measure: str = "births", of: str = "first", dose: int | None = None) -> Interval:
+        """Return the mean over forks of a difference between groups, with its 95% interval (Student's t).
+
+        Parameters
+        ----------
+        measure : str, default "births"
+            A key of `means`.
+        of : {"first", "second", "both", "interaction"}
+            The change whose effect is returned. "interaction" is the effect of both changes minus the sum of
+            their separate effects.
+        dose : int, optional
+            Only organisms in which this number of strings or copies changes.
+
+        Returns
+        -------
+        Interval
+            Value, low, high; NaN if there are no such organisms.
+        """
+        table = self.means if dose is None else self.doses[dose]
+        return _interval(table[measure] @ np.array(CONTRASTS[self.n.shape[1]][of], np.float64))
+
+    def control(self, measure: str = "births") -> Interval:
+        """Return the mean of the unchanged organisms over forks, with its 95% interval."""
+        return _interval(self.means[measure][:, 0])
+
+    def to_pandas(self) -> Any:
+        """Return a pandas.DataFrame with a row for each measure, contrast and dose (0: all organisms)."""
+        import pandas as pd
+
+        return pd.DataFrame(
+            [
+                {"measure": measure, "of": of, "dose": dose or 0, "control": self.control(measure).value}
+                | dict(zip(("effect", "low", "high"), self.effect(measure, of, dose), strict=True))
+                for dose in (None, *self.doses)
+                for measure in (self.means if dose is None else self.doses[dose])
+                for of in CONTRASTS[self.n.shape[1]]
+            ]
+        )
+
+
+def take_out(
+    run: str | Path,
+    allele: AlleleLike | Sequence[AlleleLike],
+    was: str | Sequence[str] | None = None,
+    *,
+    tick: int | None = None,
+    forks: int = 24,
+    ticks: int | None = None,
+    seed: int = 0,
+    reverse: bool = False,
+    workers: int | None = None,
+    engine: str | Executor = LOCAL,
+    progress: Callable[[int, int], None] | None = None,
+    trust: bool = False,
+) -> TakenOut:
+    """Take an allele out of a random half of its carriers in forks of a run; compare them with the other half.
+
+    Parameters
+    ----------
+    run : str or Path
+        Folder of a recorded run.
+    allele : Edit, or any object with `species`, `kind`, `gene`, `locus` and `value`
+        The allele; see `Edit`. For two alleles, the carriers of both are divided into four groups: unchanged,
+        without the first, without the second, without both.
+    was : str, optional
+        What replaces the allele; default: the most common alternative among the living. Two for two alleles.
+    tick : int, optional
+        Tick of the forks; default: the newest checkpoint. The run is repeated from the last checkpoint before
+        it, or from its start.
+    forks : int, default 24
+        Number of forks. Each has its own seed and its own random half.
+    ticks : int, optional
+        Length of a fork; default: until all these organisms are dead, but at most the length of the run.
+    seed : int, default 0
+        Fixes all forks.
+    reverse : bool, default False
+        Whether the allele is put into a random half of the organisms without it instead.
+    workers, engine
+        As for `ecs_eco.lab.executors.engine`; results do not depend on them.
+    progress : callable, optional
+        Called with the number of finished forks and of all forks.
+    trust : bool, default False
+        Whether the run's own code is allowed to run.
+
+    Returns
+    -------
+    TakenOut
+
+    Raises
+    ------
+    ValueError
+        If the change is impossible, or fewer organisms than groups can be changed.
+    RecordingError, CheckpointError
+        If the run cannot be repeated here.
+
+    Notes
+    -----
+    Each fork writes one file to `RUN/explain/`, so a call that was stopped continues where it was. The
+    intervals hold for the organisms that were alive at that tick.
+
+    Examples
+    --------
+    >>> from ecs_eco.explain import Edit, take_out
+    >>> from ecs_eco.runs.run import run_to_folder
+    >>> manifest = run_to_folder("reflexes", seed=1, ticks=5, out="goats", report=False)
+    >>> red = Edit("goat", "letter", gene="red", locus=0, value="T")
+    >>> taken = take_out("goats", red, "A", forks=2, ticks=3, workers=1)
+    >>> taken.lasted.tolist(), taken.effect("survival").value <= 3
+    ([3, 3], True)
+    """
+    run = Path(run)
+    manifest = _manifest(run)
+    tick = _tick(run, manifest, tick)
+    world, base = world_at(run, manifest, tick, trust)
+    edits = _edits(world, allele, was, reverse)
+    known = None
+    if any(edit.kind == "policy" for edit in edits):
+        known = base.with_name(f"{base.stem}-born-{edits[0].species}.safetensors")
+        _keep_birth_weights(run, manifest, world, edits[0].species, known, trust)
+    n = _candidates(world.table(edits[0].species), edits, _read_weights(known))[0].size
+    if n < 2 ** len(edits):
+        raise ValueError(
+            f"{run}: {n} living {edits[0].species} can be changed at tick {tick}; "
+            f"expected {2 ** len(edits)} or more"
+        )
+    most = whole_number("ticks", manifest["done"] if ticks is None else ticks, 1)
+    what = [FORMAT, manifest.get("id"), versions(), [asdict(edit) for edit in edits], tick, most, seed]
+    place = run / FOLDER / hashlib.sha256(json.dumps(what).encode()).hexdigest()[:16]
+    place.mkdir(parents=True, exist_ok=True)
+    files.write_json(place / "what.json", what)
+    outs = [place / f"fork-{i:04d}.json" for i in range(whole_number("forks", forks, 1))]
+    allowed = [source.sha256 for source in world.config._code.sources if world.config._code.allowed]
+    missing = {
+        i: (base, known, edits, manifest.get("asked", []), i, seed, most, out, allowed)
+        for i, out in enumerate(outs)
+        if not out.exists()
+    }
+    done = len(outs) - len(missing)
+    with ExitStack() as stack:
+        if missing:
+            pool = stack.enter_context(engine_of(engine, workers))
+            prepare(pool, place, world.config)
+            for _, future in completed(pool, run_fork, missing):
+                future.result()
+                done += 1
+                if progress is not None:
+                    progress(done, len(outs))
+    return _collected(edits, tick, [json.loads(out.read_text(encoding="utf-8")) for out in outs])
+
+
+def driver(taken: Sequence[TakenOut], measure: str = "births") -> TakenOut | None:
+    """Return which of several linked alleles, each taken out separately, has the largest effect on a measure.
+
+    Returns None if no interval excludes 0.
+    """
+    clear = [one for one in taken if (x := one.effect(measure)).low > 0 or x.high < 0]
+    return max(clear, key=lambda one: abs(one.effect(measure).value), default=None)
+
+
+# --- the world to fork --------------------------------------------------------------------------------------
+
+
+def _manifest(run: Path) -> dict[str, Any]:
+    manifest = read_manifest(run)
+    if "island" in manifest:
+        raise ValueError(
+            f"{run}: is an island of an archipelago, which cannot be forked: its immigrants would be missing"
+        )
+    return manifest
+
+
+def _tick(run: Path, manifest: dict[str, Any], tick: int | None) -> int:
+    if tick is None:
+        known = run.glob(f"checkpoints/tick-*{checkpoint.SUFFIX}")
+        return max(map(checkpoint.tick_of, known), default=manifest["done"])
+    return whole_number("tick", tick, 0, manifest["done"])
+
+
+def world_at(run: Path, manifest: dict[str, Any], tick: int, trust: bool = False) -> tuple[World, Path]:
+    """Return the world of a run at the start of a tick, and the checkpoint in `RUN/explain/` that contains it.
+
+    The run is repeated from its last checkpoint at or before the tick, or from its start. Raises
+    RecordingError if the repetition differs from the record.
+    """
+    base = run / FOLDER / checkpoint.name_of(tick)
+    if base.exists() and checkpoint.describe(base).get("run", {}).get("id") == manifest.get("id"):
+        return World.restore(base, record=False, trust=trust), base
+    world: World = near(run, manifest, tick, trust)
+    _repeat(world, manifest, tick)
+    series = load_series(run)
+    for row in np.flatnonzero(series.ticks == tick - 1).tolist():
+        here = [world.table(name).n for name in series.species]
+        if here != (recorded := series.n[row].tolist()):
+            raise RecordingError(
+                f"{run}: repeated to tick {tick}, it has {here} organisms ({', '.join(series.species)}); recorded: "
+                f"{recorded}. Check it with: ecs-eco repeat {run}"
+            )
+    meta, arrays = frozen.freeze(world)
+    checkpoint.write(base, meta | {"run": {"id": manifest.get("id")}}, arrays)
+    return world, base
+
+
+def _repeat(world: World, manifest: dict[str, Any], tick: int) -> None:
+    """Run a world up to a tick as in its recording."""
+    with listening(world.before_tick, lambda: repeat_requests(world, manifest)):
+        world.run(tick - world.tick)
+
+
+def _keep_birth_weights(
+    run: Path, manifest: dict[str, Any], world: World, species: str, out: Path, trust: bool
+) -> None:
+    """Write the weights with which the living members of a species were born, by repeating their births."""
+    table = world.table(species)
+    if out.exists() or Policy not in table or not table.n:
+        return
+    living = table.uid[table.by_uid()]
+    again: World = near(run, manifest, int(table.born[table.rows()].min()), trust)
+    weights: Weights = {}
+
+    def note(of: Table, rows: np.ndarray, *_: Any) -> None:
+        if of.name == species:
+            some = rows[np.isin(of.uid[rows], living)]
+            weights.update(zip(of.uid[some].tolist(), of[Policy].weights[some], strict=True))
+
+    there = again.table(species)
+    rows = there.rows()
+    note(there, rows[there.born[rows] == again.tick])
+    with listening(again.on_birth, note):
+        _repeat(again, manifest, world.tick)
+    arrays = {"uid": np.array(list(weights), np.uint64), "weights": np.stack(list(weights.values()))}
+    files.write_tensors(out, arrays, {})
+
+
+def _read_weights(path: Path | None) -> Weights | None:
+    if path is None or not path.exists():
+        return None
+    from safetensors.numpy import load_file
+
+    arrays = load_file(path)
+    return dict(zip(arrays["uid"].tolist(), arrays["weights"], strict=True))
+
+
+def _edits(
+    world: World, allele: AlleleLike | Sequence[AlleleLike], was: str | Sequence[str] | None, reverse: bool
+) -> tuple[Edit, ...]:
+    alleles = list(allele) if isinstance(allele, Sequence) else [allele]
+    before = [was] * len(alleles) if was is None or isinstance(was, str) else list(was)
+    if not 1 <= len(alleles) <= 2 or len(before) != len(alleles) or len({a.species for a in alleles}) > 1:
+        raise ValueError(
+            f"{len(alleles)} alleles and {len(before)} replacements; expected 1 or 2 of one species"
+        )
+    table = world.table(alleles[0].species)
+    made = []
+    for one, word in zip(alleles, before, strict=True):
+        word = word or getattr(one, "was", "")
+        edit = edit_of(one, word, reverse)
+        made.append(edit_of(one, word or ("" if reverse else edit.alternative(table)), reverse))
+    return tuple(made)
+
+
+def _candidates(table: Table, edits: Sequence[Edit], known: Weights | None) -> tuple[np.ndarray, np.ndarray]:
+    """Return the rows i64[n] of the organisms to which all changes apply, in uid order, and the number of
+    strings or copies that the first one changes."""
+    rows, dose = edits[0].carriers(table, known)
+    for edit in edits[1:]:
+        both = np.isin(rows, edit.carriers(table, known)[0])
+        rows, dose = rows[both], dose[both]
+    return rows, dose
+
+
+# --- one fork -----------------------------------------------------------------------------------------------
+
+
+def run_fork(
+    base: Path,
+    known: Path | None,
+    edits: tuple[Edit, ...],
+    asked: list[Any],
+    number: int,
+    seed: int,
+    ticks: int,
+    out: Path,
+    allowed: Collection[str] = (),
+) -> None:
+    """Fork a checkpoint, change a random part of the organisms, follow all of them, and write their means."""
+    allow(allowed)
+    world, weights = World.restore(base, record=False), _read_weights(known)
+    rng = np.random.default_rng([seed, number])
+    reseed(world, int(rng.integers(2**31)))
+    table = world.table(edits[0].species)
+    rows, dose = _candidates(table, edits, weights)
+    group = rng.permutation(rows.size) % 2 ** len(edits)
+    followed = Followed(world, table, table.uid[rows])
+    for bit, edit in enumerate(edits):
+        edit.apply(table, rows[group >> bit & 1 == 1], weights)
+    followed.run(ticks, {"asked": asked})
+    size = 2 ** len(edits)
+    doses = {} if len(edits) > 1 or np.unique(dose).size < 2 else {int(d): dose == d for d in np.unique(dose)}
+    result = {
+        "fork": number,
+        "lasted": world.tick - followed.start,
+        "n": np.bincount(group, minlength=size).tolist(),
+        "means": followed.means(group, size),
+        "doses": {d: followed.means(np.where(some, group, -1), size) for d, some in doses.items()},
+    }
+    files.write_json(out, clean(result))
+
+
+class Followed:
+    """Counts what happens to organisms with these uids u64[n], sorted, without changing the world."""
+
+    def __init__(self, world: World, table: Table, uids: np.ndarray) -> None:
+        self.world, self.table, self.uids, self.start = world, table, uids, world.tick
+        n, nerves = uids.size, table.species.nerves
+        self.actions = [] if nerves is None else [f"{group}.{name}" for group, name in nerves.actions]
+        self.alive = np.ones(n, np.bool_)
+        self.births, self.lived, self.energy, self.decided = (np.zeros(n) for _ in range(4))
+        self.cause = np.zeros(n, np.int64)  # 0: alive
+        self.meals = {name: np.zeros(n) for name in world.tables}
+        self.acted = np.zeros((n, len(self.actions)))
+
+    def run(self, ticks: int, manifest: dict[str, Any]) -> None:
+        """Run the world until all these organisms are dead, but at most for a number of ticks."""
+        world = self.world
+        with (
+            listening(world.on_birth, self._born),
+            listening(world.on_death, self._died),
+            listening(world.before_tick, lambda: repeat_requests(world, manifest)),
+        ):
+            while self.alive.any() and world.tick < self.start + ticks:
+                world.run(1)
+                at = np.flatnonzero(self.alive)
+                self._passed(rows_of(self.table, self.uids[at]), at)
+        self.lived[self.alive] = world.tick - self.start
+
+    def means(self, group: np.ndarray, groups: int) -> dict[str, list[float]]:
+        """Return the mean of each measure in each group i64[n] (−1: none): NaN in empty groups."""
+        own = [group == g for g in range(groups)]
+
+        def mean(values: np.ndarray) -> list[float]:
+            return [float(values[some].mean()) if some.any() else np.nan for some in own]
+
+        measures = {"births": self.births, "survival": self.lived, "alive": self.alive}
+        measures |= {f"died: {c}": self.cause == i for i, c in enumerate(self.world.causes, 1)}
+        if Metabolism in self.table:
+            measures["energy"] = self.energy
+        measures |= {f"meals: {name}": n for name, n in self.meals.items()}
+        out = {name: mean(values) for name, values in measures.items()}
+        out = {name: values for name, values in out.items() if not name.startswith(SPARSE) or any(values)}
+        for k, name in enumerate(self.actions):
+            with np.errstate(invalid="ignore"):
+                sums = [(self.acted[some, k].sum(), self.decided[some].sum()) for some in own]
+                out[f"action: {name}"] = [float(np.divide(acted, decided)) for acted, decided in sums]
+        return out
+
+    def _at(self, uids: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return which of these uids are followed, as indices i64[k], and their places i64[k]."""
+        place = np.minimum(np.searchsorted(self.uids, uids), self.uids.size - 1)
+        which = np.flatnonzero(self.uids[place] == uids)
+        return which, place[which]
+
+    def _born(self, table: Table, rows: np.ndarray, first: np.ndarray, second: np.ndarray) -> None:
+        if table is self.table:
+            for parents in (first, np.where(second == first, np.uint64(0), second)):
+                np.add.at(self.births, self._at(parents)[1], 1)
+
+    def _died(self, table: Table, rows: np.ndarray) -> None:
+        np.add.at(self.meals[table.name], self._at(table.killer[rows])[1], 1)
+        if table is self.table:
+            which, at = self._at(table.uid[rows])
+            if self.world.ticking:
+                self._passed(rows[which], at)
+            self.alive[at], self.cause[at] = False, table.cause[rows[which]]
+            self.lived[at] = self.world.tick - self.start
+
+    def _passed(self, rows: np.ndarray, at: np.ndarray) -> None:
+        """Add the flows and decisions of a tick of organisms in rows i64[k], at these places."""
+        if Metabolism in self.table:
+            self.energy[at] += self.table[Metabolism].taken[rows]
+        if self.actions and rows.size:
+            thinking, heads = thinkers(self.table, self.uids[at])
+            if thinking.size:
+                at = self._at(self.table.uid[thinking])[1]
+                self.decided[at] += 1
+                self.acted[at] += minds(self.table, thinking, heads).decision
+
+
+# --- results ------------------------------------------------------------------------------------------------
+
+
+def _collected(edits: tuple[Edit, ...], tick: int, forks: Sequence[dict[str, Any]]) -> TakenOut:
+    groups = 2 ** len(edits)
+
+    def tables(parts: Sequence[dict[str, Any]]) -> dict[str, np.ndarray]:
+        names = sorted(dict.fromkeys(name for part in parts for name in part), key=_order)
+        return {
+            name: np.array(
+                [
+                    part.get(name, [0.0 if part and name.startswith(SPARSE) else None] * groups)
+                    for part in parts
+                ],
+                np.float64,
+            )
+            for name in names
+        }
+
+    doses = sorted({int(dose) for fork in forks for dose in fork["doses"]})
+    return TakenOut(
+        edits,
+        tick,
+        np.array([fork["lasted"] for fork in forks]),
+        np.array([fork["n"] for fork in forks]),
+        tables([fork["means"] for fork in forks]),
+        {dose: tables([fork["doses"].get(str(dose), {}) for fork in forks]) for dose in doses},
+    )
+
+
+def _order(name: str) -> int:
+    return ("births", "survival", "alive", "died", "energy", "meals", "action").index(name.partition(":")[0])
+
+
+def _interval(values: np.ndarray) -> Interval:
+    known = values[np.isfinite(values)]
+    if known.size < 2:
+        return Interval(float(known.mean()) if known.size else np.nan, np.nan, np.nan)
+    return mean_interval(known[None])
