@@ -104,16 +104,8 @@ def frequencies(lineage: Pedigree, species: str, gene: str | Sequence[int], ever
     ValueError
         If loci are beyond the end of the genome, or the gene is a derived trait.
     """
-    record, kept = gene_of(lineage, species, gene), lineage.genomes.get(species, {})
-    if "formula" in record:
-        raise ValueError(f"gene {gene!r} of {species!r} is derived: no letters code for it")
-    mask, ticks = lineage.species == species, lineage.samples(every)
-    codons = (
-        _copies(lineage.genome[mask], record, kept)
-        if kept.get("longest")
-        else codons_of(lineage.genome[mask], record, species, kept.get("ploidy", 1))
-    )
-    names, values = _values(codons, record, kept.get("alphabet", "ACGT"))
+    record, mask, ticks = gene_of(lineage, species, gene), lineage.species == species, lineage.samples(every)
+    names, values = alleles_of(lineage, species, gene)
     count, copies = (np.zeros((len(ticks), len(names)), np.int64) for _ in range(2))
     has = np.zeros(len(lineage), np.int64)
     for j in range(len(names)):
@@ -122,6 +114,23 @@ def frequencies(lineage: Pedigree, species: str, gene: str | Sequence[int], ever
         if len(values) > 1:
             copies[:, j] = np.rint(lineage.living_sums(ticks, has.astype(float), mask))
     return Frequencies(record["name"], ticks, names, count, lineage.living_sums(ticks, mask=mask), copies)
+
+
+def alleles_of(
+    lineage: Pedigree, species: str, gene: str | Sequence[int]
+) -> tuple[tuple[str, ...], list[np.ndarray]]:
+    """Return the names of a gene's values and, for each of its copies that a member of the species may have,
+    the index of its value, i64[members], with −1 for no copy."""
+    record, kept = gene_of(lineage, species, gene), lineage.genomes.get(species, {})
+    if "formula" in record:
+        raise ValueError(f"gene {gene!r} of {species!r} is derived: no letters code for it")
+    genomes = lineage.genome[lineage.species == species]
+    codons = (
+        _copies(genomes, record, kept)
+        if kept.get("longest")
+        else codons_of(genomes, record, species, kept.get("ploidy", 1))
+    )
+    return _values(codons, record, kept.get("alphabet", "ACGT"))
 
 
 def gene_of(lineage: Pedigree, species: str, gene: str | Sequence[int]) -> dict[str, Any]:

@@ -1,0 +1,337 @@
+"""Frequencies of all alleles of a species: letters, values and copies of genes, haplotypes, and clades."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+
+from ecs_eco.analysis.carriers import alleles_of, gene_of, has_few_values, words_of_strings
+from ecs_eco.analysis.pedigree import Pedigree
+from ecs_eco.explain.drift import Steps, steps_of
+
+COMMON = 0.05  # frequency that a haplotype or a clade must reach
+FEWEST = 5  # copies of an allele, and of all others, below which a step is left out
+Kind = Literal["letter", "value", "copies", "haplotype", "clade"]
+
+
+@dataclass(frozen=True)
+class Allele:
+    """A variant that organisms of a species carry.
+
+    `gene` is "" if there is none, and `locus` −1. The `value` of a clade is the uid of its founder.
+
+    Examples
+    --------
+    >>> from ecs_eco.explain import Allele
+    >>> Allele("goat", "letter", "red", 12, "T").name, Allele("goat", "value", "red", -1, "-1").name
+    ('letter T at locus 12, in the gene red', 'red = −1')
+    >>> Allele("goat", "copies", "shy", -1, "2").name, Allele("goat", "clade", "", -1, "17").name
+    ('2 copies of shy', 'clade of organism 17')
+    """
+
+    species: str
+    kind: Kind
+    gene: str
+    locus: int
+    value: str
+
+    @property
+    def name(self) -> str:
+        """Its name in plain English."""
+        if self.kind == "letter":
+            return f"letter {self.value} at locus {self.locus}" + f", in the gene {self.gene}" * bool(self.gene)
+        if self.kind == "value":
+            return f"{self.gene} = {self.value.replace('-', '−')}"
+        if self.kind == "copies":
+            return f"{self.value} {'copy' if self.value == '1' else 'copies'} of {self.gene}"
+        if self.kind == "clade":
+            return f"clade of organism {self.value}"
+        return f"haplotype {self.value if len(self.value) <= 24 else self.value[:23] + '…'}"
+
+
+@dataclass(frozen=True)
+class Paths:
+    """The frequencies of alleles over time.
+
+    Attributes
+    ----------
+    ticks : array of int64, shape (samples,)
+    alleles : tuple of Allele
+        Alleles of which at least 5 copies, and 5 of others, were alive at some sample.
+    p : array of float64, shape (samples, alleles)
+        Frequency among the copies of living organisms; for genes of which an organism has several copies in a
+        string, the mean over organisms of the share of their copies. NaN if none are alive.
+    n : array of int64, shape (samples,)
+        Gene copies: living organisms times ploidy.
+    variance : array of float64, shape (samples, alleles)
+        Variance of the share among living organisms.
+    gain : array of float64, shape (samples − 1, alleles)
+        Sum over organisms of share × excess contribution in each step, in newborns.
+    used : array of bool, shape (samples − 1, alleles)
+        Steps with at least 5 copies of the allele and of others; for haplotypes and clades, from when they
+        first reach 5%.
+    steps : Steps
+        Steps between samples.
+    """
+
+    ticks: np.ndarray
+    alleles: tuple[Allele, ...]
+    p: np.ndarray
+    n: np.ndarray
+    variance: np.ndarray
+    gain: np.ndarray
+    used: np.ndarray
+    steps: Steps
+
+
+@dataclass(frozen=True)
+class Site:
+    """Alleles that exclude each other: `codes`[string][organism] is the index of a copy's value, −1 for no
+    copy; `weights` f64[organisms], or one number, is the weight of each of an organism's copies."""
+
+    kind: Kind
+    gene: str
+    locus: int
+    values: tuple[str, ...]
+    codes: list[np.ndarray]
+    weights: np.ndarray | float
+
+    def sums(self, at: np.ndarray, weights: np.ndarray, n: int, organism: np.ndarray) -> np.ndarray:
+        """Return, for each of n places and each value, the sum of weights f64[rows] × the organism's share over
+        the rows `at` i64[rows] this place: f64[n, values]."""
+        size, out = len(self.values) + 1, np.zeros(0)
+        own = self.weights if isinstance(self.weights, float) else self.weights[organism]
+        for codes in self.codes:
+            total = np.bincount(at * size + codes[organism] + 1, weights * own, n * size)
+            out = out + total if len(out) else total
+        return np.asarray(out.reshape(n, size)[:, 1:])
+
+    def share(self, j: int) -> np.ndarray:
+        """Return the share of each organism's copies that have the value j: f64[organisms]."""
+        return np.asarray(np.sum([codes == j for codes in self.codes], axis=0) * self.weights)
+
+    def pairs(self) -> "Site":
+        """Return pairs of an organism's copies as a site, whose shares are the squares of this site's."""
+        same = [np.where(a == b, a, a.dtype.type(-1)) for a in self.codes for b in self.codes]
+        return replace(self, codes=same, weights=self.weights**2)
+
+
+def follow(lineage: Pedigree, species: str, every: int | None = None) -> Paths:
+    """Return the frequencies of all alleles of a species over time.
+
+    Parameters
+    ----------
+    lineage : Lineage
+    species : str
+    every : int, optional
+        Ticks between samples; default: half a generation, or longer if there were more than 1,000 steps.
+
+    Returns
+    -------
+    Paths
+        Clades only, if the record contains no genomes of this species.
+
+    Raises
+    ------
+    KeyError
+        If the species is unknown.
+    ValueError
+        If none of its organisms was born to recorded parents, or the run is shorter than a step.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ecs_eco.analysis.lineage import Lineage
+    >>> from ecs_eco.explain import follow
+    >>> uid, zero = np.arange(1, 41, dtype=np.uint64), np.zeros(20, np.uint64)
+    >>> parent = np.concatenate([zero, np.repeat(uid[:10], 2)])
+    >>> born, died = np.repeat([0, 2], 20), np.repeat([3, -1], 20)
+    >>> text = np.array(list("A" * 10 + "C" * 10 + "A" * 20), object)
+    >>> causes = np.full(40, "", object)
+    >>> genomes = {"rat": {"alphabet": "ACGT", "ploidy": 1, "genes": []}}
+    >>> rats = Lineage(uid, parent, 0 * uid, np.full(40, "rat"), born, died, causes, text, 4, 1.0, genomes)
+    >>> paths = follow(rats, "rat")
+    >>> paths.ticks.tolist(), paths.alleles[0].name
+    ([0, 1, 2, 3, 4], 'letter A at locus 0')
+    >>> paths.p[:, 0].tolist()
+    [0.5, 0.5, 0.75, 1.0, 1.0]
+    """
+    own = lineage.of_species(species)
+    steps = steps_of(own, every)
+    parts = [_path(site, own, species, steps) for site in _sites(own, species, steps)]
+    alleles = tuple(allele for found, *_ in parts for allele in found)
+    shape = (len(steps.ticks), 0)
+    arrays = [np.concatenate([np.zeros(shape), *(part[1 + i] for part in parts)], axis=1) for i in range(2)]
+    later = [np.concatenate([np.zeros((shape[0] - 1, 0)), *(p[3 + i] for p in parts)], axis=1) for i in range(2)]
+    copies = steps.living * _ploidy(own, species)
+    return Paths(steps.ticks, alleles, arrays[0], copies, arrays[1], later[0], later[1].astype(bool), steps)
+
+
+def shares(lineage: Pedigree, allele: Allele) -> np.ndarray:
+    """Return the share of each organism's copies that are an allele.
+
+    Parameters
+    ----------
+    lineage : Lineage
+    allele : Allele
+
+    Returns
+    -------
+    array of float64, shape (organisms,)
+        0 to 1, or 0 and 1 for `copies` and `clade`; NaN for other species.
+    """
+    mask, out = lineage.species == allele.species, np.full(len(lineage), np.nan)
+    own = lineage.of_species(allele.species)
+    out[mask] = 0.0
+    for site in _sites_like(own, allele):
+        if allele.value in site.values:
+            out[mask] = site.share(site.values.index(allele.value))
+    return out
+
+
+def _ploidy(own: Pedigree, species: str) -> int:
+    return int(own.genomes.get(species, {}).get("ploidy", 1))
+
+
+def _path(site: Site, own: Pedigree, species: str, steps: Steps) -> tuple[Any, ...]:
+    """Return the alleles of a site that are common enough to test, with their columns of Paths."""
+    samples, contributions = len(steps.ticks), steps.maternal if site.kind == "clade" else steps.both
+    there = np.flatnonzero(steps.last > steps.first)
+    came, went = steps.first[there], np.minimum(steps.last[there], samples)
+
+    def living(of: Site) -> np.ndarray:
+        one = np.ones(len(there))
+        change = of.sums(came, one, samples + 1, there) - of.sums(went, one, samples + 1, there)
+        return np.asarray(np.cumsum(change[:-1], axis=0))
+
+    with np.errstate(divide="ignore", invalid="ignore"):
+        n = np.where(steps.living > 0, steps.living, np.nan)[:, None]
+        p = living(site) / n
+        square = living(site.pairs()) / n if len(site.codes) > 1 else p
+        copies = p * n * (len(site.codes) if site.kind in ("letter", "haplotype") else 1)
+        others = n * (len(site.codes) if site.kind in ("letter", "haplotype") else 1) - copies
+        used = (copies >= FEWEST - 1e-9) & (others >= FEWEST - 1e-9)
+    if site.kind in ("haplotype", "clade"):
+        used &= np.logical_or.accumulate(p >= COMMON, axis=0)
+    kept = used[:-1].any(axis=0)
+    gain = site.sums(steps.step, contributions.excess, samples - 1, steps.organism)
+    alleles = [Allele(species, site.kind, site.gene, site.locus, value) for value in site.values]
+    chosen = [allele for allele, keep in zip(alleles, kept, strict=True) if keep]
+    variance = np.maximum(square - p**2, 0)
+    return chosen, p[:, kept], variance[:, kept], gain[:, kept], used[:-1, kept]
+
+
+def _sites(own: Pedigree, species: str, steps: Steps) -> Iterator[Site]:
+    kept = own.genomes.get(species, {})
+    if kept and (own.genome != "").any():
+        if kept.get("longest"):
+            for gene in kept["genes"]:
+                yield from _copies(own, species, gene, kept)
+        else:
+            matrix = _matrix(own.genome)
+            for locus in range(matrix.shape[1] // _ploidy(own, species)):
+                yield from _letters(matrix, locus, kept)
+        for gene in kept["genes"]:
+            if has_few_values(gene):
+                yield _of_values(own, species, gene)
+        yield _common(_haplotypes(own, species), steps)
+    yield _common(_clades(own), steps)
+
+
+def _sites_like(own: Pedigree, allele: Allele) -> Iterator[Site]:
+    kept = own.genomes.get(allele.species, {})
+    if allele.kind == "letter":
+        yield from _letters(_matrix(own.genome), allele.locus, kept)
+    elif allele.kind == "value":
+        yield _of_values(own, allele.species, gene_of(own, allele.species, allele.gene))
+    elif allele.kind == "copies":
+        yield from _copies(own, allele.species, gene_of(own, allele.species, allele.gene), kept)
+    else:
+        yield _haplotypes(own, allele.species) if allele.kind == "haplotype" else _clades(own)
+
+
+def _matrix(genomes: np.ndarray) -> np.ndarray:
+    """Return genomes of equal length as letters: u8[organisms, letters] or, if a letter is not ASCII,
+    u32[organisms, letters]. A missing genome is 0."""
+    text = pa.array(genomes, pa.large_string())
+    width = pc.max(pc.utf8_length(text)).as_py() or 0
+    data = np.frombuffer(text.buffers()[2] or b"", np.uint8)
+    if data.size == len(genomes) * width:
+        return data.reshape(len(genomes), width)
+    return np.array(genomes.tolist(), f"U{width}").view(np.uint32).reshape(len(genomes), width)
+
+
+def _letters(matrix: np.ndarray, locus: int, kept: dict[str, Any]) -> Iterator[Site]:
+    """Yield the letters of a locus, unless all organisms have the same."""
+    width = matrix.shape[1] // kept.get("ploidy", 1)
+    columns = [matrix[:, at] for at in range(locus, matrix.shape[1], width)]
+    found = np.unique(np.concatenate([_distinct(column) for column in columns]))
+    letters = found[found > 0]
+    if len(letters) > 1:
+        codes = [(np.searchsorted(letters, column) - (column == 0)).astype(np.int8) for column in columns]
+        inside = [g["name"] for g in kept["genes"] if g["at"] <= locus < g["at"] + g["letters"]]
+        yield Site("letter", inside[0] if inside else "", locus, tuple(chr(c) for c in letters), codes, 1 / len(codes))
+
+
+def _distinct(column: np.ndarray) -> np.ndarray:
+    if column.dtype == np.uint8:
+        return np.flatnonzero(np.bincount(column, minlength=256))
+    return np.unique(column)
+
+
+def _of_values(own: Pedigree, species: str, gene: dict[str, Any]) -> Site:
+    """Return the values of a gene with few values."""
+    names, codes = alleles_of(own, species, gene["name"])
+    codes = codes or [np.full(len(own), -1)]
+    weights = 1 / np.maximum(np.sum([of >= 0 for of in codes], axis=0), 1)
+    return Site("value", gene["name"], gene.get("at", -1), names, codes, weights)
+
+
+def _copies(own: Pedigree, species: str, gene: dict[str, Any], kept: dict[str, Any]) -> Iterator[Site]:
+    """Yield the numbers of copies of a gene in variable-length genomes."""
+    texts = pa.array(own.genome, pa.string()).dictionary_encode()
+    strings = words_of_strings(texts.dictionary.to_pylist(), gene, kept)
+    number = np.array([sum(map(len, of)) for of in strings], int)[texts.indices.to_numpy(zero_copy_only=False)]
+    yield Site("copies", gene["name"], -1, tuple(str(k) for k in range(number.max() + 1)), [number], 1.0)
+
+
+def _haplotypes(own: Pedigree, species: str) -> Site:
+    """Return whole strings."""
+    kept, text = own.genomes[species], pa.array(own.genome, pa.large_string())
+    if kept.get("longest") and _ploidy(own, species) > 1:
+        halves = pc.split_pattern(text, kept["separator"])
+        strings = [pc.list_element(halves, s) for s in range(_ploidy(own, species))]
+    else:
+        width = (pc.max(pc.utf8_length(text)).as_py() or 0) // _ploidy(own, species)
+        strings = [
+            pc.utf8_slice_codeunits(text, s * width, (s + 1) * width) for s in range(_ploidy(own, species))
+        ]
+    known = pa.chunked_array(strings).combine_chunks().dictionary_encode()
+    codes = known.indices.to_numpy(zero_copy_only=False)
+    values = tuple(known.dictionary.to_pylist())
+    return Site("haplotype", "", -1, values, np.split(codes, len(strings)), 1 / len(strings))
+
+
+def _clades(own: Pedigree) -> Site:
+    """Return the founders' descendants along first parents."""
+    line = np.where(own.mother >= 0, own.mother, own.father)
+    root = np.where(line < 0, np.arange(len(own)), line)
+    while not np.array_equal(root, up := root[root]):
+        root = up
+    founders, codes = np.unique(root, return_inverse=True)
+    return Site("clade", "", -1, tuple(own.uid[founders].astype(str).tolist()), [codes], 1.0)
+
+
+def _common(site: Site, steps: Steps) -> Site:
+    """Return the alleles of a site that may reach 5% of the copies at a sample; the others have no code."""
+    lived = np.maximum(np.minimum(steps.last, len(steps.ticks)) - steps.first, 0)
+    seen = sum(np.bincount(codes, lived, len(site.values)) for codes in site.codes)
+    least = COMMON * len(site.codes) * max(1, steps.living[steps.living > 0].min())
+    often = np.flatnonzero(seen >= least)
+    new = np.full(len(site.values), -1)
+    new[often] = np.arange(len(often))
+    codes = [new[codes] for codes in site.codes]
+    return replace(site, values=tuple(site.values[j] for j in often), codes=codes)

@@ -1,0 +1,300 @@
+"""Sweeps: alleles that rose by more than drift allows, grouped with the alleles that are linked to them."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from scipy.stats import false_discovery_control
+
+from ecs_eco.analysis.pedigree import Pedigree
+from ecs_eco.explain.alleles import Allele, Paths, follow, shares
+from ecs_eco.explain.drift import rise_test
+
+LINKED = 0.5  # r² of alleles that belong to one event
+WINDOW = 16  # minimum steps of a window within the run
+LEVELS = 4  # the smallest windows are a 16th of the run
+LEAST = 0.1  # rise of an allele that counts as an event
+Course = Literal["complete", "partial", "balanced", "passing"]
+
+
+@dataclass(frozen=True)
+class Tested:
+    """Tests of alleles, one entry each, on the window of the run in which the allele rose most clearly.
+
+    Attributes
+    ----------
+    paths : Paths
+    window : array of int64, shape (alleles, 2)
+        First and last sample of the window.
+    s, error : array of float64
+        Selection coefficient per generation and its standard error in the window.
+    ratio : array of float64
+        Likelihood ratio, twice the logarithm.
+    p : array of float64
+        p-value of a rise, corrected for the number of windows.
+    """
+
+    paths: Paths
+    window: np.ndarray
+    s: np.ndarray
+    error: np.ndarray
+    ratio: np.ndarray
+    p: np.ndarray
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """A rise of an allele beyond drift, with the alleles linked to it.
+
+    Attributes
+    ----------
+    species : str
+    lead : Allele
+        The allele with the highest likelihood ratio; a letter, or a value of a gene, if one is linked.
+    linked : tuple of (Allele, float)
+        Other alleles that rose with it, and their r² with it.
+    ticks : array of int64, shape (samples,)
+    path : array of float64, shape (samples,)
+        Frequency of the lead.
+    begin, half, end : int
+        Ticks at which a quarter of the rise is still to be left for good, half of it is reached, and 95%.
+    first, last : float
+        Frequency before the rise, and at the end of the run.
+    s : float
+        Selection coefficient per generation: the slope of the log odds.
+    interval : tuple of float
+        95% interval of s.
+    generation : float
+        Generation time [ticks].
+    p, q : float
+        p-value, and the same corrected for the number of alleles (Benjamini and Hochberg 1995).
+    kind : str
+        "complete": at 95% or more; "balanced": level during the last third of the run; "passing": rose and
+        fell again below a quarter of its rise; else "partial".
+    """
+
+    species: str
+    lead: Allele
+    linked: tuple[tuple[Allele, float], ...]
+    ticks: np.ndarray
+    path: np.ndarray
+    begin: int
+    half: int
+    end: int
+    first: float
+    last: float
+    s: float
+    interval: tuple[float, float]
+    generation: float
+    p: float
+    q: float
+    kind: Course
+
+
+def tested(paths: Paths) -> Tested:
+    """Test whether alleles rose by more than drift allows, over the whole run and within windows of it.
+
+    Parameters
+    ----------
+    paths : Paths
+        From `follow`.
+
+    Returns
+    -------
+    Tested
+
+    Notes
+    -----
+    Windows are the run and its halves, quarters, eighths and sixteenths, each of at least 16 steps. Half of
+    the error is spent on the run and half on the windows within it (Bonferroni). A step's expected gain is
+    s × generations × value × p (1 − p), its variance under drift the variance of shares among organisms times
+    the sum of squared excesses. The gain does not contain mutation and segregation, so they need no model.
+    """
+    steps, many = paths.steps, len(paths.alleles)
+    maternal = np.array([allele.kind == "clade" for allele in paths.alleles], bool)
+    p, variance = paths.p[:-1], paths.variance[:-1]
+    odds = paths.p * (1 - paths.p)
+    factor = steps.living[:-1] / np.maximum(steps.living[:-1] - 1, 1)
+    generations = np.diff(steps.ticks) / steps.generation
+
+    def of(name: str) -> np.ndarray:
+        each = np.stack([getattr(steps.both, name), getattr(steps.maternal, name)], 1)
+        return np.asarray(each[:, maternal.astype(int)])
+
+    with np.errstate(divide="ignore", invalid="ignore"):
+        third = variance**2 / odds[:-1] * (1 - 2 * p)  # p q (1 − 2 p) / k² for k copies
+    terms = (
+        paths.gain,
+        of("square") * variance * factor[:, None],
+        of("cube") * third,
+        of("value") * generations[:, None] * (odds[1:] + odds[:-1]) / 2,
+    )
+    sums = [_cumulated(np.where(paths.used, term, 0.0)) for term in terms]
+    windows = _windows(len(steps.ticks) - 1)
+    found = [rise_test(*(of[b] - of[a] for of in sums)) for a, b in windows]
+    s, error, ratio, chance = (np.array([one[i] for one in found]) for i in range(4))
+    within = len(windows) - 1
+    if within:
+        chance = np.minimum(chance * np.array([2, *[2 * within] * within])[:, None], 1)
+    best, column = chance.argmin(axis=0), np.arange(many)
+    return Tested(paths, np.array(windows)[best], *(of[best, column] for of in (s, error, ratio, chance)))
+
+
+def _cumulated(steps: np.ndarray) -> np.ndarray:
+    return np.concatenate([np.zeros((1, steps.shape[1])), np.cumsum(np.nan_to_num(steps), axis=0)])
+
+
+def _windows(steps: int) -> list[tuple[int, int]]:
+    """Return the limits of the run and of its equal parts."""
+    parts = [1, *(2**k for k in range(1, LEVELS + 1) if steps // 2**k >= WINDOW)]
+    cuts = [np.linspace(0, steps, n + 1).astype(int).tolist() for n in parts]
+    return [pair for cut in cuts for pair in zip(cut[:-1], cut[1:], strict=True)]
+
+
+def rises(
+    lineage: Pedigree, species: str | None = None, *, fdr: float = 0.01, every: int | None = None
+) -> list[Sweep]:
+    """Return the sweeps of a run: alleles that rose by more than drift allows.
+
+    Parameters
+    ----------
+    lineage : Lineage
+    species : str, optional
+        Default: every species of which organisms were born to recorded parents.
+    fdr : float, default 0.01
+        Expected proportion of false ones among the alleles that are reported.
+    every : int, optional
+        Ticks between samples; default: half a generation.
+
+    Returns
+    -------
+    list of Sweep
+        In the order of their beginning. If a species has no recorded genomes, the alleles are clades.
+
+    Raises
+    ------
+    KeyError
+        If the species is unknown.
+    ValueError
+        If no organism of the species, or of any, was born to recorded parents, or the run is too short.
+
+    Notes
+    -----
+    A rise is selection on the allele or on anything linked to it: forks in which it is taken out tell which.
+    The test takes organisms with and without the allele as exchangeable. If relatives share a patch of
+    habitat, or a policy, and with it their fate, drift is stronger than measured.
+    """
+    if not 0 < fdr < 1:
+        raise ValueError(f"rises: fdr is {fdr}; expected a number between 0 and 1, such as 0.01")
+    names = [species] if species is not None else _reproducing(lineage)
+    if not names:
+        raise ValueError(
+            "lineage: no organism was born to recorded parents, so no allele can rise; "
+            "record a world in which a species reproduces"
+        )
+    tests = [tested(follow(lineage, name, every)) for name in names]
+    chances = np.concatenate([of.p for of in tests])
+    q = false_discovery_control(chances) if len(chances) else chances
+    parts = np.split(q, np.cumsum([len(of.p) for of in tests])[:-1])
+    sweeps = [sweep for of, part in zip(tests, parts, strict=True) for sweep in _events(lineage, of, part, fdr)]
+    return sorted(sweeps, key=lambda sweep: (sweep.begin, -sweep.s))
+
+
+def _reproducing(lineage: Pedigree) -> list[str]:
+    """Return species that can be tested: those with births to parents of the same species."""
+    has = (lineage.mother >= 0) | (lineage.father >= 0)
+    parent = np.where(lineage.mother >= 0, lineage.mother, lineage.father)
+    own = has & (lineage.species == lineage.species[parent]) if len(lineage) else has
+    return np.unique(lineage.species[own]).tolist()
+
+
+def _events(lineage: Pedigree, of: Tested, q: np.ndarray, fdr: float) -> list[Sweep]:
+    """Return the sweeps of a species, from the clearest to the least clear."""
+    paths = of.paths
+    rose = [(j, *_limits(paths, *of.window[j], j)) for j in np.flatnonzero(q <= fdr)]
+    left = {j: (low, top) for j, low, top in rose if paths.p[top, j] - paths.p[low, j] >= LEAST}
+    dose = {j: shares(lineage, paths.alleles[j]) for j in left}
+    sweeps = []
+    while left:
+        strongest = max(left, key=lambda j: _rank(of, j))
+        linked = {j: _r2(lineage, paths, dose, strongest, j) for j in left if j != strongest}
+        event = [strongest, *(j for j, r2 in linked.items() if r2 >= LINKED)]
+        lead = max(event, key=lambda j: (paths.alleles[j].kind in ("letter", "value"), *_rank(of, j)))
+        others = [j for j in sorted(event, key=lambda j: _rank(of, j), reverse=True) if j != lead]
+        named = tuple((paths.alleles[j], _r2(lineage, paths, dose, lead, j)) for j in others)
+        sweeps.append(_sweep(of, lead, *left[lead], named, float(q[lead])))
+        for j in event:
+            del left[j]
+    return sweeps
+
+
+def _rank(of: Tested, j: int) -> tuple[float, bool]:
+    return round(float(of.ratio[j]), 6), of.paths.alleles[j].kind == "letter"
+
+
+def _limits(paths: Paths, begin: int, end: int, j: int) -> tuple[int, int]:
+    """Return the samples with the lowest frequency before an allele's highest within a window, and the
+    highest."""
+    path = np.nan_to_num(paths.p[begin : end + 1, j])
+    top = int(path.argmax())
+    low = top - int(path[top::-1].argmin())
+    return begin + low, begin + top
+
+
+def _r2(lineage: Pedigree, paths: Paths, dose: dict[int, np.ndarray], a: int, b: int) -> float:
+    """Return the squared correlation of two alleles among the living at the sample at which both vary most;
+    0 if they exclude each other more often than not."""
+    both = paths.variance[:, a] * paths.variance[:, b]
+    both[~np.isfinite(both)] = 0.0
+    at = int(both.argmax())
+    if both[at] <= 0:
+        return 0.0
+    x, y = (dose[j][lineage.alive(int(paths.ticks[at]))] for j in (a, b))
+    known = np.isfinite(x)
+    r = float(np.corrcoef(x[known], y[known])[0, 1])
+    return max(r, 0.0) ** 2
+
+
+def _sweep(
+    of: Tested, j: int, low: int, top: int, linked: tuple[tuple[Allele, float], ...], q: float
+) -> Sweep:
+    paths, path = of.paths, of.paths.p[:, j]
+    seen = np.flatnonzero(np.isfinite(path))
+    first, last, rise = path[low], path[seen[-1]], path[top] - path[low]
+    before = np.flatnonzero(path[low : top + 1] <= first + 0.25 * rise)
+    begin = low + int(before[-1])
+    half, end = (
+        begin + int(np.flatnonzero(path[begin : top + 1] >= first + share * rise)[0]) for share in (0.5, 0.95)
+    )
+    s, error, allele = float(of.s[j]), float(of.error[j]), paths.alleles[j]
+    return Sweep(
+        species=allele.species,
+        lead=allele,
+        linked=linked,
+        ticks=paths.ticks,
+        path=path,
+        begin=int(paths.ticks[begin]),
+        half=int(paths.ticks[half]),
+        end=int(paths.ticks[end]),
+        first=float(first),
+        last=float(last),
+        s=s,
+        interval=(s - 1.96 * error, s + 1.96 * error),
+        generation=paths.steps.generation,
+        p=float(of.p[j]),
+        q=q,
+        kind=_kind(path[seen], float(first), float(rise), end),
+    )
+
+
+def _kind(path: np.ndarray, first: float, rise: float, end: int) -> Course:
+    """Return the kind of a rise that ended at a sample."""
+    third = 2 * len(path) // 3
+    late = path[third:]
+    if path[-1] >= 0.95:
+        return "complete"
+    if path[-1] <= first + 0.25 * rise:
+        return "passing"
+    halves = late[: len(late) // 2], late[len(late) // 2 :]
+    level = len(late) > 3 and abs(halves[1].mean() - halves[0].mean()) <= 0.1 * rise
+    return "balanced" if level and end <= third else "partial"
