@@ -22,6 +22,7 @@ COMMANDS = {  # each command's module and its help, which is the same as its doc
     "train": ("train", "Train a world's policies and save them."),
     "report": ("telling", "Draw a run's figures and write its report."),
     "why": ("telling", "Explain what happened in a run and why, and suggest values to change."),
+    "explain": ("explaining", "Explain which alleles rose in a run, and what taking them out changes."),
     "lineage": ("telling", "Summarize the lineages of a run, and write them to files."),
     "tracks": ("telling", "Export the positions of organisms as geographic data."),
     "compare": (

@@ -1,0 +1,76 @@
+"""The command explain: which alleles rose in a run, and what taking them out of forks changes."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ecs_eco.cli.folders import pages
+from ecs_eco.cli.options import Of, On, Quiet, Run, Trust, Workers, new_folder, number
+from ecs_eco.cli.terminal import exits, progress, recorded, refuse, say
+from ecs_eco.explain.page import write_explanation
+from ecs_eco.lab.executors import LOCAL, check_engine
+from ecs_eco.record.archipelago import is_archipelago
+
+
+@exits
+def explain(
+    folder: Run,
+    out: Annotated[
+        Path | None, new_folder("Folder for explain.html, explain.json and the figures. Default: DIR.")
+    ] = None,
+    species: Of = None,
+    forks: Annotated[
+        int, number("Forks in which each allele is taken out; 0: only find what rose.", least=0, most=10_000)
+    ] = 24,
+    tick: Annotated[
+        int | None, number("Tick of the forks. Default: when half of the rise is reached.", least=0)
+    ] = None,
+    ticks: Annotated[
+        int | None, number("Length of a fork. Default: until all changed organisms are dead.")
+    ] = None,
+    fdr: Annotated[
+        float, typer.Option(metavar="X", help="Expected proportion of false rises among those reported.")
+    ] = 0.01,
+    seed: Annotated[int, number("Seed of the forks.", least=0, most=2**63 - 1)] = 0,
+    workers: Workers = None,
+    on: On = LOCAL,
+    json_: Annotated[bool, typer.Option("--json", help="Print explain.json instead of sentences.")] = False,
+    quiet: Quiet = False,
+    trust: Trust = False,
+) -> None:
+    """Explain which alleles rose in a run, and what taking them out changes."""
+    if not is_archipelago(folder):
+        recorded(folder)
+    if not 0 < fdr < 1:
+        refuse("--fdr", "is not a proportion", fdr, "a number between 0 and 1, such as 0.01")
+    check_engine(on)
+    pages(out, folder)
+    with progress("forks", quiet, "forks") as show:
+        try:
+            found = write_explanation(
+                folder,
+                out,
+                species=species,
+                fdr=fdr,
+                forks=forks,
+                progress=show,
+                tick=tick,
+                ticks=ticks,
+                seed=seed,
+                engine=on,
+                workers=workers,
+                trust=trust,
+            )
+        except (KeyError, ValueError) as error:
+            refuse("DIR", str(error.args[0]), str(folder), "a run in which a species reproduces")
+    if json_:
+        return say(json.dumps(found, indent=1, ensure_ascii=False))
+    for sweep in found["sweeps"]:
+        say(" ".join(sweep["sentences"]) + "\n")
+    if not found["sweeps"]:
+        say("No allele rose by more than drift allows.\n")
+    say(f"written: {(out or folder) / 'explain.html'}")

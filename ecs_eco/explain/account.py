@@ -1,0 +1,206 @@
+"""A sweep in plain English: what rose, what rose with it, and what taking it out changes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from ecs_eco.analysis.page import number
+from ecs_eco.analysis.survival import Interval
+from ecs_eco.explain.alleles import Allele
+from ecs_eco.explain.events import Sweep
+from ecs_eco.explain.taken_out import TakenOut, driver, take_out
+
+MOST = 3  # linked alleles of a sweep that are also named and taken out
+LATER = {
+    "complete": "",
+    "partial": " At the end of the run, it was at {last:.0%}.",
+    "balanced": " It then stayed level, and was at {last:.0%} at the end of the run.",
+    "passing": " Later it was lost again: at the end of the run, it was at {last:.0%}.",
+}
+
+
+@dataclass(frozen=True)
+class Account:
+    """A sweep with the forks in which its alleles were taken out.
+
+    Attributes
+    ----------
+    sweep : Sweep
+    taken : tuple of (Allele, TakenOut)
+        The lead first, then linked alleles of other genes.
+    gap : str
+        Why nothing, or not everything, was taken out; "" if everything was.
+    """
+
+    sweep: Sweep
+    taken: tuple[tuple[Allele, TakenOut], ...] = ()
+    gap: str = ""
+
+    @property
+    def driver(self) -> Allele | None:
+        """The allele with the largest effect on births; None if no interval excludes 0."""
+        found = driver([taken for _, taken in self.taken])
+        return next((allele for allele, taken in self.taken if taken is found), None)
+
+    def sentences(self) -> list[str]:
+        """Return the sweep in plain English."""
+        lines = [rose(self.sweep), *rose_together(self.sweep)]
+        if self.taken:
+            lines.append(without(*self.taken[0]))
+        if len(self.taken) > 1:
+            lines.append(drove([allele.name for allele, _ in self.taken], self.driver))
+        return [*lines, self.gap] if self.gap else lines
+
+    def to_json(self) -> dict[str, Any]:
+        """Return all numbers and sentences except the path over time."""
+        sweep = {k: v for k, v in asdict(self.sweep).items() if k not in ("ticks", "path")}
+        return sweep | {
+            "lead": self.sweep.lead.name,
+            "linked": [{"allele": allele.name, "r2": r2} for allele, r2 in self.sweep.linked],
+            "driver": self.driver.name if self.driver else None,
+            "effects": list(self.effects()),
+            "sentences": self.sentences(),
+        }
+
+    def effects(self) -> list[dict[str, Any]]:
+        """Return a row for each allele that was taken out and each measure: control, effect, low, high."""
+        return [
+            {"species": self.sweep.species, "allele": allele.name, "was": taken.edits[0].was, "tick": taken.tick}
+            | {"forks": len(taken.n), "measure": measure, "control": taken.control(measure).value}
+            | dict(zip(("effect", "low", "high"), taken.effect(measure), strict=True))
+            for allele, taken in self.taken
+            for measure in taken.means
+        ]
+
+
+def account(
+    run: Path | str,
+    sweep: Sweep,
+    *,
+    tick: int | None = None,
+    forks: int = 24,
+    progress: Callable[[int, int], Any] | None = None,
+    **how: Any,
+) -> Account:
+    """Take the alleles of a sweep out of a recorded run, each separately.
+
+    Parameters
+    ----------
+    run : str or Path
+    sweep : Sweep
+        From `rises`.
+    tick : int, optional
+        Tick of the forks; default: at half of the rise.
+    forks : int, default 24
+        0: take nothing out.
+    progress : callable, optional
+        Called as `progress(done, forks)`.
+    **how
+        Other arguments of `take_out`.
+
+    Returns
+    -------
+    Account
+    """
+    chosen = candidates(sweep) if forks else []
+    gap = f"{sweep.lead.name} is not a letter or gene that could be taken out." if forks and not chosen else ""
+    taken: list[tuple[Allele, TakenOut]] = []
+    for i, allele in enumerate(chosen):
+
+        def show(done: int, _: int, before: int = i * forks) -> None:
+            if progress is not None:
+                progress(before + done, len(chosen) * forks)
+
+        try:
+            at = sweep.half if tick is None else tick
+            taken.append((allele, take_out(run, allele, tick=at, forks=forks, progress=show, **how)))
+        except ValueError as error:
+            gap = f"{allele.name} could not be taken out: {error}."
+    return Account(sweep, tuple(taken), gap)
+
+
+def candidates(sweep: Sweep) -> list[Allele]:
+    """Return the lead and linked alleles that can be taken out, one for each gene or neutral locus."""
+    chosen: dict[tuple[str, int], Allele] = {}
+    for allele in (sweep.lead, *(allele for allele, _ in sweep.linked)):
+        if allele.kind in ("letter", "value", "copies"):
+            chosen.setdefault((allele.gene, -1 if allele.gene else allele.locus), allele)
+    return list(chosen.values())[: 1 + MOST]
+
+
+# --- sentences ----------------------------------------------------------------------------------------------
+
+
+def rose(sweep: Sweep) -> str:
+    """Return the sentence on a rise."""
+    low, high = sweep.interval
+    top = float(sweep.path[sweep.ticks <= sweep.end][-1])
+    return (
+        f"Between ticks {sweep.begin:,} and {sweep.end:,}, {sweep.lead.name} rose from {sweep.first:.0%} to "
+        f"{top:.0%} in {sweep.species} (selection coefficient {number(sweep.s, 2)} per generation of "
+        f"{number(sweep.generation)} ticks, {number(low, 2)} to {number(high, 2)})."
+        f"{LATER[sweep.kind].format(last=sweep.last)}"
+    )
+
+
+def rose_together(sweep: Sweep) -> list[str]:
+    """Return the sentence on linked alleles, if there are any."""
+    names = [f"{allele.name} (r² = {r2:.2f})" for allele, r2 in sweep.linked[:MOST]]
+    if (more := len(sweep.linked) - MOST) > 0:
+        names.append(f"{more} more")
+    return [f"It is linked to {listed(names)}."] if names else []
+
+
+def without(allele: Allele, taken: TakenOut) -> str:
+    """Return the sentences on what changes if an allele is taken out."""
+    births, lived, usual = taken.effect("births"), taken.effect("survival"), taken.control("births").value
+    many = round(float(taken.n.sum(axis=1).mean()))
+    lines = [
+        f"In {len(taken.n)} forks at tick {taken.tick:,}, half of {many:,} carriers, drawn at random, received "
+        f"{replace(allele, value=taken.edits[0].was).name} instead."
+    ]
+    if births.low <= 0 <= births.high:
+        lines.append(f"Their number of young does not differ clearly from that of the others: {signed(births)}.")
+    else:
+        word = "fewer" if births.value < 0 else "more"
+        lines.append(f"They had {sized(births)} {word} young each; the others had {number(usual, 2)}.")
+    if not lived.low <= 0 <= lived.high:
+        lines.append(f"They lived {sized(lived)} ticks {'less' if lived.value < 0 else 'longer'}.")
+    more = {m.removeprefix("died: "): taken.effect(m) for m in taken.means if m.startswith("died: ")}
+    whole = sum(max(x.value, 0.0) for x in more.values())
+    cause = max((c for c in more if more[c].low > 0), key=lambda c: more[c].value, default=None)
+    if cause is not None:
+        x = more[cause]
+        lines.append(
+            f"The share that died of the cause “{cause}” was higher by {100 * x.value:.0f} percentage points "
+            f"({100 * x.low:.0f} to {100 * x.high:.0f}), {x.value / whole:.0%} of all additional deaths."
+        )
+    return " ".join(lines)
+
+
+def drove(names: Sequence[str], found: Allele | None) -> str:
+    """Return the sentence on which of several alleles, each taken out separately, drove the rise."""
+    if found is None:
+        return f"Taken out alone, none of {listed(names)} changes the number of young clearly: the forks do not show which one drove the rise."
+    rest = [name for name in names if name != found.name]
+    return f"Taken out alone, {found.name} changes the number of young most: it drove the rise; {listed(rest)} rose with it."
+
+
+def listed(names: Sequence[str]) -> str:
+    """Return names as "a, b and c"."""
+    *before, last = names
+    return f"{', '.join(before)} and {last}" if before else last
+
+
+def sized(x: Interval) -> str:
+    """Return the size of an effect and its interval, without signs."""
+    low, high = sorted((abs(x.low), abs(x.high)))
+    return f"{number(abs(x.value), 2)} ({number(low, 2)} to {number(high, 2)})"
+
+
+def signed(x: Interval) -> str:
+    """Return an effect with its interval."""
+    return f"{number(x.value, 2)} ({number(x.low, 2)} to {number(x.high, 2)})"

@@ -1,0 +1,185 @@
+"""Write what evolved in a run and why: explain.html for people, explain.json and Parquet for programs."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
+from html import escape
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+
+from ecs_eco.analysis.carriers import genes_in
+from ecs_eco.analysis.compare import clean
+from ecs_eco.analysis.lineage import Lineage
+from ecs_eco.analysis.page import drawn, number, page, table, verdict, write_text
+from ecs_eco.analysis.runs import read_manifest
+from ecs_eco.explain import figures
+from ecs_eco.explain.account import Account, account, candidates
+from ecs_eco.explain.alleles import Paths, follow
+from ecs_eco.explain.events import Sweep, rises
+from ecs_eco.record.archipelago import is_archipelago, read as read_archipelago
+from ecs_eco.record.parquet import write_part
+
+MOST = 8  # sweeps whose alleles are taken out, the clearest first
+HOW = (
+    "A rise counts if drift alone would produce it in at most {fdr:.0%} of the rises listed. Drift is measured from "
+    "the births and deaths of the run, not assumed. s is the slope of the log odds of the frequency per generation."
+)
+EFFECTS = (
+    "Effects of taking each allele out, with 95% intervals over forks: differences between carriers that lost it and "
+    "carriers that kept it in the same worlds, from the change to death or the end of the fork. Gray: the interval "
+    "contains 0."
+)
+
+
+def write_explanation(
+    run: Path | str,
+    out: Path | str | None = None,
+    *,
+    species: str | None = None,
+    fdr: float = 0.01,
+    forks: int = 24,
+    progress: Callable[[int, int], Any] | None = None,
+    **how: Any,
+) -> dict[str, Any]:
+    """Find the alleles that rose in a run, take them out in forks, and write what they do.
+
+    Writes explain.html, explain.json, figures/explain-*.svg, and the Parquet files explain/frequencies.parquet
+    and explain/effects.parquet. Forks that are already in RUN/explain/ are not run again.
+
+    Parameters
+    ----------
+    run : str or Path
+        Folder of a run or an archipelago; only runs can be forked.
+    out : str or Path, optional
+        Folder for the files; default: the folder of the run.
+    species : str, optional
+        Default: every species that reproduces.
+    fdr : float, default 0.01
+        Expected proportion of false rises among those reported.
+    forks : int, default 24
+        Forks for each allele; 0: none.
+    progress : callable, optional
+        Called as `progress(done, forks)`.
+    **how
+        Other arguments of `take_out`: tick, ticks, seed, engine, workers, trust.
+
+    Returns
+    -------
+    dict
+        Contents of explain.json.
+
+    Raises
+    ------
+    FileNotFoundError
+        If the folder contains no run.
+    ValueError
+        If no species was born to recorded parents.
+
+    Examples
+    --------
+    >>> from ecs_eco.explain import write_explanation
+    >>> from ecs_eco.runs.run import run_to_folder
+    >>> manifest = run_to_folder("reflexes", seed=1, ticks=60, out="goats", report=False)
+    >>> write_explanation("goats", species="goat", forks=0)["species"]
+    ['goat']
+    """
+    place, islands = Path(out or run), is_archipelago(Path(run))
+    lineage = Lineage.read(run)
+    sweeps = rises(lineage, species, fdr=fdr)
+    clearest = sorted(sweeps, key=lambda sweep: sweep.p)[:MOST]
+    some = [sweep for sweep in clearest if forks and not islands]
+    total, before, accounts = sum(len(candidates(sweep)) for sweep in some) * forks, 0, {}
+    for sweep in some:
+
+        def show(done: int, _: int, before: int = before) -> None:
+            if progress is not None:
+                progress(before + done, total)
+
+        accounts[id(sweep)] = account(run, sweep, forks=forks, progress=show, **how)
+        before += len(candidates(sweep)) * forks
+    told = [accounts.get(id(sweep), Account(sweep)) for sweep in sweeps]
+    names = [species] if species is not None else list(dict.fromkeys(s.species for s in sweeps))
+    paths = {name: follow(lineage, name) for name in names}
+    manifest = read_archipelago(Path(run)) if islands else read_manifest(run)
+    found = clean(
+        {"format": 1, "species": names, "fdr": fdr, "forks": forks, "sweeps": [one.to_json() for one in told]}
+    )
+    write_text(place / "explain.json", json.dumps(found, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+    (place / "explain").mkdir(exist_ok=True)
+    write_part(frequencies(paths), place / "explain" / "frequencies.parquet")
+    write_part(pa.Table.from_pylist([row for one in told for row in one.effects()]), place / "explain" / "effects.parquet")
+    title = f"What evolved: {manifest.get('title') or manifest.get('world', 'a run')}"
+    blocks = [f"<h1>{escape(title)}</h1>", verdict(opening(sweeps, lineage, species, islands and bool(forks)), False)]
+    blocks += [overview(sweeps), f"<p class='under'>{escape(HOW.format(fdr=fdr))}</p>"] if sweeps else []
+    pictures = place / "figures"
+    for name, of in paths.items():
+        caption = f"Shares of the clades of founders of {name} along first parents; dashed: half of each rise."
+        own = [sweep for sweep in sweeps if sweep.species == name]
+        if any(allele.kind == "clade" for allele in of.alleles):
+            blocks += [f"<h2>Clades of {escape(name)}</h2>", drawn(figures.clades(of, own), pictures / f"explain-clades-{name}.svg", caption)]
+    traits = {name: traits_of(lineage.genomes.get(name, {})) for name in paths}
+    for i, one in enumerate(told, 1):
+        blocks += section(one, paths[one.sweep.species], traits[one.sweep.species], pictures / f"explain-{i}")
+    write_text(place / "explain.html", page(title, *blocks))
+    return found
+
+
+def traits_of(genomes: Mapping[str, Any]) -> dict[str, str]:
+    """Return what each gene codes for."""
+    return {gene["name"]: gene.get("trait") or "" for gene in genes_in(genomes)} if genomes else {}
+
+
+def opening(sweeps: Sequence[Sweep], lineage: Lineage, species: str | None, unforked: bool) -> list[str]:
+    """Return the first sentences of the page."""
+    whom = species or "all species"
+    lines = [f"In {lineage.end + 1:,} ticks, {len(sweeps) or 'no'} allele{'s' * (len(sweeps) != 1)} of {whom} rose by more than drift allows."]
+    if unforked:
+        lines.append("Islands cannot be forked, because their immigrants would be missing: nothing was taken out.")
+    return lines
+
+
+def overview(sweeps: Sequence[Sweep]) -> str:
+    """Return a table of all sweeps."""
+    head = ["what rose", "species", "kind", "from", "to", "begin", "half", "end", "s per generation", "linked", "q"]
+    return table(
+        head,
+        [
+            [s.lead.name, s.species, s.kind, f"{s.first:.0%}", f"{s.last:.0%}", *(f"{t:,}" for t in (s.begin, s.half, s.end))]
+            + [f"{number(s.s, 2)} ({number(s.interval[0], 2)} to {number(s.interval[1], 2)})", len(s.linked), number(s.q, 2)]
+            for s in sweeps
+        ],
+    )
+
+
+def section(one: Account, paths: Paths, traits: Mapping[str, str], place: Path) -> list[str]:
+    """Return the headings, sentences, figures and the table of a sweep; figures are `place`-*.svg."""
+    sweep = one.sweep
+    caption = "Frequency over time; dashed: begin, half and end of the rise."
+    blocks = [
+        f"<h2>{escape(sweep.lead.name)} ({escape(sweep.species)})</h2>",
+        *(f"<p>{escape(line)}</p>" for line in one.sentences()),
+        drawn(figures.frequency(sweep, paths), place.with_name(f"{place.name}-frequency.svg"), caption),
+    ]
+    if one.taken:
+        way = "From the allele to the number of young: the action and the cause of death that change most without it."
+        blocks += [
+            drawn(figures.effects(one), place.with_name(f"{place.name}-effects.svg"), EFFECTS),
+            drawn(figures.way(one, traits.get(sweep.lead.gene, "")), place.with_name(f"{place.name}-way.svg"), way),
+        ]
+    return blocks
+
+
+def frequencies(paths: Mapping[str, Paths]) -> pa.Table:
+    """Return the frequencies of all alleles as a long table."""
+    parts = []
+    for of in paths.values():
+        for j, allele in enumerate(of.alleles):
+            columns = {"tick": of.ticks, "frequency": of.p[:, j], "copies": of.n}
+            words = {key: np.repeat(value, len(of.ticks)) for key, value in asdict(allele).items()}
+            parts.append(pa.table({**words, **columns}))
+    return pa.concat_tables(parts) if parts else pa.table({"tick": pa.array([], pa.int64())})
