@@ -12,13 +12,18 @@ from ecs_eco._lazy import lazy
 if TYPE_CHECKING:
     from ecs_eco.explain.alleles import Allele as Allele, Paths as Paths, follow as follow, shares as shares
     from ecs_eco.explain.drift import Steps as Steps, steps_of as steps_of
-    from ecs_eco.explain.events import Sweep as Sweep, Tested as Tested, rises as rises, tested as tested
+    from ecs_eco.explain.events import (
+        Assessment as Assessment,
+        Sweep as Sweep,
+        assess as assess,
+        rises as rises,
+    )
 
 __getattr__ = lazy(
     __name__,
     {
         ".alleles": "Allele Paths follow shares",
         ".drift": "Steps steps_of",
-        ".events": "Sweep Tested rises tested",
+        ".events": "Sweep Assessment rises assess",
     },
 )
