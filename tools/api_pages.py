@@ -69,6 +69,11 @@ API: dict[str, tuple[str, str, tuple[str, ...]]] = {  # page: (title, opening, n
             "ecs_eco.lab.searching.sampler:weighted_quantiles",
         ),
     ),
+    "explain": (
+        "Explanations of evolution",
+        "Find the alleles that rose by more than drift allows.",
+        ("ecs_eco.explain:*",),
+    ),
     "learning": (
         "Learning",
         "Policy networks and PPO, also for plain Gymnasium environments; see "

@@ -15,7 +15,12 @@ if TYPE_CHECKING:
     from ecs_eco.explain.alleles import Allele as Allele, Paths as Paths, follow as follow, shares as shares
     from ecs_eco.explain.drift import Steps as Steps, steps_of as steps_of
     from ecs_eco.explain.edits import Edit as Edit
-    from ecs_eco.explain.events import Sweep as Sweep, Tested as Tested, rises as rises, tested as tested
+    from ecs_eco.explain.events import (
+        Assessment as Assessment,
+        Sweep as Sweep,
+        assess as assess,
+        rises as rises,
+    )
     from ecs_eco.explain.page import write_explanation as write_explanation
     from ecs_eco.explain.taken_out import TakenOut as TakenOut, driver as driver, take_out as take_out
 
@@ -26,7 +31,7 @@ __getattr__ = lazy(
         ".alleles": "Allele Paths follow shares",
         ".drift": "Steps steps_of",
         ".edits": "Edit",
-        ".events": "Sweep Tested rises tested",
+        ".events": "Assessment Sweep assess rises",
         ".page": "write_explanation",
         ".taken_out": "TakenOut driver take_out",
     },

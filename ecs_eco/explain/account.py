@@ -68,7 +68,12 @@ class Account:
     def effects(self) -> list[dict[str, Any]]:
         """Return a row for each allele that was taken out and each measure: control, effect, low, high."""
         return [
-            {"species": self.sweep.species, "allele": allele.name, "was": taken.edits[0].was, "tick": taken.tick}
+            {
+                "species": self.sweep.species,
+                "allele": allele.name,
+                "was": taken.edits[0].was,
+                "tick": taken.tick,
+            }
             | {"forks": len(taken.n), "measure": measure, "control": taken.control(measure).value}
             | dict(zip(("effect", "low", "high"), taken.effect(measure), strict=True))
             for allele, taken in self.taken
@@ -106,7 +111,9 @@ def account(
     Account
     """
     chosen = candidates(sweep) if forks else []
-    gap = f"{sweep.lead.name} is not a letter or gene that could be taken out." if forks and not chosen else ""
+    gap = (
+        f"{sweep.lead.name} is not a letter or gene that could be taken out." if forks and not chosen else ""
+    )
     taken: list[tuple[Allele, TakenOut]] = []
     for i, allele in enumerate(chosen):
 
@@ -163,7 +170,9 @@ def without(allele: Allele, taken: TakenOut) -> str:
         f"{replace(allele, value=taken.edits[0].was).name} instead."
     ]
     if births.low <= 0 <= births.high:
-        lines.append(f"Their number of young does not differ clearly from that of the others: {signed(births)}.")
+        lines.append(
+            f"Their number of young does not differ clearly from that of the others: {signed(births)}."
+        )
     else:
         word = "fewer" if births.value < 0 else "more"
         lines.append(f"They had {sized(births)} {word} young each; the others had {number(usual, 2)}.")

@@ -42,7 +42,9 @@ class Allele:
     def name(self) -> str:
         """Its name in plain English."""
         if self.kind == "letter":
-            return f"letter {self.value} at locus {self.locus}" + f", in the gene {self.gene}" * bool(self.gene)
+            return f"letter {self.value} at locus {self.locus}" + f", in the gene {self.gene}" * bool(
+                self.gene
+            )
         if self.kind == "value":
             return f"{self.gene} = {self.value.replace('-', '−')}"
         if self.kind == "copies":
@@ -102,12 +104,10 @@ class Site:
     def sums(self, at: np.ndarray, weights: np.ndarray, n: int, organism: np.ndarray) -> np.ndarray:
         """Return, for each of n places and each value, the sum of weights f64[rows] × the organism's share over
         the rows `at` i64[rows] this place: f64[n, values]."""
-        size, out = len(self.values) + 1, np.zeros(0)
+        size = len(self.values) + 1
         own = self.weights if isinstance(self.weights, float) else self.weights[organism]
-        for codes in self.codes:
-            total = np.bincount(at * size + codes[organism] + 1, weights * own, n * size)
-            out = out + total if len(out) else total
-        return np.asarray(out.reshape(n, size)[:, 1:])
+        sums = [np.bincount(at * size + of[organism] + 1, weights * own, n * size) for of in self.codes]
+        return np.asarray(np.sum(sums, axis=0).reshape(n, size)[:, 1:])
 
     def share(self, j: int) -> np.ndarray:
         """Return the share of each organism's copies that have the value j: f64[organisms]."""
@@ -165,7 +165,9 @@ def follow(lineage: Pedigree, species: str, every: int | None = None) -> Paths:
     alleles = tuple(allele for found, *_ in parts for allele in found)
     shape = (len(steps.ticks), 0)
     arrays = [np.concatenate([np.zeros(shape), *(part[1 + i] for part in parts)], axis=1) for i in range(2)]
-    later = [np.concatenate([np.zeros((shape[0] - 1, 0)), *(p[3 + i] for p in parts)], axis=1) for i in range(2)]
+    later = [
+        np.concatenate([np.zeros((shape[0] - 1, 0)), *(p[3 + i] for p in parts)], axis=1) for i in range(2)
+    ]
     copies = steps.living * _ploidy(own, species)
     return Paths(steps.ticks, alleles, arrays[0], copies, arrays[1], later[0], later[1].astype(bool), steps)
 
@@ -216,7 +218,7 @@ def _path(site: Site, own: Pedigree, species: str, steps: Steps) -> tuple[Any, .
         used = (copies >= FEWEST - 1e-9) & (others >= FEWEST - 1e-9)
     if site.kind in ("haplotype", "clade"):
         used &= np.logical_or.accumulate(p >= COMMON, axis=0)
-    kept = used[:-1].any(axis=0)
+    kept = np.asarray(used[:-1].any(axis=0))
     gain = site.sums(steps.step, contributions.excess, samples - 1, steps.organism)
     alleles = [Allele(species, site.kind, site.gene, site.locus, value) for value in site.values]
     chosen = [allele for allele, keep in zip(alleles, kept, strict=True) if keep]
@@ -267,19 +269,16 @@ def _matrix(genomes: np.ndarray) -> np.ndarray:
 def _letters(matrix: np.ndarray, locus: int, kept: dict[str, Any]) -> Iterator[Site]:
     """Yield the letters of a locus, unless all organisms have the same."""
     width = matrix.shape[1] // kept.get("ploidy", 1)
-    columns = [matrix[:, at] for at in range(locus, matrix.shape[1], width)]
-    found = np.unique(np.concatenate([_distinct(column) for column in columns]))
-    letters = found[found > 0]
+    columns = [np.ascontiguousarray(matrix[:, at]) for at in range(locus, matrix.shape[1], width)]
+    most = max(int(column.max()) for column in columns) + 1
+    counts = np.sum([np.bincount(column, minlength=most) for column in columns], axis=0)
+    letters = np.flatnonzero(counts[1:]) + 1  # 0 is a missing genome
     if len(letters) > 1:
-        codes = [(np.searchsorted(letters, column) - (column == 0)).astype(np.int8) for column in columns]
+        code_of = np.full(len(counts), -1, np.int8)
+        code_of[letters] = np.arange(len(letters))
         inside = [g["name"] for g in kept["genes"] if g["at"] <= locus < g["at"] + g["letters"]]
-        yield Site("letter", inside[0] if inside else "", locus, tuple(chr(c) for c in letters), codes, 1 / len(codes))
-
-
-def _distinct(column: np.ndarray) -> np.ndarray:
-    if column.dtype == np.uint8:
-        return np.flatnonzero(np.bincount(column, minlength=256))
-    return np.unique(column)
+        codes, values = [code_of[column] for column in columns], tuple(map(chr, letters.tolist()))
+        yield Site("letter", inside[0] if inside else "", locus, values, codes, 1 / len(codes))
 
 
 def _of_values(own: Pedigree, species: str, gene: dict[str, Any]) -> Site:
@@ -294,7 +293,9 @@ def _copies(own: Pedigree, species: str, gene: dict[str, Any], kept: dict[str, A
     """Yield the numbers of copies of a gene in variable-length genomes."""
     texts = pa.array(own.genome, pa.string()).dictionary_encode()
     strings = words_of_strings(texts.dictionary.to_pylist(), gene, kept)
-    number = np.array([sum(map(len, of)) for of in strings], int)[texts.indices.to_numpy(zero_copy_only=False)]
+    number = np.array([sum(map(len, of)) for of in strings], int)[
+        texts.indices.to_numpy(zero_copy_only=False)
+    ]
     yield Site("copies", gene["name"], -1, tuple(str(k) for k in range(number.max() + 1)), [number], 1.0)
 
 

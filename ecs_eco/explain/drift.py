@@ -14,7 +14,8 @@ AGES = 64  # maximum number of age classes of a life table
 
 @dataclass(frozen=True)
 class Contributions:
-    """What organisms added to the population in a step beyond the expected: `excess` f64[rows], in newborns.
+    """Excess contributions of organisms to the population in each step of their lives: `excess` f64[rows], in
+    newborns.
 
     `value` f64[steps] is the mean reproductive value of the population during a step, in newborns;
     `square` f64[steps] and `cube` f64[steps] are the sums of the second and third powers of excesses over
@@ -126,7 +127,9 @@ def steps_of(lineage: Pedigree, every: int | None = None) -> Steps:
     every = every or max(1, round(generation / 2), -(-lineage.end // SAMPLES))
     ticks = lineage.samples(every)
     if len(ticks) < 2:
-        raise ValueError(f"lineage: {lineage.end + 1} ticks are fewer than a step of {every}; record a longer run")
+        raise ValueError(
+            f"lineage: {lineage.end + 1} ticks are fewer than a step of {every}; record a longer run"
+        )
     died = np.where(lineage.died == ALIVE, lineage.end + 1, lineage.died)
     first, last = np.searchsorted(ticks, lineage.born), np.searchsorted(ticks, died)
     begins = np.maximum(first - 1, 0)  # the step in which it is born, or the run's first
@@ -161,14 +164,14 @@ def _reproductive_values(
     born: np.ndarray, died: np.ndarray, parent: np.ndarray, child: np.ndarray, share: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return ages [ticks] and the reproductive values at them, relative to a newborn's."""
-    age = died - born
-    width = max(1, -(-int(age.max()) // AGES))
-    classes = int(age.max()) // width + 1
-    exposure = np.array([np.clip(age - j * width, 0, width).sum() for j in range(classes)], float)
-    ended = died <= died.max() - 1  # the others may still be alive
-    deaths = np.bincount(age[ended] // width, minlength=classes)[:classes]
-    at = np.minimum(born[child] - born[parent], age[parent]) // width
-    births = np.bincount(at, share, classes)[:classes]
+    ended = died < died.max()  # the others may still be alive
+    passed = died - born - ~ended  # ticks that an organism began to live, the last of which may be its death
+    width = max(1, -(-int(passed.max()) // AGES))
+    classes = max(1, -(-int(passed.max()) // width))
+    exposure = np.array([np.clip(passed - j * width, 0, width).sum() for j in range(classes)], float)
+    deaths = np.bincount((passed[ended] - 1) // width, minlength=classes)
+    at = np.minimum(born[child] - born[parent], passed[parent]) - 1
+    births = np.bincount(np.maximum(at, 0) // width, share, classes)
     exposure = np.maximum(exposure, 1)
     survival, fecundity = np.clip(1 - deaths / exposure, 0, 1), births / exposure
     values = np.zeros(classes + 1)

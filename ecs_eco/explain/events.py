@@ -18,7 +18,7 @@ Course = Literal["complete", "partial", "balanced", "passing"]
 
 
 @dataclass(frozen=True)
-class Tested:
+class Assessment:
     """Tests of alleles, one entry each, on the window of the run in which the allele rose most clearly.
 
     Attributes
@@ -91,7 +91,7 @@ class Sweep:
     kind: Course
 
 
-def tested(paths: Paths) -> Tested:
+def assess(paths: Paths) -> Assessment:
     """Test whether alleles rose by more than drift allows, over the whole run and within windows of it.
 
     Parameters
@@ -101,7 +101,7 @@ def tested(paths: Paths) -> Tested:
 
     Returns
     -------
-    Tested
+    Assessment
 
     Notes
     -----
@@ -137,7 +137,7 @@ def tested(paths: Paths) -> Tested:
     if within:
         chance = np.minimum(chance * np.array([2, *[2 * within] * within])[:, None], 1)
     best, column = chance.argmin(axis=0), np.arange(many)
-    return Tested(paths, np.array(windows)[best], *(of[best, column] for of in (s, error, ratio, chance)))
+    return Assessment(paths, np.array(windows)[best], *(of[best, column] for of in (s, error, ratio, chance)))
 
 
 def _cumulated(steps: np.ndarray) -> np.ndarray:
@@ -192,27 +192,29 @@ def rises(
             "lineage: no organism was born to recorded parents, so no allele can rise; "
             "record a world in which a species reproduces"
         )
-    tests = [tested(follow(lineage, name, every)) for name in names]
+    tests = [assess(follow(lineage, name, every)) for name in names]
     chances = np.concatenate([of.p for of in tests])
     q = false_discovery_control(chances) if len(chances) else chances
     parts = np.split(q, np.cumsum([len(of.p) for of in tests])[:-1])
-    sweeps = [sweep for of, part in zip(tests, parts, strict=True) for sweep in _events(lineage, of, part, fdr)]
+    sweeps = [
+        sweep for of, part in zip(tests, parts, strict=True) for sweep in _events(lineage, of, part, fdr)
+    ]
     return sorted(sweeps, key=lambda sweep: (sweep.begin, -sweep.s))
 
 
 def _reproducing(lineage: Pedigree) -> list[str]:
-    """Return species that can be tested: those with births to parents of the same species."""
+    """Return species that can be assess: those with births to parents of the same species."""
     has = (lineage.mother >= 0) | (lineage.father >= 0)
     parent = np.where(lineage.mother >= 0, lineage.mother, lineage.father)
     own = has & (lineage.species == lineage.species[parent]) if len(lineage) else has
     return np.unique(lineage.species[own]).tolist()
 
 
-def _events(lineage: Pedigree, of: Tested, q: np.ndarray, fdr: float) -> list[Sweep]:
+def _events(lineage: Pedigree, of: Assessment, q: np.ndarray, fdr: float) -> list[Sweep]:
     """Return the sweeps of a species, from the clearest to the least clear."""
     paths = of.paths
-    rose = [(j, *_limits(paths, *of.window[j], j)) for j in np.flatnonzero(q <= fdr)]
-    left = {j: (low, top) for j, low, top in rose if paths.p[top, j] - paths.p[low, j] >= LEAST}
+    rose = {int(j): _limits(paths.p[:, j], *of.window[j].tolist()) for j in np.flatnonzero(q <= fdr)}
+    left = {j: at for j, at in rose.items() if paths.p[at[1], j] - paths.p[at[0], j] >= LEAST}
     dose = {j: shares(lineage, paths.alleles[j]) for j in left}
     sweeps = []
     while left:
@@ -228,14 +230,14 @@ def _events(lineage: Pedigree, of: Tested, q: np.ndarray, fdr: float) -> list[Sw
     return sweeps
 
 
-def _rank(of: Tested, j: int) -> tuple[float, bool]:
+def _rank(of: Assessment, j: int) -> tuple[float, bool]:
     return round(float(of.ratio[j]), 6), of.paths.alleles[j].kind == "letter"
 
 
-def _limits(paths: Paths, begin: int, end: int, j: int) -> tuple[int, int]:
+def _limits(path: np.ndarray, begin: int, end: int) -> tuple[int, int]:
     """Return the samples with the lowest frequency before an allele's highest within a window, and the
     highest."""
-    path = np.nan_to_num(paths.p[begin : end + 1, j])
+    path = np.nan_to_num(path[begin : end + 1])
     top = int(path.argmax())
     low = top - int(path[top::-1].argmin())
     return begin + low, begin + top
@@ -256,7 +258,7 @@ def _r2(lineage: Pedigree, paths: Paths, dose: dict[int, np.ndarray], a: int, b:
 
 
 def _sweep(
-    of: Tested, j: int, low: int, top: int, linked: tuple[tuple[Allele, float], ...], q: float
+    of: Assessment, j: int, low: int, top: int, linked: tuple[tuple[Allele, float], ...], q: float
 ) -> Sweep:
     paths, path = of.paths, of.paths.p[:, j]
     seen = np.flatnonzero(np.isfinite(path))

@@ -35,7 +35,9 @@ def frequency(sweep: Sweep, paths: Paths) -> Figure:
     ax.plot(sweep.ticks, sweep.path, color=INK, lw=1.9, label=sweep.lead.name)
     for tick in (sweep.begin, sweep.half, sweep.end):
         ax.axvline(tick, color=SOFT, lw=0.8, ls=(0, (2, 2)))
-    ax.set(xlabel="tick", ylabel="frequency", ylim=(-0.02, 1.02), xlim=(sweep.ticks[0], max(sweep.ticks[-1], 1)))
+    ax.set(
+        xlabel="tick", ylabel="frequency", ylim=(-0.02, 1.02), xlim=(sweep.ticks[0], max(sweep.ticks[-1], 1))
+    )
     figure.legend(loc="outside upper left", ncols=3)
     return figure
 
@@ -63,10 +65,23 @@ def clades(paths: Paths, sweeps: Sequence[Sweep] = ()) -> Figure:
     rest = np.clip(1 - shares.sum(axis=0, keepdims=True), 0, 1)
     hues = [GREY, *(PALETTE[k % len(PALETTE)] for k in range(len(own)))]
     names = ["all others", *(paths.alleles[j].name for j in own)]
-    ax.stackplot(paths.ticks, np.concatenate([rest, shares]), colors=hues, alpha=0.75, labels=names, lw=0.4, edgecolor="white")
+    ax.stackplot(
+        paths.ticks,
+        np.concatenate([rest, shares]),
+        colors=hues,
+        alpha=0.75,
+        labels=names,
+        lw=0.4,
+        edgecolor="white",
+    )
     for sweep in sweeps:
         ax.axvline(sweep.half, color=INK, lw=0.9, ls=(0, (2, 2)))
-    ax.set(xlabel="tick", ylabel="fraction of the living", ylim=(0, 1), xlim=(paths.ticks[0], max(paths.ticks[-1], 1)))
+    ax.set(
+        xlabel="tick",
+        ylabel="fraction of the living",
+        ylim=(0, 1),
+        xlim=(paths.ticks[0], max(paths.ticks[-1], 1)),
+    )
     if len(own) < 12:
         figure.legend(loc="outside upper left", ncols=4)
     return figure
@@ -125,7 +140,12 @@ def way(account: Account, trait: str) -> Figure:
     """Draw the path from an allele over what it codes for and the action and cause of death that change most,
     to the number of young."""
     allele, taken = account.taken[0]
-    boxes = [allele.name, trait or "no trait", *(largest(taken, kind) for kind in ("action", "died")), birth(taken)]
+    boxes = [
+        allele.name,
+        trait or "no trait",
+        *(largest(taken, kind) for kind in ("action", "died")),
+        birth(taken),
+    ]
     boxes = [box for box in boxes if box]
     figure = empty(9, 1.3)
     ax = figure.add_axes((0.0, 0.0, 1.0, 1.0))
@@ -133,9 +153,23 @@ def way(account: Account, trait: str) -> Figure:
     places = (np.arange(len(boxes)) + 0.5) / len(boxes)
     for k, (x, box) in enumerate(zip(places, boxes, strict=True)):
         text = box.replace(", ", ",\n").replace(": ", ":\n")
-        ax.text(x, 0.5, text, ha="center", va="center", fontsize=9, color=INK, bbox={"boxstyle": "round,pad=0.5", "fc": "white", "ec": SOFT})
+        ax.text(
+            x,
+            0.5,
+            text,
+            ha="center",
+            va="center",
+            fontsize=9,
+            color=INK,
+            bbox={"boxstyle": "round,pad=0.5", "fc": "white", "ec": SOFT},
+        )
         if k:
-            ax.annotate("", (x - 0.36 / len(boxes), 0.5), (places[k - 1] + 0.36 / len(boxes), 0.5), arrowprops={"arrowstyle": "->", "color": SOFT})
+            ax.annotate(
+                "",
+                (x - 0.36 / len(boxes), 0.5),
+                (places[k - 1] + 0.36 / len(boxes), 0.5),
+                arrowprops={"arrowstyle": "->", "color": SOFT},
+            )
     ax.set(xlim=(0, 1), ylim=(0, 1))
     return figure
 
@@ -152,4 +186,6 @@ def largest(taken: TakenOut, kind: str) -> str:
 
 def birth(taken: TakenOut) -> str:
     """Return the effect on the number of young in words."""
-    return f"young, {100 * taken.effect('births').value / scale(taken, 'births'):+.0f}% without it".replace("-", "−")
+    return f"young, {100 * taken.effect('births').value / scale(taken, 'births'):+.0f}% without it".replace(
+        "-", "−"
+    )

@@ -109,19 +109,32 @@ def write_explanation(
     found = clean(
         {"format": 1, "species": names, "fdr": fdr, "forks": forks, "sweeps": [one.to_json() for one in told]}
     )
-    write_text(place / "explain.json", json.dumps(found, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+    write_text(
+        place / "explain.json", json.dumps(found, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    )
     (place / "explain").mkdir(exist_ok=True)
     write_part(frequencies(paths), place / "explain" / "frequencies.parquet")
-    write_part(pa.Table.from_pylist([row for one in told for row in one.effects()]), place / "explain" / "effects.parquet")
+    write_part(
+        pa.Table.from_pylist([row for one in told for row in one.effects()]),
+        place / "explain" / "effects.parquet",
+    )
     title = f"What evolved: {manifest.get('title') or manifest.get('world', 'a run')}"
-    blocks = [f"<h1>{escape(title)}</h1>", verdict(opening(sweeps, lineage, species, islands and bool(forks)), False)]
+    blocks = [
+        f"<h1>{escape(title)}</h1>",
+        verdict(opening(sweeps, lineage, species, islands and bool(forks)), False),
+    ]
     blocks += [overview(sweeps), f"<p class='under'>{escape(HOW.format(fdr=fdr))}</p>"] if sweeps else []
     pictures = place / "figures"
     for name, of in paths.items():
-        caption = f"Shares of the clades of founders of {name} along first parents; dashed: half of each rise."
+        caption = (
+            f"Shares of the clades of founders of {name} along first parents; dashed: half of each rise."
+        )
         own = [sweep for sweep in sweeps if sweep.species == name]
         if any(allele.kind == "clade" for allele in of.alleles):
-            blocks += [f"<h2>Clades of {escape(name)}</h2>", drawn(figures.clades(of, own), pictures / f"explain-clades-{name}.svg", caption)]
+            blocks += [
+                f"<h2>Clades of {escape(name)}</h2>",
+                drawn(figures.clades(of, own), pictures / f"explain-clades-{name}.svg", caption),
+            ]
     traits = {name: traits_of(lineage.genomes.get(name, {})) for name in paths}
     for i, one in enumerate(told, 1):
         blocks += section(one, paths[one.sweep.species], traits[one.sweep.species], pictures / f"explain-{i}")
@@ -137,20 +150,47 @@ def traits_of(genomes: Mapping[str, Any]) -> dict[str, str]:
 def opening(sweeps: Sequence[Sweep], lineage: Lineage, species: str | None, unforked: bool) -> list[str]:
     """Return the first sentences of the page."""
     whom = species or "all species"
-    lines = [f"In {lineage.end + 1:,} ticks, {len(sweeps) or 'no'} allele{'s' * (len(sweeps) != 1)} of {whom} rose by more than drift allows."]
+    lines = [
+        f"In {lineage.end + 1:,} ticks, {len(sweeps) or 'no'} allele{'s' * (len(sweeps) != 1)} of {whom} rose by more than drift allows."
+    ]
     if unforked:
-        lines.append("Islands cannot be forked, because their immigrants would be missing: nothing was taken out.")
+        lines.append(
+            "Islands cannot be forked, because their immigrants would be missing: nothing was taken out."
+        )
     return lines
 
 
 def overview(sweeps: Sequence[Sweep]) -> str:
     """Return a table of all sweeps."""
-    head = ["what rose", "species", "kind", "from", "to", "begin", "half", "end", "s per generation", "linked", "q"]
+    head = [
+        "what rose",
+        "species",
+        "kind",
+        "from",
+        "to",
+        "begin",
+        "half",
+        "end",
+        "s per generation",
+        "linked",
+        "q",
+    ]
     return table(
         head,
         [
-            [s.lead.name, s.species, s.kind, f"{s.first:.0%}", f"{s.last:.0%}", *(f"{t:,}" for t in (s.begin, s.half, s.end))]
-            + [f"{number(s.s, 2)} ({number(s.interval[0], 2)} to {number(s.interval[1], 2)})", len(s.linked), number(s.q, 2)]
+            [
+                s.lead.name,
+                s.species,
+                s.kind,
+                f"{s.first:.0%}",
+                f"{s.last:.0%}",
+                *(f"{t:,}" for t in (s.begin, s.half, s.end)),
+            ]
+            + [
+                f"{number(s.s, 2)} ({number(s.interval[0], 2)} to {number(s.interval[1], 2)})",
+                len(s.linked),
+                number(s.q, 2),
+            ]
             for s in sweeps
         ],
     )
@@ -169,7 +209,11 @@ def section(one: Account, paths: Paths, traits: Mapping[str, str], place: Path) 
         way = "From the allele to the number of young: the action and the cause of death that change most without it."
         blocks += [
             drawn(figures.effects(one), place.with_name(f"{place.name}-effects.svg"), EFFECTS),
-            drawn(figures.way(one, traits.get(sweep.lead.gene, "")), place.with_name(f"{place.name}-way.svg"), way),
+            drawn(
+                figures.way(one, traits.get(sweep.lead.gene, "")),
+                place.with_name(f"{place.name}-way.svg"),
+                way,
+            ),
         ]
     return blocks
 
