@@ -86,8 +86,11 @@ class Edit:
         """
         rows = table.by_uid()
         if self.kind == "policy":
-            _need(Policy in table, f"species {table.name!r} has no individual policies")
-            has = np.isin(table.uid[rows], list(known or ())).astype(np.int64)
+            _need(
+                Policy in table,
+                f"{table.name!r} has no individual policies, so nothing that each organism learned can be undone",
+            )
+            has = np.isin(table.uid[rows], np.array(list(known or ()), np.uint64)).astype(np.int64)
         elif self.kind == "reflex":
             has = self._reflexes(table)[rows].astype(np.int64)
         else:

@@ -73,9 +73,10 @@ class TakenOut:
     n : array of int64, shape (forks, groups)
         Number of organisms: unchanged and changed; for two changes, with neither, the first, the second, both.
     means : dict of str to array of float64, shape (forks, groups)
-        Means per organism, from the change to death or the end of the fork: "births" (offspring), "survival"
-        [ticks], "alive" (at the end, a share), "died: CAUSE" (a share), "energy" (taken in), "meals: SPECIES"
-        (organisms killed for food), "action: NAME" (share of decisions; for a continuous action, its mean).
+        Means per organism, from the change to death or the end of the fork: "births" (an offspring counts for
+        each of its parents), "survival" [ticks], "alive" (at the end, a share), "died: CAUSE" (a share),
+        "energy" (taken in), "meals: SPECIES" (organisms killed for food), "action: NAME" (share of decisions;
+        for a continuous action, its mean).
     doses : dict of int to dict
         The same means by the number of strings or copies changed, if it differs between organisms.
     """
@@ -240,7 +241,28 @@ def take_out(
 def driver(taken: Sequence[TakenOut], measure: str = "births") -> TakenOut | None:
     """Return which of several linked alleles, each taken out separately, has the largest effect on a measure.
 
-    Returns None if no interval excludes 0.
+    Parameters
+    ----------
+    taken : sequence of TakenOut
+        One for each allele.
+    measure : str, default "births"
+
+    Returns
+    -------
+    TakenOut or None
+        None if all intervals contain 0.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ecs_eco.explain import Edit, TakenOut, driver
+    >>> births = {"T": np.array([[0.9, 0.2], [1.0, 0.4]]), "G": np.array([[0.9, 1.0], [1.0, 0.9]])}
+    >>> taken = [
+    ...     TakenOut((Edit("goat", "letter", "red", 0, letter),), 9, 0 * n[:, 0], 0 * n, {"births": n}, {})
+    ...     for letter, n in births.items()
+    ... ]
+    >>> driver(taken).edits[0].value
+    'T'
     """
     clear = [one for one in taken if (x := one.effect(measure)).low > 0 or x.high < 0]
     return max(clear, key=lambda one: abs(one.effect(measure).value), default=None)
