@@ -16,6 +16,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
+from safetensors.numpy import load_file
 
 from ecs_eco.analysis.compare import clean
 from ecs_eco.analysis.runs import load_series
@@ -115,9 +117,7 @@ class TakenOut:
 
     def to_pandas(self) -> Any:
         """Return a pandas.DataFrame with a row for each measure, contrast and dose (0: all organisms)."""
-        import pandas as pd
-
-        return pd.DataFrame(
+        return pa.Table.from_pylist(
             [
                 {"measure": measure, "of": of, "dose": dose or 0, "control": self.control(measure).value}
                 | dict(zip(("effect", "low", "high"), self.effect(measure, of, dose), strict=True))
@@ -125,7 +125,7 @@ class TakenOut:
                 for measure in (self.means if dose is None else self.doses[dose])
                 for of in CONTRASTS[self.n.shape[1]]
             ]
-        )
+        ).to_pandas()
 
 
 def take_out(
@@ -328,7 +328,7 @@ def _keep_birth_weights(
     again: World = near(run, manifest, int(table.born[table.rows()].min()), trust)
     weights: Weights = {}
 
-    def note(of: Table, rows: np.ndarray, *_: Any) -> None:
+    def note(of: Table, rows: np.ndarray, *_: object) -> None:
         if of.name == species:
             some = rows[np.isin(of.uid[rows], living)]
             weights.update(zip(of.uid[some].tolist(), of[Policy].weights[some], strict=True))
@@ -345,8 +345,6 @@ def _keep_birth_weights(
 def _read_weights(path: Path | None) -> Weights | None:
     if path is None or not path.exists():
         return None
-    from safetensors.numpy import load_file
-
     arrays = load_file(path)
     return dict(zip(arrays["uid"].tolist(), arrays["weights"], strict=True))
 
