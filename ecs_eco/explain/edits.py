@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
@@ -13,6 +13,8 @@ from ecs_eco.engine.errors import UnknownName, listed, unknown_name
 from ecs_eco.engine.table import Table
 from ecs_eco.genomes.codes import Weights
 from ecs_eco.genomes.heredity import hidden_units
+from ecs_eco.genomes.layout import Layout
+from ecs_eco.genomes.variable_layout import VariableLayout
 from ecs_eco.life import sizes
 
 OF_GENOME = ("letter", "value", "copies", "haplotype")
@@ -86,10 +88,14 @@ class Edit:
         """
         rows = table.by_uid()
         if self.kind == "policy":
-            _need(Policy in table, f"species {table.name!r} has no individual policies")
-            has = np.isin(table.uid[rows], list(known or ())).astype(np.int64)
+            _need(
+                Policy in table,
+                f"{table.name!r} has no individual policies, so nothing that each organism learned can be undone",
+            )
+            has = np.isin(table.uid[rows], np.array(list(known or ()), np.uint64)).astype(np.int64)
         elif self.kind == "reflex":
-            has = self._reflexes(table)[rows].astype(np.int64)
+            parts = [column[rows][:, which] != 0 for column, which in self._reflexes(table)]
+            has = np.asarray(np.concatenate(parts, axis=1).any(axis=1), np.int64)
         else:
             layout = layout_of(table)
             loci = table[Genome].loci[rows]
@@ -112,7 +118,10 @@ class Edit:
             if Experience in table:
                 table[Experience].length[rows] = 0  # its transitions belong to other weights
         elif self.kind == "reflex":
-            self._reflexes(table, cut=rows)
+            for column, which in self._reflexes(table):
+                weights = column[rows]
+                weights[:, which] = 0
+                column[rows] = weights
         else:
             loci = table[Genome].loci[rows]
             rewrite(table, rows, loci, self._edited(layout_of(table), loci.copy()))
@@ -143,9 +152,9 @@ class Edit:
     def _name(self) -> str:
         return f"{_number(self.value):g}" if self.kind == "value" else self.value
 
-    def _check(self, layout: Any, was: str | None = "") -> None:
+    def _check(self, layout: Layout, was: str | None = "") -> None:
         """Raise ValueError or KeyError if the genome has no such locus, gene or letter."""
-        fixed = layout.longest is None
+        fixed = not isinstance(layout, VariableLayout)
         if self.kind in ("value", "copies"):
             code = layout[self.gene]
             _need(not isinstance(code, Weights), f"gene {self.gene!r}: network weights have no single value")
@@ -163,10 +172,10 @@ class Edit:
             for word in words:
                 layout.alphabet.encode(word)
 
-    def _columns(self, layout: Any) -> np.ndarray:
+    def _columns(self, layout: Layout) -> np.ndarray:
         return self.locus + layout.length * np.arange(layout.ploidy)
 
-    def _number(self, layout: Any, loci: np.ndarray) -> np.ndarray:
+    def _number(self, layout: Layout, loci: np.ndarray) -> np.ndarray:
         """Return how many strings or copies of each genome u8[n, row] have the allele: i64[n]."""
         n = len(loci)
         if self.kind == "letter":
@@ -177,19 +186,20 @@ class Edit:
             string, *_, values = self._values(layout, loci)
             return np.bincount(string[_same(values, self.value)] // layout.ploidy, minlength=n)
         else:
-            return np.asarray(layout.copy_numbers(loci)[self.gene])
+            return np.asarray(_variable(layout).copy_numbers(loci)[self.gene])
         return np.asarray(has.sum(axis=1))
 
-    def _copies_to_change(self, layout: Any, loci: np.ndarray, has: np.ndarray) -> np.ndarray:
+    def _copies_to_change(self, layout: Layout, loci: np.ndarray, has: np.ndarray) -> np.ndarray:
         """Return how many copies of the gene are removed or, in reverse, added: i64[n]."""
         target = int(self.value if self.reverse else self.was)
         if not self.reverse:
             return np.where(has >= int(self.value), has - target, 0)
         more = np.where((has > 0) & (has < target), target - has, 0)
-        span = int(layout.spans[[code.name for code in layout.genes].index(self.gene)])
-        return np.where(layout.lengths(loci).max(axis=1) + more * span <= layout.longest, more, 0)
+        variable = _variable(layout)
+        span = int(variable.spans[layout.genes.index(layout[self.gene])])
+        return np.where(variable.lengths(loci).max(axis=1) + more * span <= variable.longest, more, 0)
 
-    def _edited(self, layout: Any, loci: np.ndarray) -> np.ndarray:
+    def _edited(self, layout: Layout, loci: np.ndarray) -> np.ndarray:
         """Return genomes u8[n, row] with the change; `loci` is written to."""
         new = self.value if self.reverse else self.was
         if self.kind == "letter":
@@ -212,23 +222,23 @@ class Edit:
             return np.asarray(layout.rows([self._with_copies(layout, row, int(new)) for row in loci]))
         return loci
 
-    def _values(self, layout: Any, loci: np.ndarray) -> tuple[np.ndarray, ...]:
+    def _values(self, layout: Layout, loci: np.ndarray) -> tuple[np.ndarray, ...]:
         """Return each copy of the gene: its string i64[k], its loci i64[k, letters], its letters and value."""
         code = layout[self.gene]
-        if layout.longest is None:
-            string = np.arange(len(loci) * layout.ploidy)
-            first = np.full(string.size, code.first)
-        else:
+        if isinstance(layout, VariableLayout):
             number = layout.genes.index(code)
             found = layout.copies(loci)
             string, at = (column[found[2] == number] for column in found[:2])
             first = at + layout.skipped[number]
+        else:
+            string = np.arange(len(loci) * layout.ploidy)
+            first = np.full(string.size, code.first)
         places = first[:, None] + np.arange(code.codons.length)
         letters = np.ascontiguousarray(loci.reshape(-1, layout.length)[string[:, None], places])
         values = code.values(code.codons.read(letters, -code.codons.first))
         return string, places, letters, np.asarray(values, np.float64)
 
-    def _with_copies(self, layout: Any, row: np.ndarray, wanted: int) -> str:
+    def _with_copies(self, layout: Layout, row: np.ndarray, wanted: int) -> str:
         """Return a genome as text with this number of copies; the last ones are removed or doubled."""
         pieces = layout.mark(row)
         own = [i for i, piece in enumerate(pieces) if piece.gene == self.gene]
@@ -238,32 +248,27 @@ class Edit:
             last = pieces[own[-1]]
             pieces[own[-1]] = last._replace(letters=last.letters * (1 + wanted - len(own)))
         strings = ("".join(p.letters for p in pieces if p.string == s) for s in range(layout.ploidy))
-        return str(layout.separator.join(strings))
+        return str(_variable(layout).separator.join(strings))
 
     # --- reflexes -------------------------------------------------------------------------------------------
 
-    def _reflexes(self, table: Table, cut: np.ndarray | None = None) -> np.ndarray:
-        """Return which rows have the reflex, bool[high], after cutting it in rows `cut`."""
+    def _reflexes(self, table: Table) -> list[tuple[np.ndarray, slice | list[int]]]:
+        """Return the columns that contain the reflex's individual weights, and which of their entries do."""
         section = getattr(table.species.section, "reflex", None)
         names = [c.name for c in section.connections] if section is not None else []
         if self.gene and self.gene not in names:
             raise UnknownName(unknown_name(f"reflex of {table.name!r}", "connection", self.gene, names))
-        at = [names.index(self.gene)] if self.gene else list(range(len(names)))
-        parts = [table[Reflexes].weight[:, at]] if Reflexes in table else []
-        columns: list[tuple[np.ndarray, Any]] = [(table[Reflexes].weight, at)] if parts else []
+        out: list[tuple[np.ndarray, slice | list[int]]] = []
+        if Reflexes in table:
+            out.append((table[Reflexes].weight, [names.index(self.gene)] if self.gene else slice(None)))
         if Instincts in table and not self.gene and table[Instincts].reflex.shape[1]:
-            columns.append((table[Instincts].reflex, slice(None)))
+            out.append((table[Instincts].reflex, slice(None)))
         _need(
-            bool(columns),
+            bool(out),
             f"the reflex of {table.name!r} is the same for all; give it a gene, such as "
             '{ name = "shy", trait = "reflex.NAME.weight", … }',
         )
-        has = np.zeros(table.high, np.bool_)
-        for column, which in columns:
-            if cut is not None:
-                column[np.ix_(cut, which) if isinstance(which, list) else cut] = 0
-            has |= (column[: table.high, which] != 0).any(axis=1)
-        return has
+        return out
 
 
 def rewrite(table: Table, rows: np.ndarray, old: np.ndarray, new: np.ndarray) -> None:
@@ -287,17 +292,20 @@ def rewrite(table: Table, rows: np.ndarray, old: np.ndarray, new: np.ndarray) ->
     for (component, field), now in after.items():
         was, column = before[component, field], table.field(component, field)
         if component is Policy:
-            column[rows] += now - was
+            learned = column[rows]
+            column[rows] = np.where(learned == was, now, learned + (now - was))
         elif component is Body and table.species.growth is not None:
             column[rows] *= now / was
         else:
             column[rows] = np.where(now != was, now, column[rows])
 
 
-def layout_of(table: Table) -> Any:
+def layout_of(table: Table) -> Layout:
     """Return the layout of a species' genomes; raise ValueError if it has none."""
     layout = getattr(table.species.heredity, "layout", None)
-    _need(layout is not None and Genome in table, f"species {table.name!r} has no genome")
+    if layout is None or Genome not in table:
+        raise ValueError(f"species {table.name!r} has no genome")
+    assert isinstance(layout, Layout)
     return layout
 
 
@@ -310,7 +318,7 @@ def edit_of(allele: AlleleLike, was: str | None = None, reverse: bool = False) -
     return Edit(allele.species, allele.kind, gene, allele.locus, allele.value, was or "", reverse)
 
 
-def _string(layout: Any, text: str) -> np.ndarray:
+def _string(layout: Layout, text: str) -> np.ndarray:
     """Return one string of a genome as numbers u8[length], with blanks at the end."""
     letters = layout.alphabet.encode(text)
     fits = letters.size <= layout.length if layout.longest else letters.size == layout.length
@@ -320,7 +328,12 @@ def _string(layout: Any, text: str) -> np.ndarray:
     return out
 
 
-def _none(layout: Any) -> int:
+def _variable(layout: Layout) -> VariableLayout:
+    assert isinstance(layout, VariableLayout)  # else `_check` has refused the change
+    return layout
+
+
+def _none(layout: Layout) -> int:
     return layout.blank if layout.longest else -1
 
 

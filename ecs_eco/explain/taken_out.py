@@ -16,6 +16,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
+from safetensors.numpy import load_file
 
 from ecs_eco.analysis.compare import clean
 from ecs_eco.analysis.runs import load_series
@@ -73,9 +75,10 @@ class TakenOut:
     n : array of int64, shape (forks, groups)
         Number of organisms: unchanged and changed; for two changes, with neither, the first, the second, both.
     means : dict of str to array of float64, shape (forks, groups)
-        Means per organism, from the change to death or the end of the fork: "births" (offspring), "survival"
-        [ticks], "alive" (at the end, a share), "died: CAUSE" (a share), "energy" (taken in), "meals: SPECIES"
-        (organisms killed for food), "action: NAME" (share of decisions; for a continuous action, its mean).
+        Means per organism, from the change to death or the end of the fork: "births" (an offspring counts for
+        each of its parents), "survival" [ticks], "alive" (at the end, a share), "died: CAUSE" (a share),
+        "energy" (taken in), "meals: SPECIES" (organisms killed for food), "action: NAME" (share of decisions;
+        for a continuous action, its mean).
     doses : dict of int to dict
         The same means by the number of strings or copies changed, if it differs between organisms.
     """
@@ -114,9 +117,7 @@ class TakenOut:
 
     def to_pandas(self) -> Any:
         """Return a pandas.DataFrame with a row for each measure, contrast and dose (0: all organisms)."""
-        import pandas as pd
-
-        return pd.DataFrame(
+        return pa.Table.from_pylist(
             [
                 {"measure": measure, "of": of, "dose": dose or 0, "control": self.control(measure).value}
                 | dict(zip(("effect", "low", "high"), self.effect(measure, of, dose), strict=True))
@@ -124,7 +125,7 @@ class TakenOut:
                 for measure in (self.means if dose is None else self.doses[dose])
                 for of in CONTRASTS[self.n.shape[1]]
             ]
-        )
+        ).to_pandas()
 
 
 def take_out(
@@ -240,7 +241,28 @@ def take_out(
 def driver(taken: Sequence[TakenOut], measure: str = "births") -> TakenOut | None:
     """Return which of several linked alleles, each taken out separately, has the largest effect on a measure.
 
-    Returns None if no interval excludes 0.
+    Parameters
+    ----------
+    taken : sequence of TakenOut
+        One for each allele.
+    measure : str, default "births"
+
+    Returns
+    -------
+    TakenOut or None
+        None if all intervals contain 0.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ecs_eco.explain import Edit, TakenOut, driver
+    >>> births = {"T": np.array([[0.9, 0.2], [1.0, 0.4]]), "G": np.array([[0.9, 1.0], [1.0, 0.9]])}
+    >>> taken = [
+    ...     TakenOut((Edit("goat", "letter", "red", 0, letter),), 9, 0 * n[:, 0], 0 * n, {"births": n}, {})
+    ...     for letter, n in births.items()
+    ... ]
+    >>> driver(taken).edits[0].value
+    'T'
     """
     clear = [one for one in taken if (x := one.effect(measure)).low > 0 or x.high < 0]
     return max(clear, key=lambda one: abs(one.effect(measure).value), default=None)
@@ -306,7 +328,7 @@ def _keep_birth_weights(
     again: World = near(run, manifest, int(table.born[table.rows()].min()), trust)
     weights: Weights = {}
 
-    def note(of: Table, rows: np.ndarray, *_: Any) -> None:
+    def note(of: Table, rows: np.ndarray, *_: object) -> None:
         if of.name == species:
             some = rows[np.isin(of.uid[rows], living)]
             weights.update(zip(of.uid[some].tolist(), of[Policy].weights[some], strict=True))
@@ -323,8 +345,6 @@ def _keep_birth_weights(
 def _read_weights(path: Path | None) -> Weights | None:
     if path is None or not path.exists():
         return None
-    from safetensors.numpy import load_file
-
     arrays = load_file(path)
     return dict(zip(arrays["uid"].tolist(), arrays["weights"], strict=True))
 

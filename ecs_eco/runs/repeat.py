@@ -158,7 +158,10 @@ def near(path: Path, manifest: dict[str, Any], tick: int, trust: bool = False) -
     if file is not None:
         return World.restore(file, record=False, trust=trust)
     if "forked" in manifest:
-        raise CheckpointError(f"{path}: has no checkpoint at or before tick {tick}")
+        raise CheckpointError(
+            f"{path}: has no checkpoint at or before tick {tick}, and a fork cannot be repeated from its start; "
+            "keep more: ecs-eco run … --checkpoint-every N --keep K"
+        )
     return World.from_config(record=False, **start_of(path, manifest, trust=trust))
 
 

@@ -116,6 +116,12 @@ def test_copies_are_removed_from_the_end_and_added_in_tandem(variable):
     more.apply(table, rows)
     assert (layout.copy_numbers(table[Genome].loci[rows])["hunger"] == 2).all()
     assert (basal(table, rows[poor]) == 0.125).all()
+    edit.apply(table, rows[::2])
+    none = replace(edit, value="1", was="0")
+    assert none.carriers(table)[1].tolist() == [1 if i % 2 == 0 else 2 for i in range(rows.size)]
+    none.apply(table, rows)
+    assert not none.carriers(table)[0].size
+    assert (basal(table, rows) == 0.125).all()  # the species' own value
 
 
 def test_the_alternative_is_the_most_common_other_allele(pond, variable):
