@@ -1,9 +1,9 @@
 """The breeder's view of evolution: selection differentials, responses, heritabilities and selection gradients
 of heritable values, with 95% intervals."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -18,17 +18,19 @@ from ecs_eco.analysis.survival import Interval
 from ecs_eco.engine.errors import UnknownName, unknown_name
 from ecs_eco.record.frame import SeriesTable
 
-LEVEL = 0.95
 UNKNOWN = Interval(np.nan, np.nan, np.nan)
-ESTIMATES = ("opportunity", "differential", "intensity", "response", "midparent", "one_parent")
+ALIVE_MAX = 0.05  # largest fraction of a complete cohort that is alive at the end
+SELECTION = ("mean", "sd", "opportunity", "differential", "intensity", "response", "midparent", "one_parent")
+ENDS = ("", "_low", "_high")  # of the columns of an interval
+Estimates = dict[str, Interval]
 
 
-class Cohort(NamedTuple):
-    """Organisms with a value that were born from tick `start` to `stop`, exclusive.
+@dataclass(frozen=True)
+class Cohort:
+    """The `n` organisms with a value that were born from tick `start` to `stop`, exclusive.
 
-    `n` counts them; `mean` and `sd` describe their values; `alive` is the fraction still alive at the end.
-    `births` is the number of their offspring; a birth counts as one half for each of two parents. The other
-    numbers, with their intervals, are explained in `breeding`.
+    `alive` is the fraction still alive at the end. `births` is the number of their offspring; with two
+    parents, a birth counts as one half for each. `estimates` maps names to estimates with 95% intervals.
     """
 
     start: int
@@ -36,92 +38,44 @@ class Cohort(NamedTuple):
     n: int
     alive: float
     births: float
-    mean: float
-    sd: float
-    opportunity: Interval = UNKNOWN
-    differential: Interval = UNKNOWN
-    intensity: Interval = UNKNOWN
-    response: Interval = UNKNOWN
-    midparent: Interval = UNKNOWN
-    one_parent: Interval = UNKNOWN
+    estimates: Estimates
 
 
 @dataclass(frozen=True)
 class Breeding:
-    """Selection on a heritable value and the response to it.
+    """Selection on heritable `values` of a species, by cohort in order of birth and for the `whole` run.
 
-    `cohorts` are in order of birth; `whole` combines them, weighted by births, and leaves out incomplete
-    cohorts. `realised` is the realised heritability, and `generation` the mean generation time [ticks].
-    """
-
-    species: str
-    value: str
-    generation: float
-    cohorts: tuple[Cohort, ...]
-    whole: Cohort
-    realised: Interval
-
-    def cumulated(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the cumulated selection differential and response of complete cohorts, f64[cohorts] each."""
-        pairs = np.array([[c.differential.value, c.response.value] for c in self.cohorts]).reshape(-1, 2)
-        pairs = pairs[np.isfinite(pairs).all(axis=1)]
-        return np.cumsum(pairs[:, 0]), np.cumsum(pairs[:, 1])
-
-    def to_pandas(self) -> Any:
-        """Return a pandas.DataFrame with a row for each cohort; the columns of intervals are named like
-        response, response_low and response_high."""
-        rows = [
-            {name: x for name, x in c._asdict().items() if name not in ESTIMATES}
-            | {end: x for name in ESTIMATES for end, x in _columns(name, getattr(c, name))}
-            for c in self.cohorts
-        ]
-        return SeriesTable(pa.Table.from_pylist(rows)).to_pandas()
-
-
-class Gradient(NamedTuple):
-    """Selection gradients in the `n` organisms born from tick `start` to `stop`, exclusive: `beta` by value,
-    `gamma` by pair of values."""
-
-    start: int
-    stop: int
-    n: int
-    beta: tuple[Interval, ...]
-    gamma: tuple[tuple[Interval, ...], ...]
-
-
-@dataclass(frozen=True)
-class Gradients:
-    """Selection gradients of several values by cohort and, weighted by births, in the `whole` run.
-
-    `unit` f64[values] is the unit of each value: its standard deviation within cohorts, or 1.
+    `generation` is the mean generation time [ticks]. Estimates of the whole run combine cohorts, weighted by
+    births.
     """
 
     species: str
     values: tuple[str, ...]
-    unit: np.ndarray
-    cohorts: tuple[Gradient, ...]
-    whole: Gradient
-
-    def terms(self, of: Gradient) -> list[tuple[str, Interval]]:
-        """Return the name and estimate of each gradient: β of each value, γ of each pair."""
-        t = range(len(self.values))
-        linear = [(f"β {name}", b) for name, b in zip(self.values, of.beta, strict=True)]
-        return linear + [
-            (f"γ {self.values[i]} × {self.values[j]}", of.gamma[i][j]) for i in t for j in t if i <= j
-        ]
+    generation: float
+    cohorts: tuple[Cohort, ...]
+    whole: Cohort
 
     def to_pandas(self) -> Any:
-        """Return a pandas.DataFrame with a row for each gradient (`term`) of each cohort."""
+        """Return a row for each cohort; an estimate has columns such as response, response_low and response_high.
+
+        Returns
+        -------
+        pandas.DataFrame
+
+        Examples
+        --------
+        >>> from ecs_eco.analysis.breeding import Breeding, Cohort
+        >>> from ecs_eco.analysis.survival import Interval
+        >>> cohort = Cohort(0, 9, 5, 0.0, 5.0, {"mean": Interval(0.5, 0.4, 0.6)})
+        >>> Breeding("finch", ("size",), 9.0, (cohort,), cohort).to_pandas().columns[-3:].tolist()
+        ['mean', 'mean_low', 'mean_high']
+        """
         rows = [
-            {"start": c.start, "stop": c.stop, "n": c.n, "term": term, **dict(_columns("gradient", x))}
+            {name: getattr(c, name) for name in ("start", "stop", "n", "alive", "births")}
+            | {name + end: x for name, e in c.estimates.items() for end, x in zip(ENDS, e, strict=True)}
             for c in self.cohorts
-            for term, x in self.terms(c)
         ]
         return SeriesTable(pa.Table.from_pylist(rows)).to_pandas()
-
-
-def _columns(name: str, x: Interval) -> Iterable[tuple[str, float]]:
-    return zip((name, f"{name}_low", f"{name}_high"), x, strict=True)
 
 
 def breeding(
@@ -131,7 +85,6 @@ def breeding(
     every: int | None = None,
     since: int = 0,
     until: int | None = None,
-    alive_max: float = 0.05,
 ) -> Breeding:
     """Return selection on a heritable value, the response to it, and its heritability.
 
@@ -147,113 +100,121 @@ def breeding(
         First tick of birth.
     until : int, optional
         Last tick of birth; default: the end of the run.
-    alive_max : float, default 0.05
-        Largest fraction of a complete cohort that is alive (or has emigrated) at the end. Selection and
-        response in other cohorts are NaN, because part of their lifetime births is still to come. In
-        complete cohorts, organisms alive at the end count with their births so far.
 
     Returns
     -------
     Breeding
-        With 95% intervals for each cohort:
+        With these estimates for each cohort and the whole run:
 
-        - opportunity for selection: the variance of lifetime births divided by their squared mean;
-        - selection differential S: the mean value of parents, weighted by their births, minus the mean of
-          their cohort;
-        - selection intensity: S in standard deviations of the cohort;
-        - response R: the mean value of the cohort's offspring minus the mean of the cohorts in which the
-          parents were born, which is also the cohort of mates;
-        - midparent: the slope of the offspring's values on the mean of their parents, within cohorts (with
-          one parent, on that parent), which estimates the heritability;
-        - one_parent: the slope on each parent alone, which is half as large with two unrelated parents.
+        - mean and sd (within cohorts) of newborns;
+        - opportunity: the variance of lifetime births divided by their squared mean;
+        - differential S: the mean value of parents, weighted by births, minus the mean of their cohort;
+        - intensity: S in standard deviations;
+        - response R: the mean value of the offspring minus the means of the cohorts in which their parents
+          were born;
+        - midparent: the slope of offspring on the mean of their parents (or on the only parent), within
+          cohorts, which estimates the heritability;
+        - one_parent: the slope on each parent separately, half as large with two unrelated parents;
+        - realised (whole run only): the slope through the origin of cumulated R on cumulated S.
+
+        Opportunity, S, intensity and R are NaN for cohorts of which more than 5% are alive at the end (or
+        have emigrated), because part of their births is still to come. The whole run leaves these cohorts
+        out. In other cohorts, living organisms count with their births so far.
 
     Raises
     ------
     KeyError
         If the species, gene or field is unknown.
     ValueError
-        If no organism of the species has the value, or a window is empty.
+        If no organism of the species has the value, or there is no tick of birth.
 
     Notes
     -----
-    Realised heritability is the slope through the origin of cumulated R on cumulated S (Falconer and Mackay
-    1996, Introduction to quantitative genetics, chapter 11). Its standard error is computed from the scatter
-    of cohorts around R = h² S, and so includes drift, which accumulates (Hill 1972, Biometrics 28, 747–765).
-    Other standard errors are those of linearized estimates, summed over organisms that share a parent
-    (Aronow, Samii and Assenova 2015, Political Analysis 23, 564–577); intervals use Student's t.
+    Opportunity: Crow (1958, Human Biology 30, 1–13). Realised heritability: Falconer and Mackay (1996,
+    Introduction to quantitative genetics, chapter 11); its interval is based on the scatter of cohorts around
+    R = h² S and thus includes drift, which accumulates (Hill 1972, Biometrics 28, 747–765). Other standard
+    errors are from linearized estimates, clustered by shared parents (Aronow, Samii and Assenova 2015,
+    Political Analysis 23, 564–577). Intervals use Student's t. They describe the organisms of one run; to
+    generalize, compare runs.
 
-    Opportunity is explained by Crow (1958, Human Biology 30, 1–13), and S with lifetime births by Lande and
-    Arnold (1983). Founders and immigrants belong to the cohort of the tick at which they appear. Organisms
-    without the value are left out, but count as offspring. In recorded fields, R includes changes in the
-    environment.
+    Founders and immigrants belong to the cohort of the tick at which they appear. Organisms without the value
+    count only as offspring. R includes changes in the environment if these change the value.
 
     Examples
     --------
     >>> import numpy as np
-    >>> from ecs_eco.analysis.breeding import breeding
     >>> from ecs_eco.analysis.lineage import Lineage
     >>> uid, parent = np.arange(1, 7, dtype=np.uint64), np.array([0, 0, 2, 2, 3, 4], np.uint64)
     >>> born, died, none = np.array([0, 0, 5, 5, 10, 10]), np.full(6, 11), np.zeros(6, np.uint64)
     >>> words, size = np.full(6, "finch"), np.array([1.0, 3.0, 2.5, 2.5, 2.0, 3.0])
-    >>> more = {"end": 12, "recorded": {"birth: Body.radius": size}}
-    >>> finches = Lineage(uid, parent, none, words, born, died, words, words, **more)
-    >>> first = breeding(finches, "finch", "birth: Body.radius").cohorts[0]
-    >>> first.differential.value, first.response.value, first.opportunity.value
+    >>> recorded = {"birth: Body.radius": size}
+    >>> finches = Lineage(uid, parent, none, words, born, died, words, words, 12, recorded=recorded)
+    >>> found = finches.breeding("finch", "birth: Body.radius")
+    >>> first = found.cohorts[0].estimates
+    >>> first["differential"].value, first["response"].value, first["opportunity"].value
     (1.0, 0.5, 1.0)
+    >>> found.to_pandas()["response"].tolist()
+    [0.5, 0.0, nan]
     """
-    b = _Born(lineage, species, (value,), every, since, until, alive_max)
-    d, own = b.away[:, 0], b.own
-    sd = np.sqrt(b.per_cohort(d**2))
-    s = b.per_cohort(b.v * d)
-    chance = b.per_cohort(b.v**2) - 1
-    k = b.cohort
-    psi_s, psi_i = b.v * (d - s[k]) - d, b.v**2 - 1 - chance[k] - 2 * (1 + chance[k]) * (b.v - 1)
+    b = _Born(lineage, species, (value,), every, since, until)
+    k, z, d, v = b.cohort, b.z[:, 0], b.away[:, 0], b.fitness
+    variance, s, square = (b.per_cohort(x)[k] for x in (d**2, v * d, v**2))
+    scores = {"differential": v * (d - s) - d, "opportunity": v**2 - square - 2 * square * (v - 1)}
 
-    links = _Links(b)
+    # pairs of parent and child, with deviations from the means of the cohorts of parents
+    parent, child, c = b.parent, b.child, b.credit[b.child]
+    y = z[child] - b.of_parents(b.mean[k, 0])[child]
+    xs = {"midparent": b.of_parents(d)[child], "one_parent": d[parent]}
+    within, r = k[parent], y
 
-    def described(cohorts: np.ndarray, at: np.ndarray, of: np.ndarray, start: int, stop: int) -> Cohort:
-        """Return the cohorts with these organisms and links as one."""
-        n = b.n[cohorts]
-        mean, alive = (
-            float(np.average(x[cohorts], weights=n)) if n.sum() else np.nan for x in (b.mean[:, 0], b.alive)
-        )
-        births = b.births[cohorts]
-        spread = float(np.sqrt(np.average(sd[cohorts] ** 2, weights=n))) if n.sum() else np.nan
-        known = start, stop, int(n.sum()), alive, float(births.sum()), mean, spread
-        usable = b.usable[cohorts]
-        slopes = [links.slope(of, x) for x in (links.x, links.own)]
-        if not usable.any():
-            return Cohort(*known, midparent=slopes[0], one_parent=slopes[1])
-        at, of = at[b.usable[k[at]]], of[b.usable[links.cohort[of]]]
+    def centred(x: np.ndarray) -> np.ndarray:
+        total = np.bincount(within, c, len(b.n))
+        mean = np.bincount(within, c * x, len(b.n)) / np.where(total > 0, total, 1)
+        return _deviation(x, mean[within])
+
+    y, xs = centred(y), {name: centred(x) for name, x in xs.items()}
+
+    def estimates(at: np.ndarray, of: np.ndarray) -> Estimates:
+        mean, sd = float(z[at].mean()), float(np.sqrt((d[at] ** 2).mean()))
+        out = {"mean": b.interval(mean, (z[at] - mean) / len(at), at)}
+        out["sd"] = b.interval(sd, (d[at] ** 2 - variance[at]) / (2 * (sd or 1.0) * len(at)), at)
+        for name, x in xs.items():
+            cx = c[of] * x[of]
+            if (squares := float(cx @ x[of])) > 0:
+                slope = float(cx @ y[of]) / squares
+                out[name] = b.interval(slope, cx * (y[of] - slope * x[of]) / squares, child[of])
+        at, of = at[b.complete[k[at]]], of[b.complete[within[of]]]
+        if not at.size:
+            return out
         h = b.weight(at)
-        families = own.mother[at], b.father[at]
-        variance = float(h @ d[at] ** 2)
-        differential, u = float(h @ (b.v * d)[at]), h * psi_s[at]
-        scale = np.sqrt(variance) if variance > 0 else np.nan
-        score = (u - differential * h * (d[at] ** 2 - sd[k[at]] ** 2) / (2 * scale**2)) / scale
-        return Cohort(
-            *known,
-            _interval(float(h @ b.v[at] ** 2) - 1, h * psi_i[at], *families),
-            _interval(differential, u, *families),
-            _interval(differential / scale, score, *families),
-            links.response(of),
-            *slopes,
-        )
+        out["opportunity"] = b.interval(float(h @ v[at] ** 2) - 1, h * scores["opportunity"][at], at)
+        differential, u = float(h @ (v[at] * d[at])), h * scores["differential"][at]
+        out["differential"] = b.interval(differential, u, at)
+        if (sd := float(np.sqrt(h @ d[at] ** 2))) > 0:
+            u = u / sd - differential * h * (d[at] ** 2 - variance[at]) / (2 * sd**3)
+            out["intensity"] = b.interval(differential / sd, u, at)
+        if of.size:
+            weight = c[of] / c[of].sum()
+            out["response"] = b.interval(float(weight @ r[of]), weight * y[of], child[of])
+        return out
 
-    each = np.arange(len(b.n))
-    groups = zip(each, _groups(k, len(each)), _groups(links.cohort, len(each)), strict=True)
-    cohorts = tuple(
-        described(each[j : j + 1], at, of, int(b.edges[j]), int(b.edges[j + 1])) for j, at, of in groups
+    found = b.result(species, (value,), SELECTION, estimates)
+    found.whole.estimates["realised"] = _realised(*cumulated(found))
+    return found
+
+
+def cumulated(found: Breeding) -> tuple[np.ndarray, np.ndarray]:
+    """Return the cumulated selection differential and response of complete cohorts, f64[cohorts] each."""
+    pairs = np.array(
+        [[c.estimates[name].value for name in ("differential", "response")] for c in found.cohorts]
     )
-    everyone, every_link = np.flatnonzero(k >= 0), np.arange(len(links.cohort))
-    whole = described(each, everyone, every_link, int(b.edges[0]), int(b.edges[-1]))
-    found = Breeding(species, value, b.generation, cohorts, whole, UNKNOWN)
-    return Breeding(species, value, b.generation, cohorts, whole, _realised(*found.cumulated()))
+    s, r = pairs[np.isfinite(pairs).all(axis=1)].T
+    return np.cumsum(s), np.cumsum(r)
 
 
 def _realised(s: np.ndarray, r: np.ndarray) -> Interval:
     """Return the slope through the origin of cumulated responses r on cumulated differentials s."""
-    if len(s) < 1 or not (s @ s) > 0:
+    if not (s @ s) > 0:
         return UNKNOWN
     slope = float(s @ r / (s @ s))
     off = np.diff(r - slope * s, prepend=0.0)  # of each cohort
@@ -268,9 +229,8 @@ def gradients(
     every: int | None = None,
     since: int = 0,
     until: int | None = None,
-    alive_max: float = 0.05,
     standardized: bool = True,
-) -> Gradients:
+) -> Breeding:
     """Return linear and quadratic selection gradients of one or several heritable values.
 
     Parameters
@@ -279,74 +239,83 @@ def gradients(
     species : str
     values : sequence of str
         Genes or recorded fields, as for `breeding`.
-    every, since, until, alive_max
+    every, since, until
         As for `breeding`.
     standardized : bool, default True
-        Measure each value in its standard deviation within cohorts.
+        Measure each value in standard deviations (within cohorts, over the whole run).
 
     Returns
     -------
-    Gradients
-        β: the change in relative fitness per unit of a value, with the other values held constant. γ: its
-        curvature; negative if intermediate values leave the most offspring, and for two values the selection
-        on their product. All have 95% intervals. NaN if a cohort is incomplete or the values are collinear.
+    Breeding
+        With the estimates "β size", the change in relative fitness per unit of a value when the other values
+        are constant; "γ size × size", its curvature, negative if intermediate values leave the most
+        offspring; and "γ size × pace", selection on the product of two values. NaN for the same cohorts as in
+        `breeding`, and if the values are collinear.
 
     Raises
     ------
     KeyError
         If the species, a gene or a field is unknown.
     ValueError
-        If no organism of the species has the values, or a window is empty.
+        If no organism of the species has all the values, or there is no tick of birth.
 
     Notes
     -----
-    Lande and Arnold (1983, Evolution 37, 1210–1226): relative fitness (lifetime births divided by their mean in
-    the cohort) is regressed on the values for β, and on the values, half their squares and their products
-    for γ. The half makes quadratic coefficients equal γ (Stinchcombe et al. 2008, Evolution 62, 2435–2440).
-    Intervals are computed as in `breeding`.
+    Lande and Arnold (1983, Evolution 37, 1210–1226): β is from the regression of relative fitness (lifetime
+    births divided by the mean of the cohort) on the values, and γ from the regression on the values, their
+    products and half their squares (Stinchcombe et al. 2008, Evolution 62, 2435–2440).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ecs_eco.analysis.lineage import Lineage
+    >>> uid, parent = np.arange(1, 9, dtype=np.uint64), np.array([0, 0, 0, 0, 2, 3, 3, 4], np.uint64)
+    >>> born, died, none = np.repeat([0, 5], 4), np.full(8, 6), np.zeros(8, np.uint64)
+    >>> words, size = np.full(8, "finch"), np.array([1.0, 2, 3, 4, 2, 3, 3, 4])
+    >>> recorded = {"birth: Body.radius": size}
+    >>> finches = Lineage(uid, parent, none, words, born, died, words, words, 7, recorded=recorded)
+    >>> found = finches.gradients("finch", ["birth: Body.radius"], standardized=False)
+    >>> [(name, round(x.value, 6)) for name, x in found.whole.estimates.items()]
+    [('β birth: Body.radius', 0.4), ('γ birth: Body.radius × birth: Body.radius', -1.0)]
     """
-    b = _Born(lineage, species, tuple(values), every, since, until, alive_max)
-    count = len(values)
-    k, everyone = b.cohort, np.flatnonzero(b.cohort >= 0)
-    unit = np.std(b.away[everyone], axis=0) if standardized else np.ones(count)
-    z = b.away / np.where(unit > 0, unit, np.nan)
-    pairs = [(i, j) for i in range(count) for j in range(i, count)]
+    b = _Born(lineage, species, tuple(values), every, since, until)
+    t = range(len(values))
+    pairs = [(i, j) for i in t for j in t if i <= j]
+    linear = [f"β {name}" for name in values]
+    curved = [f"γ {values[i]} × {values[j]}" for i, j in pairs]
+    unit = np.std(b.away[b.cohort >= 0], axis=0) if standardized else np.ones(len(values))
+    z = b.away / np.where(unit > 0, unit, 1)
     products = np.stack([z[:, i] * z[:, j] * (0.5 if i == j else 1.0) for i, j in pairs], 1)
-    products -= np.stack([b.per_cohort(column) for column in products.T], 1)[k]
+    means = np.stack([b.per_cohort(column) for column in products.T], 1)
+    both = np.hstack([z, _deviation(products, means[b.cohort])])
 
-    def described(at: np.ndarray, start: int, stop: int) -> Gradient:
-        at = at[b.usable[k[at]]]
+    def estimates(at: np.ndarray, _: np.ndarray) -> Estimates:
+        at = at[b.complete[b.cohort[at]]]
         beta = _regression(b, at, z[at])
-        curved = dict(zip(pairs, _regression(b, at, np.hstack([z, products])[at])[count:], strict=True))
-        gamma = [tuple(curved[min(i, j), max(i, j)] for j in range(count)) for i in range(count)]
-        return Gradient(start, stop, len(at), tuple(beta), tuple(gamma))
+        gamma = _regression(b, at, both[at])[len(values) :]
+        return dict(zip(linear, beta, strict=False)) | dict(zip(curved, gamma, strict=False))
 
-    groups = enumerate(_groups(k, len(b.n)))
-    cohorts = tuple(described(at, int(b.edges[j]), int(b.edges[j + 1])) for j, at in groups)
-    whole = described(everyone, int(b.edges[0]), int(b.edges[-1]))
-    return Gradients(species, tuple(values), unit, cohorts, whole)
+    return b.result(species, tuple(values), (*linear, *curved), estimates)
 
 
 def _regression(b: "_Born", at: np.ndarray, x: np.ndarray) -> list[Interval]:
-    """Return the coefficients of relative fitness on deviations x f64[organisms, terms] from cohort means."""
-    h = b.weight(at)
-    square = (x * h[:, None]).T @ x
-    # unknown if collinear; whether it is must not depend on the units of values
-    scale = np.sqrt(np.diag(square))
+    """Return the coefficients of relative fitness on deviations x f64[organisms, terms] from cohort means;
+    none if they are collinear."""
+    scale = np.sqrt((x**2).sum(axis=0))
     if len(at) <= x.shape[1] or not (scale > 0).all():
-        return [UNKNOWN] * x.shape[1]
-    if np.linalg.matrix_rank(square / np.outer(scale, scale), tol=1e-9, hermitian=True) < len(scale):
-        return [UNKNOWN] * x.shape[1]
-    v = b.v[at] - 1
+        return []
+    if np.linalg.matrix_rank(x / scale, tol=1e-6) < x.shape[1]:
+        return []
+    h, v = b.weight(at), b.fitness[at] - 1
+    square = (x.T * h) @ x
     found = np.linalg.solve(square, x.T @ (h * v))
-    # the last term: relative fitness is divided by the mean of a sample
-    scores = np.linalg.solve(square, (x * (h * (v - x @ found))[:, None]).T) - np.outer(found, h * v)
-    families = b.own.mother[at], b.father[at]
-    return [_interval(float(value), u, *families) for value, u in zip(found, scores, strict=True)]
+    # fitness is relative to the mean of a sample: hence the last term
+    scores = np.linalg.solve(square, x.T * (h * (v - x @ found))) - np.outer(found, h * v)
+    return [b.interval(float(value), u, at) for value, u in zip(found, scores, strict=True)]
 
 
 class _Born:
-    """Organisms of a species with values: their cohorts, deviations from cohort means, and relative fitness."""
+    """The organisms of a species: cohorts, deviations from cohort means, and relative fitness."""
 
     def __init__(
         self,
@@ -356,42 +325,41 @@ class _Born:
         every: int | None,
         since: int,
         until: int | None,
-        alive_max: float,
     ) -> None:
-        self.own = own = lineage.of_species(species)
+        own = lineage.of_species(species)
+        if not values:
+            raise ValueError(f"lineage: no values of {species!r}; expected the name of at least one")
         self.generation = generation_time(own, species)
         until = own.end if until is None else until
         if every is None:
-            every = max(1, round(self.generation)) if self.generation > 0 else until - since + 1
+            every = max(1, round(self.generation)) if self.generation > 0 else max(1, until - since + 1)
         if every < 1 or until < since:
-            raise ValueError(
-                f"lineage: every is {every}, and births are from tick {since} to {until}; expected at least 1 tick"
-            )
-        z = np.stack([_values(own, species, value) for value in values], 1)
-        if not (known := np.isfinite(z).all(axis=1)).any():
-            raise ValueError(
-                f"lineage: no organism of {species!r} has {' and '.join(map(repr, values))}; "
-                "genes need `genome` and fields need `record` in the world file"
-            )
+            span = f"every is {every}, since is {since} and until is {until}"
+            raise ValueError(f"lineage: {span}; expected every of at least 1, and since up to until")
+        self.z = np.stack([_values(own, species, value) for value in values], 1)
+        known = np.isfinite(self.z).all(axis=1)
+        if not known.any():
+            raise ValueError(f"lineage: no organism of {species!r} has {' and '.join(map(repr, values))}")
         self.edges = np.append(np.arange(since, until + 1, every), until + 1)
-        count = len(self.edges) - 1
-        self.cohort = np.searchsorted(self.edges, own.born, "right") - 1
-        self.cohort[(self.cohort == count) | ~known] = -1
-        self.father = np.where(own.father == own.mother, -1, own.father)
-        self.parents = np.stack([own.mother, self.father])
-        self.credit = 1 / np.maximum((self.parents >= 0).sum(axis=0), 1)
-        births = np.zeros(len(own))
-        for line in self.parents:
-            births += np.bincount(line[line >= 0], self.credit[line >= 0], len(own))
-        inside = self.cohort >= 0
-        self.n = np.bincount(self.cohort[inside], minlength=count)
-        self.births = np.bincount(self.cohort[inside], births[inside], count)
-        self.alive = self.per_cohort(((own.died == ALIVE) | (own.cause == "emigrated")).astype(float))
-        self.usable = (self.births > 0) & (self.alive <= alive_max)
-        self.mean = np.stack([self.per_cohort(column) for column in z.T], 1)
-        self.away = np.where(inside[:, None], z - self.mean[self.cohort], np.nan)
-        fitness = self.per_cohort(births)
-        self.v = births / np.where(fitness > 0, fitness, np.nan)[self.cohort]
+        inside = known & (own.born >= since) & (own.born <= until)
+        self.cohort = np.where(inside, np.searchsorted(self.edges, own.born, "right") - 1, -1)
+        self.n = np.bincount(self.cohort[inside], minlength=len(self.edges) - 1)
+        self.mean = np.stack([self.per_cohort(column) for column in self.z.T], 1)
+        self.away = _deviation(self.z, self.mean[self.cohort])
+
+        self.parents = np.stack([own.mother, np.where(own.father == own.mother, -1, own.father)])
+        has = self.parents >= 0
+        self.credit = 1 / np.maximum(has.sum(axis=0), 1)
+        line, child = np.nonzero(has)
+        self.births = np.bincount(self.parents[line, child], self.credit[child], len(own))
+        births = self.per_cohort(self.births)
+        self.fitness = self.births / np.where(births > 0, births, np.nan)[self.cohort]
+        self.alive = ((own.died == ALIVE) | (own.cause == "emigrated")).astype(float)
+        self.complete = (births > 0) & (self.per_cohort(self.alive) <= ALIVE_MAX)
+
+        self.known = has & inside[self.parents]  # parents with a cohort
+        line, self.child = np.nonzero(self.known & np.isfinite(self.z[:, 0]))
+        self.parent = self.parents[line, self.child]
 
     def per_cohort(self, x: np.ndarray) -> np.ndarray:
         """Return the mean of each cohort, NaN if it is empty: f64[cohorts]."""
@@ -399,10 +367,50 @@ class _Born:
         sums = np.bincount(self.cohort[inside], x[inside], len(self.n))
         return sums / np.where(self.n, self.n, np.nan)
 
+    def of_parents(self, x: np.ndarray) -> np.ndarray:
+        """Return the mean over the parents of each organism that have a cohort."""
+        total = np.where(self.known, x[self.parents], 0.0).sum(axis=0)
+        return np.asarray(total / np.maximum(self.known.sum(axis=0), 1))
+
     def weight(self, at: np.ndarray) -> np.ndarray:
-        """Return the weights of organisms, which sum to 1; cohorts count by their births."""
-        share = (self.births / np.maximum(self.n, 1))[self.cohort[at]]
+        """Return the weights of organisms, which sum to 1; each cohort counts by its births."""
+        k = self.cohort[at]
+        share = np.bincount(k, self.births[at], len(self.n))[k] / self.n[k]
         return np.asarray(share / share.sum())
+
+    def result(
+        self,
+        species: str,
+        values: tuple[str, ...],
+        names: Sequence[str],
+        estimates: Callable[[np.ndarray, np.ndarray], Estimates],
+    ) -> Breeding:
+        """Return the named estimates from the organisms of each cohort and from the pairs with their children."""
+
+        def one(at: np.ndarray, of: np.ndarray, start: int, stop: int) -> Cohort:
+            found = estimates(at, of) if at.size else {}
+            alive = float(self.alive[at].mean()) if at.size else np.nan
+            births = float(self.births[at].sum())
+            return Cohort(start, stop, len(at), alive, births, dict.fromkeys(names, UNKNOWN) | found)
+
+        at, of = (_groups(k, len(self.n)) for k in (self.cohort, self.cohort[self.parent]))
+        edges = self.edges.tolist()
+        cohorts = tuple(one(*each) for each in zip(at, of, edges[:-1], edges[1:], strict=True))
+        whole = one(np.concatenate(at), np.concatenate(of), edges[0], edges[-1])
+        return Breeding(species, values, self.generation, cohorts, whole)
+
+    def interval(self, value: float, scores: np.ndarray, at: np.ndarray) -> Interval:
+        """Return an estimate with an error that is the sum of the scores of organisms. Scores are independent
+        unless the organisms share a parent."""
+        a, b = np.sort(self.parents[:, at], axis=0)  # a < 0 ≤ b: one parent; b < 0: none
+        pair = np.where(b < 0, -1 - np.arange(len(at)), (a + 1) * len(self.births) + b)
+        line, two = np.concatenate([a, b]), a >= 0
+        families, count = _squares(scores, pair)
+        shared = _squares(np.concatenate([scores, scores])[line >= 0], line[line >= 0])[0]
+        shared += (
+            float((scores[b < 0] ** 2).sum()) - _squares(scores[two], pair[two])[0]
+        )  # full sibs share two
+        return _with_error(value, max(shared, families), count)
 
 
 def _values(own: Pedigree, species: str, value: str) -> np.ndarray:
@@ -413,69 +421,15 @@ def _values(own: Pedigree, species: str, value: str) -> np.ndarray:
     return values_of(own, value, species)
 
 
-class _Links:
-    """Pairs of parent and child, both with values, by the parent's cohort. Deviations are from the means of the
-    cohorts in which the parents were born."""
-
-    def __init__(self, b: _Born) -> None:
-        d, mean = b.away[:, 0], b.mean[:, 0]
-        there = (b.parents >= 0) & (b.cohort[b.parents] >= 0)
-        number = np.maximum(there.sum(axis=0), 1)
-        of_parents = np.where(there, d[b.parents], 0.0).sum(axis=0) / number
-        reference = np.where(there, mean[b.cohort[b.parents]], 0.0).sum(axis=0) / number
-        # a child born after `until` has no cohort, but a value
-        line, child = np.nonzero(there & np.isfinite(b.z))
-        parent = b.parents[line, child]
-        self.cohort, self.credit = b.cohort[parent], b.credit[child]
-        self.x, self.own, self.y = of_parents[child], d[parent], (b.z - reference)[child]
-        self.families = b.own.mother[child], b.father[child]
-        self.count = len(b.n)
-
-    def centred(self, of: np.ndarray, x: np.ndarray) -> np.ndarray:
-        """Return deviations from the mean of each cohort's links, weighted by births."""
-        k, c = self.cohort[of], self.credit[of]
-        total = np.bincount(k, c, self.count)
-        return np.asarray(x[of] - (np.bincount(k, c * x[of], self.count) / np.maximum(total, 1e-300))[k])
-
-    def response(self, of: np.ndarray) -> Interval:
-        """Return the mean of the offspring with its interval."""
-        if not of.size:
-            return UNKNOWN
-        c = self.credit[of] / self.credit[of].sum()
-        u = c * self.centred(of, self.y)
-        return _interval(float(c @ self.y[of]), u, self.families[0][of], self.families[1][of])
-
-    def slope(self, of: np.ndarray, x: np.ndarray) -> Interval:
-        """Return the slope of offspring on x, within cohorts."""
-        c, x, y = self.credit[of], self.centred(of, x), self.centred(of, self.y)
-        square = float(c @ x**2)
-        if not square > 1e-18 * float(c.sum()):
-            return UNKNOWN
-        value = float((c * x) @ y / square)
-        u = c * x * (y - value * x) / square
-        return _interval(value, u, self.families[0][of], self.families[1][of])
+def _deviation(x: np.ndarray, mean: np.ndarray) -> np.ndarray:
+    """Return x − mean, or 0 if the difference is only a rounding error or unknown."""
+    return np.where(np.abs(x - mean) > 1e-12 * np.abs(mean), x - mean, 0.0)
 
 
 def _groups(cohort: np.ndarray, count: int) -> list[np.ndarray]:
     """Return the indices in each cohort, without −1."""
     order = np.argsort(cohort, kind="stable")
     return np.split(order, np.searchsorted(cohort[order], np.arange(count + 1)))[1:-1]
-
-
-def _interval(value: float, scores: np.ndarray, mother: np.ndarray, father: np.ndarray) -> Interval:
-    """Return an estimate whose error is the sum of `scores`, which depend on each other in organisms that share a
-    parent (−1 if there is none)."""
-    one, two = (mother >= 0) | (father >= 0), (mother >= 0) & (father >= 0)
-    alone = float((scores[~one] ** 2).sum())
-    place = 1 + int(max(mother.max(initial=-1), father.max(initial=-1)))
-    pair = np.minimum(mother, father) * place + np.maximum(mother, father)  # unique where there are two
-    both, families = _squares(scores[two], pair[two])
-    line = np.concatenate([mother[mother >= 0], father[father >= 0]])
-    shared, _ = _squares(np.concatenate([scores[mother >= 0], scores[father >= 0]]), line)
-    single, more = _squares(scores[one & ~two], np.maximum(mother, father)[one & ~two])
-    families += more + int((~one).sum())
-    # full sibs share two parents and are counted twice; the difference can be too small by chance
-    return _with_error(value, alone + max(shared - both, single + both), families)
 
 
 def _squares(scores: np.ndarray, group: np.ndarray) -> tuple[float, int]:
@@ -486,75 +440,98 @@ def _squares(scores: np.ndarray, group: np.ndarray) -> tuple[float, int]:
 
 def _with_error(value: float, variance: float, groups: int) -> Interval:
     """Return a 95% interval from the variance of a sum over independent groups."""
-    if groups < 2 or not np.isfinite(value):
+    if groups < 2:
         return Interval(value, np.nan, np.nan)
-    half = quantiles.student(groups - 1, LEVEL) * float(np.sqrt(variance * groups / (groups - 1)))
+    half = quantiles.student(groups - 1, 0.95) * float(np.sqrt(variance * groups / (groups - 1)))
     return Interval(value, value - half, value + half)
 
 
 @styled
 def responses(found: Breeding, title: str = "") -> Figure:
-    """Plot the mean of newborns, selection and response by cohort, and cumulated response against selection.
+    """Plot newborns, selection and response by cohort, and cumulated response against cumulated selection.
 
     Parameters
     ----------
     found : Breeding
+        From `breeding`.
     title : str, default ""
 
     Returns
     -------
     matplotlib.figure.Figure
+
+    Examples
+    --------
+    >>> from ecs_eco.analysis.breeding import Breeding, Cohort, responses
+    >>> from ecs_eco.analysis.survival import Interval
+    >>> names = ("mean", "sd", "differential", "response", "realised")
+    >>> all_zero = dict.fromkeys(names, Interval(0.0, -1.0, 1.0))
+    >>> cohort = Cohort(0, 9, 5, 0.0, 5.0, all_zero)
+    >>> [ax.get_xlabel() for ax in responses(Breeding("finch", ("size",), 9.0, (cohort,), cohort)).axes]
+    ['tick of birth', 'tick of birth', 'cumulated S']
     """
     figure, ((left, middle, right),) = panels(1, 3, 11, 3.4)
-    ticks = np.array([(c.start + c.stop) / 2 for c in found.cohorts])
-    mean, sd = np.array([[c.mean, c.sd] for c in found.cohorts]).T
+    ticks = np.array([(c.start + c.stop - 1) / 2 for c in found.cohorts])
+    of = {
+        name: np.array([c.estimates[name] for c in found.cohorts]).T
+        for name in ("mean", "sd", "differential", "response")
+    }
+    mean, sd = of["mean"][0], of["sd"][0]
     left.plot(ticks, mean, color=INK, lw=1.6, label="mean")
     for sign in (-1, 1):
         label = "± 1 standard deviation" if sign > 0 else None
         left.plot(ticks, mean + sign * sd, color=INK, lw=0.9, ls=(0, (4, 2)), label=label)
-    left.set(xlabel="tick of birth", ylabel=found.value, title=title or found.species)
-    width = np.diff(ticks).min(initial=1.0) / 8
+    left.set(xlabel="tick of birth", ylabel=found.values[0], title=title or found.species)
+    apart = np.diff(ticks).min(initial=found.cohorts[0].stop - found.cohorts[0].start) / 10
     for k, (name, label) in enumerate((("differential", "S"), ("response", "R"))):
-        value, low, high = np.array([getattr(c, name) for c in found.cohorts]).T
-        error = np.array([value - low, high - value])
-        at = ticks + (2 * k - 1) * width
-        middle.errorbar(at, value, error, color=PALETTE[k], fmt="os"[k], ms=4, lw=1.2, label=label)
+        value, low, high = of[name]
+        at = ticks + (2 * k - 1) * apart
+        middle.errorbar(
+            at, value, (value - low, high - value), color=PALETTE[k], fmt="os"[k], ms=4, label=label
+        )
     middle.axhline(0, color=GREY, lw=0.8)
-    middle.set(xlabel="tick of birth", ylabel="per generation", title="Selection and response")
+    middle.set(xlabel="tick of birth", ylabel=found.values[0], title="Selection and response")
     middle.legend(loc="best")
-    s, r = (np.append(0.0, x) for x in found.cumulated())
-    right.plot(s, r, "o-", color=INK, ms=4, lw=0.8)
-    h = found.realised
-    if np.isfinite(h.value):
-        ends = np.array([s.min(), s.max()])
-        right.plot(ends, h.value * ends, color=PALETTE[1], label=f"slope {h.value:.2g}")
-        right.legend(loc="best")
-    right.set(xlabel="cumulated S", ylabel="cumulated R", title="Realised heritability")
+    s, r = (np.append(0.0, x) for x in cumulated(found))
+    slope = found.whole.estimates["realised"].value
+    right.plot(s, r, "o", color=INK, ms=4)
+    right.plot(s[[s.argmin(), s.argmax()]], slope * s[[s.argmin(), s.argmax()]], color=PALETTE[1])
+    right.set(xlabel="cumulated S", ylabel="cumulated R", title=f"Realised heritability: {slope:.2f}")
     figure.legend(*left.get_legend_handles_labels(), loc="outside upper left", ncols=2)
     return figure
 
 
 @styled
-def forest(found: Gradients, title: str = "") -> Figure:
-    """Plot selection gradients of the whole run with 95% intervals, and estimates of cohorts as small dots.
+def forest(found: Breeding, title: str = "") -> Figure:
+    """Plot each estimate of the whole run with its interval, and the estimates of cohorts as small dots.
 
     Parameters
     ----------
-    found : Gradients
+    found : Breeding
+        From `gradients`.
     title : str, default ""
 
     Returns
     -------
     matplotlib.figure.Figure
+
+    Examples
+    --------
+    >>> from ecs_eco.analysis.breeding import Breeding, Cohort, forest
+    >>> from ecs_eco.analysis.survival import Interval
+    >>> cohort = Cohort(0, 9, 5, 0.0, 5.0, {"β size": Interval(0.1, 0.0, 0.2)})
+    >>> forest(Breeding("finch", ("size",), 9.0, (cohort,), cohort)).axes[0].get_xlabel()
+    'selection gradient'
     """
-    whole = found.terms(found.whole)
-    figure, ((ax,),) = panels(1, 1, 7, 0.45 * len(whole) + 1.3)
+    terms = list(found.whole.estimates)
+    figure, ((ax,),) = panels(1, 1, 7, 0.45 * len(terms) + 1.3)
+    rows = np.arange(len(terms))
     for c in found.cohorts:
-        ax.plot([x.value for _, x in found.terms(c)], range(len(whole)), ".", color=GREY, ms=4, zorder=1)
-    for k, (_, x) in enumerate(whole):
-        ax.errorbar(x.value, k, xerr=[[x.value - x.low], [x.high - x.value]], fmt="o", color=INK, lw=1.6)
+        ax.plot([c.estimates[term].value for term in terms], rows, ".", color=GREY, ms=4, zorder=1)
+    value, low, high = np.array([found.whole.estimates[term] for term in terms]).T
+    ax.errorbar(value, rows, xerr=(value - low, high - value), fmt="o", color=INK, lw=1.6)
     ax.axvline(0, color=GREY, lw=0.8)
-    ax.set_yticks(range(len(whole)), [term for term, _ in whole])
+    ax.set_yticks(rows, terms)
     ax.invert_yaxis()
     ax.set(xlabel="selection gradient", title=title or found.species)
     return figure
