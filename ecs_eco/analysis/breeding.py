@@ -115,7 +115,7 @@ def breeding(
         - midparent: the slope of offspring on the mean of their parents (or on the only parent), within
           cohorts, which estimates the heritability;
         - one_parent: the slope on each parent separately, half as large with two unrelated parents;
-        - realised (whole run only): the slope through the origin of cumulated R on cumulated S.
+        - realized (whole run only): the slope through the origin of cumulated R on cumulated S.
 
         Opportunity, S, intensity and R are NaN for cohorts of which more than 5% are alive at the end (or
         have emigrated), because part of their births is still to come. The whole run leaves these cohorts
@@ -130,7 +130,7 @@ def breeding(
 
     Notes
     -----
-    Opportunity: Crow (1958, Human Biology 30, 1–13). Realised heritability: Falconer and Mackay (1996,
+    Opportunity: Crow (1958, Human Biology 30, 1–13). Realized heritability: Falconer and Mackay (1996,
     Introduction to quantitative genetics, chapter 11); its interval is based on the scatter of cohorts around
     R = h² S and thus includes drift, which accumulates (Hill 1972, Biometrics 28, 747–765). Other standard
     errors are from linearized estimates, clustered by shared parents (Aronow, Samii and Assenova 2015,
@@ -199,7 +199,7 @@ def breeding(
         return out
 
     found = b.result(species, (value,), SELECTION, estimates)
-    found.whole.estimates["realised"] = _realised(*cumulated(found))
+    found.whole.estimates["realized"] = _realized(*cumulated(found))
     return found
 
 
@@ -212,7 +212,7 @@ def cumulated(found: Breeding) -> tuple[np.ndarray, np.ndarray]:
     return np.cumsum(s), np.cumsum(r)
 
 
-def _realised(s: np.ndarray, r: np.ndarray) -> Interval:
+def _realized(s: np.ndarray, r: np.ndarray) -> Interval:
     """Return the slope through the origin of cumulated responses r on cumulated differentials s."""
     if not (s @ s) > 0:
         return UNKNOWN
@@ -250,7 +250,7 @@ def gradients(
         With the estimates "β size", the change in relative fitness per unit of a value when the other values
         are constant; "γ size × size", its curvature, negative if intermediate values leave the most
         offspring; and "γ size × pace", selection on the product of two values. NaN for the same cohorts as in
-        `breeding`, and if the values are collinear.
+        `breeding`, for constant values, and if values are collinear; a value with two levels has no γ.
 
     Raises
     ------
@@ -285,7 +285,10 @@ def gradients(
     curved = [f"γ {values[i]} × {values[j]}" for i, j in pairs]
     unit = np.std(b.away[b.cohort >= 0], axis=0) if standardized else np.ones(len(values))
     z = b.away / np.where(unit > 0, unit, 1)
-    products = np.stack([z[:, i] * z[:, j] * (0.5 if i == j else 1.0) for i, j in pairs], 1)
+    bend = [
+        len(np.unique(column[np.isfinite(column)])) > 2 for column in b.z.T
+    ]  # two values have no curvature
+    products = np.stack([z[:, i] * z[:, j] * (0.5 * bend[i] if i == j else 1.0) for i, j in pairs], 1)
     means = np.stack([b.per_cohort(column) for column in products.T], 1)
     both = np.hstack([z, _deviation(products, means[b.cohort])])
 
@@ -293,25 +296,28 @@ def gradients(
         at = at[b.complete[b.cohort[at]]]
         beta = _regression(b, at, z[at])
         gamma = _regression(b, at, both[at])[len(values) :]
-        return dict(zip(linear, beta, strict=False)) | dict(zip(curved, gamma, strict=False))
+        return dict(zip([*linear, *curved], [*beta, *gamma], strict=True))
 
     return b.result(species, tuple(values), (*linear, *curved), estimates)
 
 
 def _regression(b: "_Born", at: np.ndarray, x: np.ndarray) -> list[Interval]:
     """Return the coefficients of relative fitness on deviations x f64[organisms, terms] from cohort means;
-    none if they are collinear."""
+    unknown for terms that are constant, and for all terms if they are collinear."""
+    out = [UNKNOWN] * x.shape[1]
     scale = np.sqrt((x**2).sum(axis=0))
-    if len(at) <= x.shape[1] or not (scale > 0).all():
-        return []
-    if np.linalg.matrix_rank(x / scale, tol=1e-6) < x.shape[1]:
-        return []
+    kept = np.flatnonzero(scale > 0)
+    x, scale = x[:, kept], scale[kept]
+    if len(at) <= len(kept) or np.linalg.matrix_rank(x / scale, tol=1e-6) < len(kept):
+        return out
     h, v = b.weight(at), b.fitness[at] - 1
     square = (x.T * h) @ x
     found = np.linalg.solve(square, x.T @ (h * v))
     # fitness is relative to the mean of a sample: hence the last term
     scores = np.linalg.solve(square, x.T * (h * (v - x @ found))) - np.outer(found, h * v)
-    return [b.interval(float(value), u, at) for value, u in zip(found, scores, strict=True)]
+    for k, value, u in zip(kept, found, scores, strict=True):
+        out[k] = b.interval(float(value), u, at)
+    return out
 
 
 class _Born:
@@ -464,7 +470,7 @@ def responses(found: Breeding, title: str = "") -> Figure:
     --------
     >>> from ecs_eco.analysis.breeding import Breeding, Cohort, responses
     >>> from ecs_eco.analysis.survival import Interval
-    >>> names = ("mean", "sd", "differential", "response", "realised")
+    >>> names = ("mean", "sd", "differential", "response", "realized")
     >>> all_zero = dict.fromkeys(names, Interval(0.0, -1.0, 1.0))
     >>> cohort = Cohort(0, 9, 5, 0.0, 5.0, all_zero)
     >>> [ax.get_xlabel() for ax in responses(Breeding("finch", ("size",), 9.0, (cohort,), cohort)).axes]
@@ -493,10 +499,11 @@ def responses(found: Breeding, title: str = "") -> Figure:
     middle.set(xlabel="tick of birth", ylabel=found.values[0], title="Selection and response")
     middle.legend(loc="best")
     s, r = (np.append(0.0, x) for x in cumulated(found))
-    slope = found.whole.estimates["realised"].value
+    slope = found.whole.estimates["realized"].value
+    title_of_slope = "Realized heritability" + (f": {slope:.2f}" if np.isfinite(slope) else "")
     right.plot(s, r, "o", color=INK, ms=4)
     right.plot(s[[s.argmin(), s.argmax()]], slope * s[[s.argmin(), s.argmax()]], color=PALETTE[1])
-    right.set(xlabel="cumulated S", ylabel="cumulated R", title=f"Realised heritability: {slope:.2f}")
+    right.set(xlabel="cumulated S", ylabel="cumulated R", title=title_of_slope)
     figure.legend(*left.get_legend_handles_labels(), loc="outside upper left", ncols=2)
     return figure
 

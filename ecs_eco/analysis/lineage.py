@@ -10,8 +10,7 @@ from typing import Any, Self
 import numpy as np
 import pyarrow as pa
 
-from ecs_eco.analysis import breeding as breeder
-from ecs_eco.analysis import carriers, genes
+from ecs_eco.analysis import breeding as breeder, carriers, genes
 from ecs_eco.analysis.page import write_text
 from ecs_eco.analysis.pedigree import ALIVE, Pedigree, among
 from ecs_eco.analysis.runs import read_manifest, tables
