@@ -131,11 +131,11 @@ def breeding(
     Notes
     -----
     Opportunity: Crow (1958, Human Biology 30, 1–13). Realized heritability: Falconer and Mackay (1996,
-    Introduction to quantitative genetics, chapter 11); its interval is based on the scatter of cohorts around
-    R = h² S and thus includes drift, which accumulates (Hill 1972, Biometrics 28, 747–765). Other standard
-    errors are from linearized estimates, clustered by shared parents (Aronow, Samii and Assenova 2015,
-    Political Analysis 23, 564–577). Intervals use Student's t. They describe the organisms of one run; to
-    generalize, compare runs.
+    Introduction to quantitative genetics, chapter 11). Standard errors are from linearized estimates,
+    clustered by shared parents (Aronow, Samii and Assenova 2015, Political Analysis 23, 564–577); for
+    realized heritability, they sum the deviations of offspring from R = h² S, and so include drift, which
+    accumulates over cohorts (Hill 1972, Biometrics 28, 747–765). Intervals use Student's t. They describe the
+    organisms of one run; to generalize, compare runs.
 
     Founders and immigrants belong to the cohort of the tick at which they appear. Organisms without the value
     count only as offspring. R includes changes in the environment if these change the value.
@@ -167,10 +167,10 @@ def breeding(
     xs = {"midparent": b.of_parents(d)[child], "one_parent": d[parent]}
     within, r = k[parent], y
 
+    total = np.bincount(within, c, len(b.n))[within]
+
     def centred(x: np.ndarray) -> np.ndarray:
-        total = np.bincount(within, c, len(b.n))
-        mean = np.bincount(within, c * x, len(b.n)) / np.where(total > 0, total, 1)
-        return _deviation(x, mean[within])
+        return _deviation(x, np.bincount(within, c * x, len(b.n))[within] / total)
 
     y, xs = centred(y), {name: centred(x) for name, x in xs.items()}
 
@@ -199,27 +199,23 @@ def breeding(
         return out
 
     found = b.result(species, (value,), SELECTION, estimates)
-    found.whole.estimates["realized"] = _realized(*cumulated(found))
+    each = _steps(found)
+    done = np.isfinite(each).all(axis=0)
+    s, r = np.cumsum(each[:, done], axis=1)
+    pull, found.whole.estimates["realized"] = np.zeros(len(b.n)), UNKNOWN
+    if (squares := float(s @ s)) > 0:
+        pull[done] = np.cumsum(s[::-1])[::-1] / squares  # of each cohort's R on the slope
+        slope = float(s @ r) / squares
+        u = pull[within] * c / total * (y - slope * xs["midparent"])
+        found.whole.estimates["realized"] = b.interval(slope, u, child)
     return found
 
 
-def cumulated(found: Breeding) -> tuple[np.ndarray, np.ndarray]:
-    """Return the cumulated selection differential and response of complete cohorts, f64[cohorts] each."""
-    pairs = np.array(
-        [[c.estimates[name].value for name in ("differential", "response")] for c in found.cohorts]
+def _steps(found: Breeding) -> np.ndarray:
+    """Return the selection differential and the response of each cohort, f64[2, cohorts]."""
+    return np.array(
+        [[c.estimates[name].value for c in found.cohorts] for name in ("differential", "response")]
     )
-    s, r = pairs[np.isfinite(pairs).all(axis=1)].T
-    return np.cumsum(s), np.cumsum(r)
-
-
-def _realized(s: np.ndarray, r: np.ndarray) -> Interval:
-    """Return the slope through the origin of cumulated responses r on cumulated differentials s."""
-    if not (s @ s) > 0:
-        return UNKNOWN
-    slope = float(s @ r / (s @ s))
-    off = np.diff(r - slope * s, prepend=0.0)  # of each cohort
-    pull = np.cumsum(s[::-1])[::-1] / (s @ s)
-    return _with_error(slope, float(((pull * off) ** 2).sum()), len(s))
 
 
 def gradients(
@@ -498,7 +494,8 @@ def responses(found: Breeding, title: str = "") -> Figure:
     middle.axhline(0, color=GREY, lw=0.8)
     middle.set(xlabel="tick of birth", ylabel=found.values[0], title="Selection and response")
     middle.legend(loc="best")
-    s, r = (np.append(0.0, x) for x in cumulated(found))
+    steps = _steps(found)
+    s, r = np.cumsum(np.hstack([[[0.0], [0.0]], steps[:, np.isfinite(steps).all(axis=0)]]), axis=1)
     slope = found.whole.estimates["realized"].value
     title_of_slope = "Realized heritability" + (f": {slope:.2f}" if np.isfinite(slope) else "")
     right.plot(s, r, "o", color=INK, ms=4)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ecs_eco.analysis.breeding import _Born, cumulated, forest, responses
+from ecs_eco.analysis.breeding import _Born, forest, responses
 from ecs_eco.analysis.figures import save
 from ecs_eco.analysis.lineage import ALIVE
 from tests.analysis.families import FAMILY, family, forest as forest_of
@@ -56,8 +56,10 @@ def test_five_animals_counted_by_hand():
     assert none.n == 0
     assert np.isnan([none.alive, *values(none).values()]).all()
     assert found.whole.estimates["realized"].value == pytest.approx(1.25 / 0.5)  # of one cohort
-    assert np.isnan(found.whole.estimates["realized"].low)
-    assert np.ravel(cumulated(found)) == pytest.approx([0.5, 1.25])
+    # 2.5 ± t (1 degree of freedom): residuals of the two children, who share a parent, from 2.5 × midparent
+    # are 0.5 − 2.5 × 0 and 2 − 2.5 × 1, ± 0.5 from their mean, with influence 1 / 0.5 and weight 1 / 2 each
+    half = 12.706205 * np.sqrt((0.5**2 + 0.5**2) * 2)
+    assert found.whole.estimates["realized"] == pytest.approx((2.5, 2.5 - half, 2.5 + half))
     assert (found.whole.n, found.generation) == (5, pytest.approx((4 + 4 + 5) / 3))
     for name in ("opportunity", "differential", "intensity", "response", "midparent", "one_parent"):
         assert found.whole.estimates[name] == pytest.approx(parents.estimates[name], nan_ok=True), name
