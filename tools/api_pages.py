@@ -138,6 +138,7 @@ ANALYSIS = (  # module: names; other names serve the package's own reports
     "depth:DepthCycle,depth_cycle,day_by_hour",
     "carriers:Frequencies,carriers",
     "genes:Course,Selection,log_odds_slope,haldanes",
+    "breeding:Breeding,Cohort,responses,forest",
     "signature:Cycle,cycle,period_of",
     "compare:compare",
     "seed_grid:VarianceShares,components,variance_shares,mean_interval,effective_runs,share_interval,"

@@ -10,7 +10,7 @@ from typing import Any, Self
 import numpy as np
 import pyarrow as pa
 
-from ecs_eco.analysis import carriers, genes
+from ecs_eco.analysis import breeding as breeder, carriers, genes
 from ecs_eco.analysis.page import write_text
 from ecs_eco.analysis.pedigree import ALIVE, Pedigree, among
 from ecs_eco.analysis.runs import read_manifest, tables
@@ -277,6 +277,8 @@ class Lineage(Pedigree):
     course = genes.course
     generation_time = genes.generation_time
     selection = genes.selection
+    breeding = breeder.breeding
+    gradients = breeder.gradients
 
     def to_pandas(self) -> Any:
         """Return a pandas.DataFrame with a row for each organism: uid, species, parents (0: none), born and
