@@ -34,6 +34,7 @@ from ecs_eco.worlds.build import build
 from ecs_eco.worlds.policies import Learn, Policies, policy
 
 # higher-level or slow packages, imported by the methods that use them
+_events, _lineage = Later("ecs_eco.explain.events"), Later("ecs_eco.analysis.lineage")
 _figures, _watch = Later("ecs_eco.analysis.figures"), Later("ecs_eco.view.watch")
 
 
@@ -448,6 +449,40 @@ class World(SpatialWorld):
         >>> figure.savefig("animals.png")
         """
         return _figures.plot(self, column, species)
+
+    def explain(self, species: str | None = None, *, fdr: float = 0.01) -> Any:
+        """Return the alleles that rose by more than drift allows since this world's recorder was added.
+
+        To see what they do, record the run in a folder and use `ecs-eco explain`, which takes them out in forks.
+
+        Parameters
+        ----------
+        species : str, optional
+            Default: every species that reproduces.
+        fdr : float, default 0.01
+            Expected proportion of false rises among those returned.
+
+        Returns
+        -------
+        list of ecs_eco.explain.Sweep
+
+        Raises
+        ------
+        RuntimeError
+            If the world has no recorder that keeps events.
+        ValueError
+            If no species was born to recorded parents.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> from ecs_eco.record import Recorder
+        >>> goats = World.from_config("reflexes", seed=1, record=False)
+        >>> recorder = Recorder(goats, keep_events=True)
+        >>> goats.run(300).explain("goat")[0].lead.name
+        'green = 0'
+        """
+        return _events.rises(_lineage.Lineage.of(self), species, fdr=fdr)
 
     def view(self, ticks: int | None = None, **how: Any) -> Any:
         """Show this live world in a notebook's output cell or, outside a notebook, in the browser until Ctrl-C.

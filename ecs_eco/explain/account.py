@@ -193,9 +193,12 @@ def without(allele: Allele, taken: TakenOut) -> str:
 def drove(names: Sequence[str], found: Allele | None) -> str:
     """Return the sentence on which of several alleles, each taken out separately, drove the rise."""
     if found is None:
-        return f"Taken out alone, none of {listed(names)} changes the number of young clearly: the forks do not show which one drove the rise."
-    rest = [name for name in names if name != found.name]
-    return f"Taken out alone, {found.name} changes the number of young most: it drove the rise; {listed(rest)} rose with it."
+        return (
+            f"Taken out alone, none of {listed(names)} changes the number of young clearly: the forks do not show "
+            "which one drove the rise."
+        )
+    rest = listed([name for name in names if name != found.name])
+    return f"Taken out alone, {found.name} changes the number of young most: it drove the rise of {rest}."
 
 
 def listed(names: Sequence[str]) -> str:

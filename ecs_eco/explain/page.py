@@ -26,13 +26,13 @@ from ecs_eco.record.parquet import write_part
 
 MOST = 8  # sweeps whose alleles are taken out, the clearest first
 HOW = (
-    "A rise counts if drift alone would produce it in at most {fdr:.0%} of the rises listed. Drift is measured from "
-    "the births and deaths of the run, not assumed. s is the slope of the log odds of the frequency per generation."
+    "Of the rises listed, {fdr:.0%} or fewer are expected to be drift alone (false discovery rate). Drift is "
+    "measured from the births and deaths of the run. s is the slope of the log odds per generation."
 )
 EFFECTS = (
-    "Effects of taking each allele out, with 95% intervals over forks: differences between carriers that lost it and "
-    "carriers that kept it in the same worlds, from the change to death or the end of the fork. Gray: the interval "
-    "contains 0."
+    "Effects of taking each allele out: differences between carriers that lost it and carriers that kept it in the "
+    "same worlds, from the change to death or the end of the fork, with 95% intervals over forks. Gray: the "
+    "interval contains 0."
 )
 
 
@@ -84,8 +84,8 @@ def write_explanation(
     --------
     >>> from ecs_eco.explain import write_explanation
     >>> from ecs_eco.runs.run import run_to_folder
-    >>> manifest = run_to_folder("reflexes", seed=1, ticks=60, out="goats", report=False)
-    >>> write_explanation("goats", species="goat", forks=0)["species"]
+    >>> manifest = run_to_folder("reflexes", seed=1, ticks=300, out="herd", report=False)
+    >>> write_explanation("herd", species="goat", forks=0)["species"]
     ['goat']
     """
     place, islands = Path(out or run), is_archipelago(Path(run))
@@ -150,9 +150,8 @@ def traits_of(genomes: Mapping[str, Any]) -> dict[str, str]:
 def opening(sweeps: Sequence[Sweep], lineage: Lineage, species: str | None, unforked: bool) -> list[str]:
     """Return the first sentences of the page."""
     whom = species or "all species"
-    lines = [
-        f"In {lineage.end + 1:,} ticks, {len(sweeps) or 'no'} allele{'s' * (len(sweeps) != 1)} of {whom} rose by more than drift allows."
-    ]
+    many = f"{len(sweeps) or 'no'} allele{'s' * (len(sweeps) != 1)}"
+    lines = [f"In {lineage.end + 1:,} ticks, {many} of {whom} rose by more than drift allows."]
     if unforked:
         lines.append(
             "Islands cannot be forked, because their immigrants would be missing: nothing was taken out."
@@ -206,7 +205,7 @@ def section(one: Account, paths: Paths, traits: Mapping[str, str], place: Path) 
         drawn(figures.frequency(sweep, paths), place.with_name(f"{place.name}-frequency.svg"), caption),
     ]
     if one.taken:
-        way = "From the allele to the number of young: the action and the cause of death that change most without it."
+        way = "From the allele to the number of young: the action and the cause of death that change most."
         blocks += [
             drawn(figures.effects(one), place.with_name(f"{place.name}-effects.svg"), EFFECTS),
             drawn(
