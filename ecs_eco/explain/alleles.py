@@ -213,9 +213,8 @@ def _path(site: Site, own: Pedigree, species: str, steps: Steps) -> tuple[Any, .
         n = np.where(steps.living > 0, steps.living, np.nan)[:, None]
         p = living(site) / n
         square = living(site.pairs()) / n if len(site.codes) > 1 else p
-        copies = p * n * (len(site.codes) if site.kind in ("letter", "haplotype") else 1)
-        others = n * (len(site.codes) if site.kind in ("letter", "haplotype") else 1) - copies
-        used = (copies >= FEWEST - 1e-9) & (others >= FEWEST - 1e-9)
+        number = n / site.weights if isinstance(site.weights, float) else n
+        used = (p * number >= FEWEST - 1e-9) & ((1 - p) * number >= FEWEST - 1e-9)
     if site.kind in ("haplotype", "clade"):
         used &= np.logical_or.accumulate(p >= COMMON, axis=0)
     kept = np.asarray(used[:-1].any(axis=0))
@@ -285,7 +284,8 @@ def _of_values(own: Pedigree, species: str, gene: dict[str, Any]) -> Site:
     """Return the values of a gene with few values."""
     names, codes = alleles_of(own, species, gene["name"])
     codes = codes or [np.full(len(own), -1)]
-    weights = 1 / np.maximum(np.sum([of >= 0 for of in codes], axis=0), 1)
+    number = np.sum([of >= 0 for of in codes], axis=0)
+    weights = 1 / len(codes) if (number == len(codes)).all() else 1 / np.maximum(number, 1)
     return Site("value", gene["name"], gene.get("at", -1), names, codes, weights)
 
 

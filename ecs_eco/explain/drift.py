@@ -169,7 +169,7 @@ def _reproductive_values(
     width = max(1, -(-int(passed.max()) // AGES))
     classes = max(1, -(-int(passed.max()) // width))
     exposure = np.array([np.clip(passed - j * width, 0, width).sum() for j in range(classes)], float)
-    deaths = np.bincount(np.maximum(passed[ended] - 1, 0) // width, minlength=classes)
+    deaths = np.bincount((passed[ended & (passed > 0)] - 1) // width, minlength=classes)
     at = np.minimum(born[child] - born[parent], passed[parent]) - 1
     births = np.bincount(np.maximum(at, 0) // width, share, classes)
     exposure = np.maximum(exposure, 1)
