@@ -155,9 +155,11 @@ class Edit:
     def _check(self, layout: Layout, was: str | None = "") -> None:
         """Raise ValueError or KeyError if the genome has no such locus, gene or letter."""
         fixed = not isinstance(layout, VariableLayout)
+        same = was is not None and not self.reverse and self.was == self.value
+        _need(not same, f"{self.kind} {self.value!r} would be replaced by itself")
         if self.kind in ("value", "copies"):
-            code = layout[self.gene]
-            _need(not isinstance(code, Weights), f"gene {self.gene!r}: network weights have no single value")
+            weights = isinstance(layout[self.gene], Weights) and self.kind == "value"
+            _need(not weights, f"gene {self.gene!r}: network weights have no single value")
         if self.kind == "copies":
             _need(not fixed, f"gene {self.gene!r}: only variable-length genomes have copies (max_length)")
         words = [self.value] if was is None else [self.value, self.was]

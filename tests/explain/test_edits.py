@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ecs_eco import World
-from ecs_eco.components import Genome, Metabolism, Reflexes, Traits
+from ecs_eco.components import Body, Genome, Metabolism, Reflexes, Stature, Traits
 from ecs_eco.explain import Edit
 from ecs_eco.explain.edits import edit_of
 from tests.explain.newts import VARIABLE, WORLD
@@ -124,6 +124,25 @@ def test_copies_are_removed_from_the_end_and_added_in_tandem(variable):
     assert (basal(table, rows) == 0.125).all()  # the species' own value
 
 
+def test_bodies_change_as_those_of_adults():
+    world = copy.deepcopy(WORLD)
+    size = {"name": "size", "trait": "body.radius", "letters": 1, "values": [0.1, 0.2]}
+    newt = world["species"]["newt"]
+    newt["genome"]["genes"] = [size]
+    newt["body"] = {"radius": 0.1, "density": 1000.0}
+    newt["growth"] = {"rate": 0.1, "newborn": 0.1}
+    table = World.from_config(world, seed=1, record=False).table("newt")
+    edit = Edit("newt", "value", "size", value="0.2", was="0.1")
+    rows = edit.carriers(table)[0]
+    table[Body].radius[rows], table[Body].mass[rows] = 0.1, 1.0  # young
+    adult = table[Stature].mass[rows].copy()
+    edit.apply(table, rows)
+    assert table[Stature].radius[rows] == pytest.approx(0.1)
+    assert table[Stature].mass[rows] == pytest.approx(adult / 8)
+    assert table[Body].radius[rows] == pytest.approx(0.05)
+    assert table[Body].mass[rows] == pytest.approx(1 / 8)
+
+
 def test_the_alternative_is_the_most_common_other_allele(pond, variable):
     table = pond.table("newt")
     assert Edit("newt", "letter", locus=0, value="B").alternative(table) == "A"
@@ -144,6 +163,7 @@ def test_the_alternative_is_the_most_common_other_allele(pond, variable):
         (Edit("newt", "letter", locus=3, value="A", was="B"), "locus = 3; expected 0 to 2"),
         (Edit("newt", "letter", locus=0, value="X", was="B"), "'X' at position 0 is not in the alphabet"),
         (Edit("newt", "letter", locus=0, value="AB", was="B"), "expected one letter each"),
+        (Edit("newt", "letter", locus=0, value="B", was="B"), "letter 'B' would be replaced by itself"),
         (Edit("newt", "value", "hungr", value="1", was="0"), 'did you mean "hunger"'),
         (Edit("newt", "copies", "hunger", value="2", was="1"), "only variable-length genomes have copies"),
         (Edit("newt", "haplotype", value="A", was="B"), "haplotype of 1 letters; expected 3"),
