@@ -116,6 +116,9 @@ def test_copies_are_removed_from_the_end_and_added_in_tandem(variable):
     more.apply(table, rows)
     assert (layout.copy_numbers(table[Genome].loci[rows])["hunger"] == 2).all()
     assert (basal(table, rows[poor]) == 0.125).all()
+    loss = replace(edit, value="2", was="3")  # fewer copies are the allele
+    assert (loss.carriers(table)[1] == 1).all()
+    assert not replace(loss, reverse=True).carriers(table)[0].size
     edit.apply(table, rows[::2])
     none = replace(edit, value="1", was="0")
     assert none.carriers(table)[1].tolist() == [1 if i % 2 == 0 else 2 for i in range(rows.size)]
@@ -150,7 +153,7 @@ def test_the_alternative_is_the_most_common_other_allele(pond, variable):
     other = Edit("newt", "haplotype", value="BAA").alternative(table)
     assert len(other) == 3
     assert other != "BAA"
-    assert Edit("newt", "copies", "hunger", value="3").alternative(variable.table("newt")) == "2"
+    assert Edit("newt", "copies", "hunger", value="2").alternative(variable.table("newt")) == "3"
     only = pond.copy().table("newt")
     HUNGRY.apply(only, only.rows())
     with pytest.raises(ValueError, match=r"all newt carry A: choose what replaces it \(was=…\)"):

@@ -46,7 +46,7 @@ def test_the_effect_on_lives_is_as_reckoned_by_hand(pond):
 
 
 def test_in_reverse_the_effect_is_the_opposite(pond):
-    taken = take_out(pond, HUNGRY, "A", tick=0, forks=2, workers=1, ticks=20, reverse=True)
+    taken = take_out(pond, HUNGRY, tick=0, forks=2, workers=1, ticks=20, reverse=True)
     assert whole(taken, "survival") == -4.0
     assert taken.doses == {}
 
