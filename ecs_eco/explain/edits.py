@@ -51,7 +51,7 @@ class Edit:
     locus : int, default -1
         Locus of the letter, counted from 0 in each string.
     value : str, default ""
-        The allele. An organism carries "3" copies if it has at least three.
+        The allele. An organism carries "3" copies if it has at least three (if `was` is larger, at most).
     was : str, default ""
         What replaces it.
     reverse : bool, default False
@@ -127,12 +127,10 @@ class Edit:
             rewrite(table, rows, loci, self._edited(layout_of(table), loci.copy()))
 
     def alternative(self, table: Table) -> str:
-        """Return what replaces the allele if `was` is not given: the most common other letter, value or
-        string among the living, or one copy less. Raises ValueError if there is none."""
+        """Return what replaces the allele if `was` is not given: the most common other letter, value, string
+        or number of copies among the living. Raises ValueError if there is none."""
         if self.kind not in OF_GENOME:
             return ""
-        if self.kind == "copies":
-            return str(int(self.value) - 1)
         layout = layout_of(table)
         self._check(layout, None)
         loci = table[Genome].loci[table.by_uid()]
@@ -140,6 +138,8 @@ class Edit:
             found = [layout.alphabet.letters[i] for i in loci[:, self._columns(layout)].ravel()]
         elif self.kind == "value":
             found = [f"{v:g}" for v in self._values(layout, loci)[3]]
+        elif self.kind == "copies":
+            found = [str(k) for k in self._number(layout, loci).tolist()]
         else:
             strings = loci.reshape(-1, layout.length)
             found = [layout.alphabet.decode(row[row != _none(layout)]) for row in strings]
@@ -155,12 +155,14 @@ class Edit:
     def _check(self, layout: Layout, was: str | None = "") -> None:
         """Raise ValueError or KeyError if the genome has no such locus, gene or letter."""
         fixed = not isinstance(layout, VariableLayout)
+        same = was is not None and not self.reverse and self.was == self.value
+        _need(not same, f"{self.kind} {self.value!r} would be replaced by itself")
         if self.kind in ("value", "copies"):
-            code = layout[self.gene]
-            _need(not isinstance(code, Weights), f"gene {self.gene!r}: network weights have no single value")
+            weights = isinstance(layout[self.gene], Weights) and self.kind == "value"
+            _need(not weights, f"gene {self.gene!r}: network weights have no single value")
         if self.kind == "copies":
             _need(not fixed, f"gene {self.gene!r}: only variable-length genomes have copies (max_length)")
-        words = [self.value] if was is None else [self.value, self.was]
+        words = [self.value] if was is None or self.reverse else [self.value, self.was]
         if self.kind == "letter":
             _need(
                 fixed, "loci are not comparable in variable-length genomes; choose a gene's value or copies"
@@ -190,14 +192,18 @@ class Edit:
         return np.asarray(has.sum(axis=1))
 
     def _copies_to_change(self, layout: Layout, loci: np.ndarray, has: np.ndarray) -> np.ndarray:
-        """Return how many copies of the gene are removed or, in reverse, added: i64[n]."""
-        target = int(self.value if self.reverse else self.was)
-        if not self.reverse:
-            return np.where(has >= int(self.value), has - target, 0)
-        more = np.where((has > 0) & (has < target), target - has, 0)
+        """Return how many copies of the gene are removed or added: i64[n]. Copies are added only to genomes
+        that have one and room for more."""
+        value, was = int(self.value), int(self.was or -1)
+        fewer = (has <= value) if was > value else (has < value)  # with the allele, if it is a loss
+        adds, target = (was > value) != self.reverse, value if self.reverse else was
+        change = np.where(fewer if adds else ~fewer, np.abs(target - has), 0)
+        if not adds:
+            return change
         variable = _variable(layout)
         span = int(variable.spans[layout.genes.index(layout[self.gene])])
-        return np.where(variable.lengths(loci).max(axis=1) + more * span <= variable.longest, more, 0)
+        fits = variable.lengths(loci).max(axis=1) + change * span <= variable.longest
+        return np.where(fits & (has > 0), change, 0)
 
     def _edited(self, layout: Layout, loci: np.ndarray) -> np.ndarray:
         """Return genomes u8[n, row] with the change; `loci` is written to."""

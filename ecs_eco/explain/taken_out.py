@@ -10,7 +10,6 @@ import hashlib
 import json
 from collections.abc import Callable, Collection, Sequence
 from concurrent.futures import Executor
-from contextlib import ExitStack
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -108,24 +107,32 @@ class TakenOut:
         Interval
             Value, low, high; NaN if there are no such organisms.
         """
-        table = self.means if dose is None else self.doses[dose]
-        return _interval(table[measure] @ np.array(CONTRASTS[self.n.shape[1]][of], np.float64))
+        weights = np.array(CONTRASTS[self.n.shape[1]][of], np.float64)
+        return _interval(self._of(dose)[measure] @ weights)
 
-    def control(self, measure: str = "births") -> Interval:
+    def control(self, measure: str = "births", dose: int | None = None) -> Interval:
         """Return the mean of the unchanged organisms over forks, with its 95% interval."""
-        return _interval(self.means[measure][:, 0])
+        return _interval(self._of(dose)[measure][:, 0])
 
     def to_pandas(self) -> Any:
         """Return a pandas.DataFrame with a row for each measure, contrast and dose (0: all organisms)."""
         return pa.Table.from_pylist(
             [
-                {"measure": measure, "of": of, "dose": dose or 0, "control": self.control(measure).value}
+                {
+                    "measure": measure,
+                    "of": of,
+                    "dose": dose or 0,
+                    "control": self.control(measure, dose).value,
+                }
                 | dict(zip(("effect", "low", "high"), self.effect(measure, of, dose), strict=True))
                 for dose in (None, *self.doses)
-                for measure in (self.means if dose is None else self.doses[dose])
+                for measure in self._of(dose)
                 for of in CONTRASTS[self.n.shape[1]]
             ]
         ).to_pandas()
+
+    def _of(self, dose: int | None) -> dict[str, np.ndarray]:
+        return self.means if dose is None else self.doses[dose]
 
 
 def take_out(
@@ -198,7 +205,7 @@ def take_out(
     >>> taken.lasted.tolist(), taken.effect("survival").value <= 3
     ([3, 3], True)
     """
-    run = Path(run)
+    run = Path(run).absolute()  # workers on other machines have other working directories
     manifest = _manifest(run)
     tick = _tick(run, manifest, tick)
     world, base = world_at(run, manifest, tick, trust)
@@ -226,9 +233,8 @@ def take_out(
         if not out.exists()
     }
     done = len(outs) - len(missing)
-    with ExitStack() as stack:
-        if missing:
-            pool = stack.enter_context(engine_of(engine, workers))
+    if missing:
+        with engine_of(engine, workers) as pool:
             prepare(pool, place, world.config)
             for _, future in completed(pool, run_fork, missing):
                 future.result()
@@ -391,7 +397,10 @@ def run_fork(
     out: Path,
     allowed: Collection[str] = (),
 ) -> None:
-    """Fork a checkpoint, change a random part of the organisms, follow all of them, and write their means."""
+    """Fork a checkpoint, change a random part of the organisms, follow all of them, and write their means,
+    unless another process has."""
+    if out.exists():
+        return
     allow(allowed)
     world, weights = World.restore(base, record=False), _read_weights(known)
     rng = np.random.default_rng([seed, number])

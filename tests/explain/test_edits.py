@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ecs_eco import World
-from ecs_eco.components import Genome, Metabolism, Reflexes, Traits
+from ecs_eco.components import Body, Genome, Metabolism, Reflexes, Stature, Traits
 from ecs_eco.explain import Edit
 from ecs_eco.explain.edits import edit_of
 from tests.explain.newts import VARIABLE, WORLD
@@ -116,12 +116,34 @@ def test_copies_are_removed_from_the_end_and_added_in_tandem(variable):
     more.apply(table, rows)
     assert (layout.copy_numbers(table[Genome].loci[rows])["hunger"] == 2).all()
     assert (basal(table, rows[poor]) == 0.125).all()
+    loss = replace(edit, value="2", was="3")  # fewer copies are the allele
+    assert (loss.carriers(table)[1] == 1).all()
+    assert not replace(loss, reverse=True).carriers(table)[0].size
     edit.apply(table, rows[::2])
     none = replace(edit, value="1", was="0")
     assert none.carriers(table)[1].tolist() == [1 if i % 2 == 0 else 2 for i in range(rows.size)]
     none.apply(table, rows)
     assert not none.carriers(table)[0].size
     assert (basal(table, rows) == 0.125).all()  # the species' own value
+
+
+def test_bodies_change_as_those_of_adults():
+    world = copy.deepcopy(WORLD)
+    size = {"name": "size", "trait": "body.radius", "letters": 1, "values": [0.1, 0.2]}
+    newt = world["species"]["newt"]
+    newt["genome"]["genes"] = [size]
+    newt["body"] = {"radius": 0.1, "density": 1000.0}
+    newt["growth"] = {"rate": 0.1, "newborn": 0.1}
+    table = World.from_config(world, seed=1, record=False).table("newt")
+    edit = Edit("newt", "value", "size", value="0.2", was="0.1")
+    rows = edit.carriers(table)[0]
+    table[Body].radius[rows], table[Body].mass[rows] = 0.1, 1.0  # young
+    adult = table[Stature].mass[rows].copy()
+    edit.apply(table, rows)
+    assert table[Stature].radius[rows] == pytest.approx(0.1)
+    assert table[Stature].mass[rows] == pytest.approx(adult / 8)
+    assert table[Body].radius[rows] == pytest.approx(0.05)
+    assert table[Body].mass[rows] == pytest.approx(1 / 8)
 
 
 def test_the_alternative_is_the_most_common_other_allele(pond, variable):
@@ -131,7 +153,7 @@ def test_the_alternative_is_the_most_common_other_allele(pond, variable):
     other = Edit("newt", "haplotype", value="BAA").alternative(table)
     assert len(other) == 3
     assert other != "BAA"
-    assert Edit("newt", "copies", "hunger", value="3").alternative(variable.table("newt")) == "2"
+    assert Edit("newt", "copies", "hunger", value="2").alternative(variable.table("newt")) == "3"
     only = pond.copy().table("newt")
     HUNGRY.apply(only, only.rows())
     with pytest.raises(ValueError, match=r"all newt carry A: choose what replaces it \(was=…\)"):
@@ -144,6 +166,7 @@ def test_the_alternative_is_the_most_common_other_allele(pond, variable):
         (Edit("newt", "letter", locus=3, value="A", was="B"), "locus = 3; expected 0 to 2"),
         (Edit("newt", "letter", locus=0, value="X", was="B"), "'X' at position 0 is not in the alphabet"),
         (Edit("newt", "letter", locus=0, value="AB", was="B"), "expected one letter each"),
+        (Edit("newt", "letter", locus=0, value="B", was="B"), "letter 'B' would be replaced by itself"),
         (Edit("newt", "value", "hungr", value="1", was="0"), 'did you mean "hunger"'),
         (Edit("newt", "copies", "hunger", value="2", was="1"), "only variable-length genomes have copies"),
         (Edit("newt", "haplotype", value="A", was="B"), "haplotype of 1 letters; expected 3"),

@@ -46,7 +46,7 @@ def test_the_effect_on_lives_is_as_reckoned_by_hand(pond):
 
 
 def test_in_reverse_the_effect_is_the_opposite(pond):
-    taken = take_out(pond, HUNGRY, "A", tick=0, forks=2, workers=1, ticks=20, reverse=True)
+    taken = take_out(pond, HUNGRY, tick=0, forks=2, workers=1, ticks=20, reverse=True)
     assert whole(taken, "survival") == -4.0
     assert taken.doses == {}
 
@@ -132,6 +132,11 @@ def test_weights_at_birth_are_those_of_the_run(tmp_path):
     weights = taken_out._read_weights(path)
     assert set(weights) == set(table.uid[rows].tolist())
     assert all((weights[uid] == born[uid]).all() for uid in weights)
+    base = tmp_path / "run" / "explain" / "tick-000000000036.safetensors"
+    followed, alone = (World.restore(base, record=False) for _ in range(2))
+    goats = followed.table("goat")
+    Followed(followed, goats, goats.uid[goats.by_uid()]).run(2, {})
+    assert followed.digest() == alone.run(2).digest()
     actions = sum(taken.control(f"action: speed.{name}").value for name in ("walk", "eat"))
     assert 0.9 < actions <= 1.0  # a goat that touches red grass may be unable to eat
 
