@@ -5,9 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from ecs_eco import World
 from ecs_eco.analysis.breeding import _Born, forest, responses
 from ecs_eco.analysis.figures import save
-from ecs_eco.analysis.lineage import ALIVE
+from ecs_eco.analysis.lineage import ALIVE, Lineage
+from ecs_eco.config import load
+from ecs_eco.record import Recorder
 from tests.analysis.families import FAMILY, family, forest as forest_of
 
 SIZE, PACE = "birth: Body.radius", "birth: Speed.pace"
@@ -399,3 +402,47 @@ def test_tables_and_figures(tmp_path):
         f"γ {SIZE} × {SIZE}",
     ]
     assert save(drawn, tmp_path / "forest.png").stat().st_size > 5000
+
+
+HUNGER = {"name": "hunger", "trait": "metabolism.basal", "letters": 4, "low": 0.0, "high": 0.02}
+SIZES = {"name": "size", "trait": "body.radius", "letters": 3, "low": 0.25, "high": 0.35}
+GOATS = {
+    "space.size": [50.0, 50.0],
+    "species.green.count": 900,
+    "species.green.reproduction.seed_rain": 0.02,
+    "species.red.count": 0,
+    "species.yellow.count": 0,
+    "species.goat.count": 200,
+    "species.goat.diet.2.gain": 0.4,
+    "species.goat.genome.genes": [HUNGER | {"code": "additive", "codons": 4}, SIZES],
+    "species.goat.lethal.1.max": 80.0,
+    "species.goat.policy.learn": False,
+    "species.goat.reproduction.age_min": 20.0,
+    "species.goat.reproduction.rest": 20.0,
+    "viewer.knobs": [],
+    "record": ["Body.radius"],
+}
+
+
+@pytest.mark.slow
+def test_goats_evolve_to_burn_less():
+    world = World.from_config(load("reflexes", GOATS), seed=1, record=False)
+    Recorder(world, keep_events=True)
+    world.run(400)
+    lineage = Lineage.of(world)
+    found = lineage.breeding("goat", "hunger")
+    of = found.whole.estimates
+    assert of["differential"].high < 0
+    assert of["response"].high < 0
+    first, *_, last = found.cohorts
+    assert last.estimates["mean"].high < first.estimates["mean"].low
+    # the gene is additive, two parents pass on half each, and few letters mutate
+    assert of["midparent"].value == pytest.approx(1, abs=0.1)
+    assert of["one_parent"].value == pytest.approx(0.5, abs=0.1)
+    assert of["realized"].value == pytest.approx(1, abs=0.3)
+    assert holds(of["realized"], 0.95)
+    gradients = lineage.gradients("goat", ["hunger", "size"])
+    assert gradients.whole.estimates["β hunger"].high < 0
+    sizes, radii = (lineage.breeding("goat", name).whole.estimates for name in ("size", SIZE))
+    for name in sizes:  # the gene sets the recorded field, in single precision
+        assert radii[name] == pytest.approx(sizes[name], rel=1e-4, abs=1e-6), name
