@@ -1,7 +1,9 @@
-"""Families for tests of lineages: one made by hand, forests at random, and a reader of Newick trees."""
+"""Families for tests of lineages: one made by hand, forests at random, herds with recorded fields, and a reader of
+Newick trees."""
 
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pyarrow as pa
@@ -21,6 +23,7 @@ FAMILY = [
     (8, 6, 7, 9, ALIVE, "TT"),
     (9, 0, 0, 9, 10, "AA"),
 ]
+SIZE, PACE = "birth: Body.radius", "birth: Speed.pace"
 GENES = {
     "finch": {
         "alphabet": "ACGT",
@@ -56,6 +59,18 @@ def family(rows=FAMILY, species="finch", end=10, genomes=GENES):
         1.0,
         genomes,
     )
+
+
+def herd(mother, father, born, died, end, **fields):
+    """A lineage of finches from indices of parents (−1: none) and recorded fields."""
+    rows = zip(np.add(mother, 1), np.add(father, 1), born, died, strict=True)
+    made = family([(i + 1, *map(int, row), "AA") for i, row in enumerate(rows)], end=end)
+    return replace(made, recorded={name: np.array(of, float) for name, of in fields.items()})
+
+
+def numbers(cohort):
+    """The estimates of a cohort, without intervals."""
+    return {name: x.value for name, x in cohort.estimates.items()}
 
 
 def write_folder(folder, rows=FAMILY, genome=True, genomes=GENES):
