@@ -149,7 +149,7 @@ def rose(sweep: Sweep) -> str:
         f"Between ticks {sweep.begin:,} and {sweep.end:,}, {sweep.lead.name} rose from {sweep.first:.0%} to "
         f"{top:.0%} in {sweep.species} (selection coefficient {number(sweep.s, 2)} per generation of "
         f"{number(sweep.generation)} ticks, {number(low, 2)} to {number(high, 2)})."
-        f"{LATER[sweep.kind].format(last=sweep.last)}"
+        f"{LATER[sweep.kind].format(last=sweep.last) if abs(sweep.last - top) >= 0.02 else ''}"
     )
 
 

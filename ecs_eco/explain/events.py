@@ -220,7 +220,11 @@ def _events(lineage: Pedigree, of: Assessment, q: np.ndarray, fdr: float) -> lis
     while left:
         strongest = max(left, key=lambda j: _rank(of, j))
         linked = {j: _r2(lineage, paths, dose, strongest, j) for j in left if j != strongest}
-        event = [strongest, *(j for j, r2 in linked.items() if r2 >= LINKED)]
+        gene = paths.alleles[strongest].gene
+        event = [strongest]
+        for j, r2 in linked.items():  # letters that code for the same value rise as one
+            if r2 >= LINKED or (r2 > 0 and gene and paths.alleles[j].gene == gene):
+                event.append(j)
         lead = max(event, key=lambda j: (paths.alleles[j].kind in ("letter", "value"), *_rank(of, j)))
         others = [j for j in sorted(event, key=lambda j: _rank(of, j), reverse=True) if j != lead]
         named = tuple((paths.alleles[j], _r2(lineage, paths, dose, lead, j)) for j in others)

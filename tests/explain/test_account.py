@@ -1,0 +1,180 @@
+"""What a sweep was and did, in words and on a page: the numbers are those of the forks."""
+
+import json
+from dataclasses import replace
+from html import escape
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+from typer.testing import CliRunner
+
+from ecs_eco.analysis.lineage import Lineage
+from ecs_eco.cli import app
+from ecs_eco.config import load
+from ecs_eco.explain import Account, Allele, Edit, Sweep, TakenOut, follow, write_explanation
+from ecs_eco.explain.account import candidates, rose, without
+from ecs_eco.explain.figures import clearest, largest, neutral
+from ecs_eco.record import run_to_folder
+from tests.explain.newts import recorded
+
+RED = Allele("goat", "letter", "red", 0, "T")
+TICKS = np.arange(0, 1001, 100)
+
+
+def sweep(kind="complete", last=0.97, **changes):
+    """A rise of RED from 8% to 97% between ticks 300 and 700."""
+    path = np.interp(TICKS, [0, 300, 700, 1000], [0.08, 0.08, 0.97, last])
+    values = {
+        "species": "goat",
+        "lead": RED,
+        "linked": (),
+        "ticks": TICKS,
+        "path": path,
+        "begin": 300,
+        "half": 500,
+        "end": 700,
+        "first": 0.08,
+        "last": last,
+        "s": 0.35,
+        "interval": (0.3, 0.41),
+        "generation": 100.0,
+        "p": 1e-9,
+        "q": 1e-7,
+        "kind": kind,
+    }
+    return Sweep(**values | changes)
+
+
+def taken(births=(-0.6, -0.8, -0.4), poisoned=(0.3, 0.31, 0.29), old=(-0.3, -0.31, -0.29)):
+    """Forks in which carriers that lost RED differ by these numbers from the others."""
+
+    def both(differences, control):
+        return np.array([[control, control + x] for x in differences])
+
+    means = {
+        "births": both(births, 2.0),
+        "survival": both((-20.0, -21.0, -19.0), 100.0),
+        "died: poisoned": both(poisoned, 0.1),
+        "died: too old": both(old, 0.9),
+        "action: eat": both((0.1, 0.11, 0.09), 0.5),
+    }
+    edit = Edit("goat", "letter", "red", 0, "T", "A")
+    return TakenOut((edit,), 500, np.full(3, 90), np.full((3, 2), 40), means, {})
+
+
+def test_a_rise_is_told_with_its_numbers():
+    assert rose(sweep()) == (
+        "Between ticks 300 and 700, letter T at locus 0, in the gene red rose from 8% to 97% in goat (selection "
+        "coefficient 0.35 per generation of 100 ticks, 0.3 to 0.41)."
+    )
+    assert rose(sweep("passing", 0.1)).endswith("it was at 10%.")
+    assert "stayed level" in rose(sweep("balanced", 0.6))
+
+
+def test_an_effect_is_told_with_its_interval_and_its_cause():
+    text = without(RED, taken())
+    # the interval of −0.6 over three forks: 0.2 / √3 × 4.303
+    assert "They had 0.6 (0.1 to 1.1) fewer young each; the others had 2." in text
+    assert "half of 80 carriers" in text
+    assert "received letter A at locus 0, in the gene red instead" in text
+    assert "lived 20 (18 to 22) ticks less" in text
+    assert "“poisoned” was higher by 30 percentage points (28 to 32), 100% of all additional deaths" in text
+
+
+def test_what_cannot_be_told_is_said():
+    text = without(RED, taken(births=(-0.6, 0.6, 0.1)))
+    assert "does not differ clearly" in text
+    other = Allele("goat", "letter", "", 3, "C")
+    same = replace(taken(), means=taken(births=(-0.1, 0.1, 0.0)).means)
+    lines = Account(sweep(linked=((other, 0.9),)), ((RED, same), (other, same))).sentences()
+    assert lines[-1].endswith("the forks do not show which one drove the rise.")
+    assert Account(sweep(), gap="It could not be taken out.").sentences()[-1] == "It could not be taken out."
+
+
+def test_the_driver_is_the_allele_whose_loss_costs_young():
+    other = Allele("goat", "letter", "", 3, "C")
+    none = taken(births=(-0.1, 0.1, 0.0))
+    told = Account(sweep(linked=((other, 0.9),)), ((other, none), (RED, taken())))
+    assert told.driver == RED
+    assert told.sentences()[-1].endswith("it drove the rise of letter C at locus 3.")
+    assert told.to_json()["driver"] == RED.name
+
+
+def test_one_allele_of_each_gene_is_taken_out():
+    linked = (Allele("goat", "value", "red", -1, "-1"), 1.0), (Allele("goat", "letter", "", 3, "C"), 0.9)
+    more = (Allele("goat", "letter", "", 4, "C"), 0.8), (Allele("goat", "haplotype", "", -1, "TACC"), 0.8)
+    assert [a.locus for a in candidates(sweep(linked=(*linked, *more)))] == [0, 3, 4]
+
+
+def test_figures_show_the_clearest_effects():
+    assert clearest(taken())[:2] == ["births", "survival"]
+    assert largest(taken(old=(0.0, 0.01, -0.01)), "died") == "death: poisoned, +30 points without it"
+    assert largest(taken(), "action") == "action eat, +10 points without it"
+    assert largest(taken(births=(0.0, 0.0, 0.0)), "meals") == ""
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """Goats that lose the gene that keeps them from good grass."""
+    out = tmp_path_factory.mktemp("explained") / "run"
+    config = load("reflexes", {"species.goat.policy.learn": False})
+    run_to_folder(config, seed=1, ticks=320, out=out, policies="untrained", report=False)
+    return out
+
+
+@pytest.mark.slow
+def test_page_files_and_command_have_the_same_numbers(run):
+    found = write_explanation(run, species="goat", forks=2, ticks=8, tick=120, workers=1)
+    assert found["sweeps"][0]["lead"] == "green = 0"
+    assert json.loads((run / "explain.json").read_text(encoding="utf-8")) == found
+    page = (run / "explain.html").read_text(encoding="utf-8")
+    effects = pq.read_table(run / "explain" / "effects.parquet").to_pylist()
+    assert effects == [row for one in found["sweeps"] for row in one["effects"]]
+    table = pq.read_table(run / "explain" / "frequencies.parquet").to_pandas()
+    first = found["sweeps"][0]
+    own = table[(table.kind == "value") & (table.gene == "green") & (table.value == "0")].set_index("tick")
+    assert own.frequency[first["begin"]] <= first["first"] + 0.25 * (own.frequency.max() - first["first"])
+    assert own.frequency.iloc[-1] == first["last"]
+    lives = Lineage.read(run).of_species("goat")
+    alive, green = lives.alive(first["half"]), lives.values("green", "goat")
+    assert own.frequency[first["half"]] == pytest.approx((green[alive] == 0).mean())
+    for one in found["sweeps"]:
+        assert all(escape(line, quote=False) in page.replace("&quot;", '"') for line in one["sentences"])
+    said = CliRunner().invoke(app, ["explain", str(run), "--species", "goat", "--forks", "0", "--quiet"])
+    assert said.exit_code == 0, said.output
+    assert first["sentences"][0] in said.output
+    assert f"written: {run / 'explain.html'}" in said.output
+
+
+@pytest.mark.slow
+def test_the_band_of_drift_begins_at_the_rise_and_widens(run):
+    paths = follow(Lineage.read(run), "goat")
+    j = next(j for j, allele in enumerate(paths.alleles) if allele.kind == "value")
+    begin = len(paths.ticks) // 3
+    one = sweep(lead=paths.alleles[j], ticks=paths.ticks, path=paths.p[:, j], begin=int(paths.ticks[begin]))
+    low, high = neutral(one, paths)
+    assert np.isnan(low[:begin]).all()
+    assert low[begin] == high[begin] == pytest.approx(paths.p[begin, j])
+    assert (np.diff(high[begin:]) >= 0).all()
+    assert high[-1] > high[begin]
+
+
+@pytest.fixture(scope="module")
+def pond(tmp_path_factory):
+    return recorded(tmp_path_factory.mktemp("pond") / "run", ticks=4)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--species", "newd"], 'did you mean "newt"'),
+        (["--fdr", "2"], "a number between 0 and 1"),
+        (["--on", "elsewhere"], "elsewhere"),
+    ],
+)
+def test_bad_input_is_refused(pond, arguments, said):
+    done = CliRunner().invoke(app, ["explain", str(pond), *arguments])
+    assert done.exit_code == 2
+    assert said in done.output
+    assert "Traceback" not in done.output
