@@ -70,7 +70,10 @@ def replicates(claim: Mapping[str, Any], record: Mapping[str, Any]) -> str:
     cases = [
         life
         for entry in record["cases"]
-        if all(entry["case"].get(key) == value for key, value in wanted.items())
+        if all(
+            entry["case"].get(key) in (value if isinstance(value, list) else [value])
+            for key, value in wanted.items()
+        )
         for life in entry.get("result", {}).get("lives", [entry["case"]])
     ]
     if not cases:

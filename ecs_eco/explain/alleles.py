@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
@@ -109,9 +110,11 @@ class Site:
         sums = [np.bincount(at * size + of[organism] + 1, weights * own, n * size) for of in self.codes]
         return np.asarray(np.sum(sums, axis=0).reshape(n, size)[:, 1:])
 
-    def share(self, j: int) -> np.ndarray:
-        """Return the share of each organism's copies that have the value j: f64[organisms]."""
-        return np.asarray(np.sum([codes == j for codes in self.codes], axis=0) * self.weights)
+    def share(self, value: str, rows: Any) -> np.ndarray:
+        """Return the share of copies of these organisms that have a value: f64[rows]."""
+        j = self.values.index(value) if value in self.values else len(self.values)
+        own = self.weights if isinstance(self.weights, float) else self.weights[rows]
+        return np.asarray(np.sum([codes[rows] == j for codes in self.codes], axis=0) * own)
 
     def pairs(self) -> "Site":
         """Return pairs of an organism's copies as a site, whose shares are the squares of this site's."""
@@ -161,15 +164,11 @@ def follow(lineage: Pedigree, species: str, every: int | None = None) -> Paths:
     """
     own = lineage.of_species(species)
     steps = steps_of(own, every)
-    parts = [_path(site, own, species, steps) for site in _sites(own, species, steps)]
+    parts = [_path(site, species, steps) for site in Carried(own, species).sites(steps)]
     alleles = tuple(allele for found, *_ in parts for allele in found)
-    shape = (len(steps.ticks), 0)
-    arrays = [np.concatenate([np.zeros(shape), *(part[1 + i] for part in parts)], axis=1) for i in range(2)]
-    later = [
-        np.concatenate([np.zeros((shape[0] - 1, 0)), *(p[3 + i] for p in parts)], axis=1) for i in range(2)
-    ]
-    copies = steps.living * _ploidy(own, species)
-    return Paths(steps.ticks, alleles, arrays[0], copies, arrays[1], later[0], later[1].astype(bool), steps)
+    p, variance, gain, used = (np.concatenate([part[i] for part in parts], axis=1) for i in range(1, 5))
+    n = steps.living * int(own.genomes.get(species, {}).get("ploidy", 1))
+    return Paths(steps.ticks, alleles, p, n, variance, gain, used, steps)
 
 
 def shares(lineage: Pedigree, allele: Allele) -> np.ndarray:
@@ -186,19 +185,11 @@ def shares(lineage: Pedigree, allele: Allele) -> np.ndarray:
         0 to 1, or 0 and 1 for `copies` and `clade`; NaN for other species.
     """
     mask, out = lineage.species == allele.species, np.full(len(lineage), np.nan)
-    own = lineage.of_species(allele.species)
-    out[mask] = 0.0
-    for site in _sites_like(own, allele):
-        if allele.value in site.values:
-            out[mask] = site.share(site.values.index(allele.value))
+    out[mask] = Carried(lineage.of_species(allele.species), allele.species).share(allele)
     return out
 
 
-def _ploidy(own: Pedigree, species: str) -> int:
-    return int(own.genomes.get(species, {}).get("ploidy", 1))
-
-
-def _path(site: Site, own: Pedigree, species: str, steps: Steps) -> tuple[Any, ...]:
+def _path(site: Site, species: str, steps: Steps) -> tuple[Any, ...]:
     """Return the alleles of a site that are common enough to test, with their columns of Paths."""
     samples, contributions = len(steps.ticks), steps.maternal if site.kind == "clade" else steps.both
     there = np.flatnonzero(steps.last > steps.first)
@@ -225,33 +216,45 @@ def _path(site: Site, own: Pedigree, species: str, steps: Steps) -> tuple[Any, .
     return chosen, p[:, kept], variance[:, kept], gain[:, kept], used[:-1, kept]
 
 
-def _sites(own: Pedigree, species: str, steps: Steps) -> Iterator[Site]:
-    kept = own.genomes.get(species, {})
-    if kept and (own.genome != "").any():
-        if kept.get("longest"):
-            for gene in kept["genes"]:
-                yield from _copies(own, species, gene, kept)
-        else:
-            matrix = _matrix(own.genome)
-            for locus in range(matrix.shape[1] // _ploidy(own, species)):
-                yield from _letters(matrix, locus, kept)
-        for gene in kept["genes"]:
-            if has_few_values(gene):
-                yield _of_values(own, species, gene)
-        yield _common(_haplotypes(own, species), steps)
-    yield _common(_clades(own), steps)
+class Carried:
+    """The alleles that the members of a species carry, read from their genomes when first asked for."""
 
+    def __init__(self, own: Pedigree, species: str) -> None:
+        self.own, self.species, self.kept = own, species, own.genomes.get(species, {})
+        self.known: dict[tuple[Kind, str], Site] = {}
 
-def _sites_like(own: Pedigree, allele: Allele) -> Iterator[Site]:
-    kept = own.genomes.get(allele.species, {})
-    if allele.kind == "letter":
-        yield from _letters(_matrix(own.genome), allele.locus, kept)
-    elif allele.kind == "value":
-        yield _of_values(own, allele.species, gene_of(own, allele.species, allele.gene))
-    elif allele.kind == "copies":
-        yield from _copies(own, allele.species, gene_of(own, allele.species, allele.gene), kept)
-    else:
-        yield _haplotypes(own, allele.species) if allele.kind == "haplotype" else _clades(own)
+    @cached_property
+    def matrix(self) -> np.ndarray:
+        """Letters of genomes of equal length: see `_matrix`."""
+        return _matrix(self.own.genome)
+
+    def sites(self, steps: Steps) -> Iterator[Site]:
+        """Yield all sites, with haplotypes and clades that may be common."""
+        if self.kept and (self.own.genome != "").any():
+            if self.kept.get("longest"):
+                yield from (self.site("copies", gene["name"]) for gene in self.kept["genes"])
+            else:
+                for locus in range(self.matrix.shape[1] // self.kept.get("ploidy", 1)):
+                    yield from _letters(self.matrix, locus, self.kept)
+            for gene in self.kept["genes"]:
+                if has_few_values(gene):
+                    yield self.site("value", gene["name"])
+            yield _common(self.site("haplotype", ""), steps)
+        yield _common(self.site("clade", ""), steps)
+
+    def site(self, kind: Kind, gene: str) -> Site:
+        """Return a site of any kind but a letter's."""
+        if (kind, gene) not in self.known:
+            make = {"value": _of_values, "copies": _copies, "haplotype": _haplotypes, "clade": _clades}[kind]
+            self.known[kind, gene] = make(self.own, self.species, gene)
+        return self.known[kind, gene]
+
+    def share(self, allele: Allele, rows: Any = slice(None)) -> np.ndarray:
+        """Return the share of copies of these organisms that are an allele: f64[rows]."""
+        if allele.kind != "letter":
+            return self.site(allele.kind, allele.gene).share(allele.value, rows)
+        width = self.matrix.shape[1] // self.kept.get("ploidy", 1)
+        return np.asarray((self.matrix[rows, allele.locus :: width] == ord(allele.value)).mean(axis=1))
 
 
 def _matrix(genomes: np.ndarray) -> np.ndarray:
@@ -280,43 +283,45 @@ def _letters(matrix: np.ndarray, locus: int, kept: dict[str, Any]) -> Iterator[S
         yield Site("letter", inside[0] if inside else "", locus, values, codes, 1 / len(codes))
 
 
-def _of_values(own: Pedigree, species: str, gene: dict[str, Any]) -> Site:
+def _of_values(own: Pedigree, species: str, gene: str) -> Site:
     """Return the values of a gene with few values."""
-    names, codes = alleles_of(own, species, gene["name"])
+    names, codes = alleles_of(own, species, gene)
     codes = codes or [np.full(len(own), -1)]
     number = np.sum([of >= 0 for of in codes], axis=0)
     weights = 1 / len(codes) if (number == len(codes)).all() else 1 / np.maximum(number, 1)
-    return Site("value", gene["name"], gene.get("at", -1), names, codes, weights)
+    return Site("value", gene, gene_of(own, species, gene).get("at", -1), names, codes, weights)
 
 
-def _copies(own: Pedigree, species: str, gene: dict[str, Any], kept: dict[str, Any]) -> Iterator[Site]:
-    """Yield the numbers of copies of a gene in variable-length genomes."""
+def _copies(own: Pedigree, species: str, gene: str) -> Site:
+    """Return the numbers of copies of a gene in variable-length genomes."""
     texts = pa.array(own.genome, pa.string()).dictionary_encode()
-    strings = words_of_strings(texts.dictionary.to_pylist(), gene, kept)
+    words = texts.dictionary.to_pylist()
+    strings = words_of_strings(words, gene_of(own, species, gene), own.genomes[species])
     number = np.array([sum(map(len, of)) for of in strings], int)[
         texts.indices.to_numpy(zero_copy_only=False)
     ]
-    yield Site("copies", gene["name"], -1, tuple(str(k) for k in range(number.max() + 1)), [number], 1.0)
+    return Site("copies", gene, -1, tuple(str(k) for k in range(number.max() + 1)), [number], 1.0)
 
 
-def _haplotypes(own: Pedigree, species: str) -> Site:
+def _haplotypes(own: Pedigree, species: str, _: str) -> Site:
     """Return whole strings."""
     kept, text = own.genomes[species], pa.array(own.genome, pa.large_string())
-    if kept.get("longest") and _ploidy(own, species) > 1:
+    ploidy = kept.get("ploidy", 1)
+    if kept.get("longest") and ploidy > 1:
         halves = pc.split_pattern(text, kept["separator"])
-        strings = [pc.list_element(halves, s) for s in range(_ploidy(own, species))]
+        strings = [pc.list_element(halves, s) for s in range(ploidy)]
     else:
-        width = (pc.max(pc.utf8_length(text)).as_py() or 0) // _ploidy(own, species)
-        strings = [
-            pc.utf8_slice_codeunits(text, s * width, (s + 1) * width) for s in range(_ploidy(own, species))
-        ]
+        width = (pc.max(pc.utf8_length(text)).as_py() or 0) // ploidy
+        strings = [pc.utf8_slice_codeunits(text, s * width, (s + 1) * width) for s in range(ploidy)]
     known = pa.chunked_array(strings).combine_chunks().dictionary_encode()
-    codes = known.indices.to_numpy(zero_copy_only=False)
     values = tuple(known.dictionary.to_pylist())
+    codes = known.indices.to_numpy(zero_copy_only=False)
+    if "" in values:  # a missing genome
+        codes = np.where(codes == values.index(""), -1, codes)
     return Site("haplotype", "", -1, values, np.split(codes, len(strings)), 1 / len(strings))
 
 
-def _clades(own: Pedigree) -> Site:
+def _clades(own: Pedigree, *_: str) -> Site:
     """Return the founders' descendants along first parents."""
     line = np.where(own.mother >= 0, own.mother, own.father)
     root = np.where(line < 0, np.arange(len(own)), line)
@@ -329,10 +334,10 @@ def _clades(own: Pedigree) -> Site:
 def _common(site: Site, steps: Steps) -> Site:
     """Return the alleles of a site that may reach 5% of the copies at a sample; the others have no code."""
     lived = np.maximum(np.minimum(steps.last, len(steps.ticks)) - steps.first, 0)
-    seen = sum(np.bincount(codes, lived, len(site.values)) for codes in site.codes)
-    least = COMMON * len(site.codes) * max(1, steps.living[steps.living > 0].min())
+    seen = sum(np.bincount(codes + 1, lived, len(site.values) + 1)[1:] for codes in site.codes)
+    least = COMMON * len(site.codes) * max(1, steps.living[steps.living > 0].min(initial=len(steps.first)))
     often = np.flatnonzero(seen >= least)
-    new = np.full(len(site.values), -1)
+    new = np.full(len(site.values) + 1, -1)  # the last entry is for −1
     new[often] = np.arange(len(often))
     codes = [new[codes] for codes in site.codes]
     return replace(site, values=tuple(site.values[j] for j in often), codes=codes)

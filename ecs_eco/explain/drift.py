@@ -7,6 +7,7 @@ from scipy.stats import pearson3
 
 from ecs_eco.analysis.genes import generation_time
 from ecs_eco.analysis.pedigree import ALIVE, Pedigree
+from ecs_eco.engine.uids import island_of
 
 SAMPLES = 1000  # maximum number of steps
 AGES = 64  # maximum number of age classes of a life table
@@ -137,6 +138,7 @@ def steps_of(lineage: Pedigree, every: int | None = None) -> Steps:
     offset = np.cumsum(rows) - rows
     organism = np.repeat(np.arange(len(lineage)), rows)
     step = np.arange(len(organism)) - np.repeat(offset - begins, rows)
+    _, group = np.unique(island_of(lineage.uid), return_inverse=True)  # islands have their own growth
     measured = []
     for father_share in (0.5, 0.0):
         parent, child, share = _births(lineage, father_share)
@@ -144,7 +146,7 @@ def steps_of(lineage: Pedigree, every: int | None = None) -> Steps:
         at = np.minimum(np.maximum(first[child] - 1, 0) - begins[parent], rows[parent] - 1)
         there = at >= 0
         births = np.bincount((offset[parent] + at)[there], share[there], len(organism))
-        measured.append(_contributions(lineage.born, died, ticks, organism, step, values, births))
+        measured.append(_contributions(lineage.born, died, ticks, organism, step, group, values, births))
     living = lineage.living_sums(ticks)
     return Steps(ticks, generation, living, first, last, organism, step, *measured)
 
@@ -187,6 +189,7 @@ def _contributions(
     ticks: np.ndarray,
     organism: np.ndarray,
     step: np.ndarray,
+    group: np.ndarray,
     values: tuple[np.ndarray, np.ndarray],
     births: np.ndarray,
 ) -> Contributions:
@@ -196,9 +199,10 @@ def _contributions(
     old = of <= begin
     value = (np.bincount(step, before * old, n) + np.bincount(step, after, n)) / 2
     after += births
-    total = np.bincount(step, before, n)
-    growth = np.bincount(step, after, n) / np.where(total > 0, total, 1.0)
-    excess = after - growth[step] * before
+    place = group[organism] * n + step
+    total, reached = np.bincount(place, before), np.bincount(place, after)
+    growth = reached / np.where(total > 0, total, 1.0)
+    excess = after - growth[place] * before
     whole = np.bincount(organism, excess, len(born))[organism]  # of the whole life
     return Contributions(
         excess, value, np.bincount(step, excess * whole, n), np.bincount(step, excess * whole**2, n)

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.stats import false_discovery_control
 
 from ecs_eco.analysis.pedigree import Pedigree
-from ecs_eco.explain.alleles import Allele, Paths, follow, shares
+from ecs_eco.explain.alleles import Allele, Carried, Paths, follow
 from ecs_eco.explain.drift import rise_test
 
 LINKED = 0.5  # r² of alleles that belong to one event
@@ -215,23 +215,28 @@ def _events(lineage: Pedigree, of: Assessment, q: np.ndarray, fdr: float) -> lis
     paths = of.paths
     rose = {int(j): _limits(paths.p[:, j], *of.window[j].tolist()) for j in np.flatnonzero(q <= fdr)}
     left = {j: at for j, at in rose.items() if paths.p[at[1], j] - paths.p[at[0], j] >= LEAST}
-    dose = {j: shares(lineage, paths.alleles[j]) for j in left}
-    sweeps = []
+    if not left:
+        return []
+    species, sweeps = paths.alleles[0].species, []
+    carried = Carried(lineage.of_species(species), species)
     while left:
         strongest = max(left, key=lambda j: _rank(of, j))
-        linked = {j: _r2(lineage, paths, dose, strongest, j) for j in left if j != strongest}
-        gene = paths.alleles[strongest].gene
-        event = [strongest]
-        for j, r2 in linked.items():  # letters that code for the same value rise as one
-            if r2 >= LINKED or (r2 > 0 and gene and paths.alleles[j].gene == gene):
-                event.append(j)
+        linked = {j: _r2(carried, paths, strongest, j) for j in left if j != strongest}
+        event = [strongest, *(j for j, r2 in linked.items() if r2 >= LINKED or _codes(paths, strongest, j, r2))]
         lead = max(event, key=lambda j: (paths.alleles[j].kind in ("letter", "value"), *_rank(of, j)))
         others = [j for j in sorted(event, key=lambda j: _rank(of, j), reverse=True) if j != lead]
-        named = tuple((paths.alleles[j], _r2(lineage, paths, dose, lead, j)) for j in others)
+        named = tuple((paths.alleles[j], _r2(carried, paths, lead, j)) for j in others)
         sweeps.append(_sweep(of, lead, *left[lead], named, float(q[lead])))
         for j in event:
             del left[j]
     return sweeps
+
+
+def _codes(paths: Paths, a: int, b: int, r2: float) -> bool:
+    """Return whether one of two alleles with a positive correlation is a value and the other one of the letters
+    that code for it."""
+    both = paths.alleles[a], paths.alleles[b]
+    return r2 > 0 and both[0].gene == both[1].gene and {x.kind for x in both} == {"letter", "value"}
 
 
 def _rank(of: Assessment, j: int) -> tuple[float, bool]:
@@ -247,18 +252,16 @@ def _limits(path: np.ndarray, begin: int, end: int) -> tuple[int, int]:
     return begin + low, begin + top
 
 
-def _r2(lineage: Pedigree, paths: Paths, dose: dict[int, np.ndarray], a: int, b: int) -> float:
+def _r2(carried: Carried, paths: Paths, a: int, b: int) -> float:
     """Return the squared correlation of two alleles among the living at the sample at which both vary most;
     0 if they exclude each other more often than not."""
-    both = paths.variance[:, a] * paths.variance[:, b]
-    both[~np.isfinite(both)] = 0.0
+    both = np.nan_to_num(paths.variance[:, a] * paths.variance[:, b])
     at = int(both.argmax())
     if both[at] <= 0:
         return 0.0
-    x, y = (dose[j][lineage.alive(int(paths.ticks[at]))] for j in (a, b))
-    known = np.isfinite(x)
-    r = float(np.corrcoef(x[known], y[known])[0, 1])
-    return max(r, 0.0) ** 2
+    rows = np.flatnonzero(carried.own.alive(int(paths.ticks[at])))
+    x, y = (carried.share(paths.alleles[j], rows) for j in (a, b))
+    return max(float(np.corrcoef(x, y)[0, 1]), 0.0) ** 2
 
 
 def _sweep(

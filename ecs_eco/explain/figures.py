@@ -1,4 +1,4 @@
-"""Figures of sweeps: frequencies beside what drift allows, clades, effects, and the path from gene to fate."""
+"""Figures of sweeps: frequencies and what drift allows, clades, effects, and the path from gene to fate."""
 
 from __future__ import annotations
 
