@@ -193,7 +193,7 @@ class Edit:
 
     def _copies_to_change(self, layout: Layout, loci: np.ndarray, has: np.ndarray) -> np.ndarray:
         """Return how many copies of the gene are removed or added: i64[n]. Copies are added only to genomes
-        that have one and space for more."""
+        that have one, up to the maximum length."""
         value, was = int(self.value), int(self.was or -1)
         fewer = (has <= value) if was > value else (has < value)  # with the allele, if it is a loss
         adds, target = (was > value) != self.reverse, value if self.reverse else was
