@@ -134,7 +134,7 @@ def breeding(
     Introduction to quantitative genetics, chapter 11). Standard errors are from linearized estimates,
     clustered by shared parents (Aronow, Samii and Assenova 2015, Political Analysis 23, 564–577); for
     realized heritability, they sum the deviations of offspring from R = h² S, and so include drift, which
-    accumulates over cohorts (Hill 1972, Biometrics 28, 747–765). Intervals use Student's t. They describe the
+    accumulates over cohorts (Hill 1972, Biometrics 28, 767–780). Intervals use Student's t. They describe the
     organisms of one run; to generalize, compare runs.
 
     Founders and immigrants belong to the cohort of the tick at which they appear. Organisms without the value
@@ -165,8 +165,7 @@ def breeding(
     parent, child, c = b.parent, b.child, b.credit[b.child]
     y = z[child] - b.of_parents(b.mean[k, 0])[child]
     xs = {"midparent": b.of_parents(d)[child], "one_parent": d[parent]}
-    within, r = k[parent], y
-
+    within, offspring = k[parent], y
     total = np.bincount(within, c, len(b.n))[within]
 
     def centred(x: np.ndarray) -> np.ndarray:
@@ -196,17 +195,17 @@ def breeding(
             out["intensity"] = interval(differential / sd, u)
         if of.size:
             weight = c[of] / c[of].sum()
-            out["response"] = b.intervals(child[of])(float(weight @ r[of]), weight * y[of])
+            out["response"] = b.intervals(child[of])(float(weight @ offspring[of]), weight * y[of])
         return out
 
     found = b.result(species, (value,), SELECTION, estimates)
-    each = _steps(found)
-    done = np.isfinite(each).all(axis=0)
-    s, r = np.cumsum(each[:, done], axis=1)
+    steps = _steps(found)
+    done = np.isfinite(steps).all(axis=0)
+    selected, changed = np.cumsum(steps[:, done], axis=1)
     pull, found.whole.estimates["realized"] = np.zeros(len(b.n)), UNKNOWN
-    if (squares := float(s @ s)) > 0:
-        pull[done] = np.cumsum(s[::-1])[::-1] / squares  # of each cohort's R on the slope
-        slope = float(s @ r) / squares
+    if (squares := float(selected @ selected)) > 0:
+        pull[done] = np.cumsum(selected[::-1])[::-1] / squares  # of each cohort's R on the slope
+        slope = float(selected @ changed) / squares
         u = pull[within] * c / total * (y - slope * xs["midparent"])
         found.whole.estimates["realized"] = b.intervals(child)(slope, u)
     return found
@@ -282,9 +281,8 @@ def gradients(
     curved = [f"γ {values[i]} × {values[j]}" for i, j in pairs]
     unit = np.std(b.away[b.cohort >= 0], axis=0) if standardized else np.ones(len(values))
     z = b.away / np.where(unit > 0, unit, 1)
-    bend = [
-        len(np.unique(column[np.isfinite(column)])) > 2 for column in b.z.T
-    ]  # two values have no curvature
+    # two levels have no curvature
+    bend = [len(np.unique(column[np.isfinite(column)])) > 2 for column in b.z.T]
     products = np.stack([z[:, i] * z[:, j] * (0.5 * bend[i] if i == j else 1.0) for i, j in pairs], 1)
     means = np.stack([b.per_cohort(column) for column in products.T], 1)
     both = np.hstack([z, _deviation(products, means[b.cohort])])

@@ -82,6 +82,7 @@ def test_collinear_and_constant_values_have_no_gradients():
     found = constant.gradients("finch", [SIZE, PACE]).whole.estimates
     for name, x in found.items():
         assert x == pytest.approx(known.get(name, (np.nan,) * 3), nan_ok=True), name
+    assert np.isnan(list(numbers(constant.gradients("finch", [PACE]).whole).values())).all()
     of = numbers(constant.breeding("finch", PACE).whole)  # in spite of rounding
     assert of["differential"] == of["sd"] == of["response"] == 0
     assert np.isnan([of[name] for name in ("intensity", "midparent", "realized")]).all()
