@@ -134,7 +134,7 @@ def breeding(
     Introduction to quantitative genetics, chapter 11). Standard errors are from linearized estimates,
     clustered by shared parents (Aronow, Samii and Assenova 2015, Political Analysis 23, 564–577); for
     realized heritability, they sum the deviations of offspring from R = h² S, and so include drift, which
-    accumulates over cohorts (Hill 1972, Biometrics 28, 747–765). Intervals use Student's t. They describe the
+    accumulates over cohorts (Hill 1972, Biometrics 28, 767–780). Intervals use Student's t. They describe the
     organisms of one run; to generalize, compare runs.
 
     Founders and immigrants belong to the cohort of the tick at which they appear. Organisms without the value
@@ -165,8 +165,7 @@ def breeding(
     parent, child, c = b.parent, b.child, b.credit[b.child]
     y = z[child] - b.of_parents(b.mean[k, 0])[child]
     xs = {"midparent": b.of_parents(d)[child], "one_parent": d[parent]}
-    within, r = k[parent], y
-
+    within, offspring = k[parent], y
     total = np.bincount(within, c, len(b.n))[within]
 
     def centred(x: np.ndarray) -> np.ndarray:
@@ -176,38 +175,39 @@ def breeding(
 
     def estimates(at: np.ndarray, of: np.ndarray) -> Estimates:
         mean, sd = float(z[at].mean()), float(np.sqrt((d[at] ** 2).mean()))
-        out = {"mean": b.interval(mean, (z[at] - mean) / len(at), at)}
-        out["sd"] = b.interval(sd, (d[at] ** 2 - variance[at]) / (2 * (sd or 1.0) * len(at)), at)
+        interval, of_children = b.intervals(at), b.intervals(child[of])
+        out = {"mean": interval(mean, (z[at] - mean) / len(at))}
+        out["sd"] = interval(sd, (d[at] ** 2 - variance[at]) / (2 * (sd or 1.0) * len(at)))
         for name, x in xs.items():
             cx = c[of] * x[of]
             if (squares := float(cx @ x[of])) > 0:
                 slope = float(cx @ y[of]) / squares
-                out[name] = b.interval(slope, cx * (y[of] - slope * x[of]) / squares, child[of])
+                out[name] = of_children(slope, cx * (y[of] - slope * x[of]) / squares)
         at, of = at[b.complete[k[at]]], of[b.complete[within[of]]]
         if not at.size:
             return out
-        h = b.weight(at)
-        out["opportunity"] = b.interval(float(h @ v[at] ** 2) - 1, h * scores["opportunity"][at], at)
+        h, interval = b.weight(at), b.intervals(at)
+        out["opportunity"] = interval(float(h @ v[at] ** 2) - 1, h * scores["opportunity"][at])
         differential, u = float(h @ (v[at] * d[at])), h * scores["differential"][at]
-        out["differential"] = b.interval(differential, u, at)
+        out["differential"] = interval(differential, u)
         if (sd := float(np.sqrt(h @ d[at] ** 2))) > 0:
             u = u / sd - differential * h * (d[at] ** 2 - variance[at]) / (2 * sd**3)
-            out["intensity"] = b.interval(differential / sd, u, at)
+            out["intensity"] = interval(differential / sd, u)
         if of.size:
             weight = c[of] / c[of].sum()
-            out["response"] = b.interval(float(weight @ r[of]), weight * y[of], child[of])
+            out["response"] = b.intervals(child[of])(float(weight @ offspring[of]), weight * y[of])
         return out
 
     found = b.result(species, (value,), SELECTION, estimates)
-    each = _steps(found)
-    done = np.isfinite(each).all(axis=0)
-    s, r = np.cumsum(each[:, done], axis=1)
+    steps = _steps(found)
+    done = np.isfinite(steps).all(axis=0)
+    selected, changed = np.cumsum(steps[:, done], axis=1)
     pull, found.whole.estimates["realized"] = np.zeros(len(b.n)), UNKNOWN
-    if (squares := float(s @ s)) > 0:
-        pull[done] = np.cumsum(s[::-1])[::-1] / squares  # of each cohort's R on the slope
-        slope = float(s @ r) / squares
+    if (squares := float(selected @ selected)) > 0:
+        pull[done] = np.cumsum(selected[::-1])[::-1] / squares  # of each cohort's R on the slope
+        slope = float(selected @ changed) / squares
         u = pull[within] * c / total * (y - slope * xs["midparent"])
-        found.whole.estimates["realized"] = b.interval(slope, u, child)
+        found.whole.estimates["realized"] = b.intervals(child)(slope, u)
     return found
 
 
@@ -281,9 +281,8 @@ def gradients(
     curved = [f"γ {values[i]} × {values[j]}" for i, j in pairs]
     unit = np.std(b.away[b.cohort >= 0], axis=0) if standardized else np.ones(len(values))
     z = b.away / np.where(unit > 0, unit, 1)
-    bend = [
-        len(np.unique(column[np.isfinite(column)])) > 2 for column in b.z.T
-    ]  # two values have no curvature
+    # two levels have no curvature
+    bend = [len(np.unique(column[np.isfinite(column)])) > 2 for column in b.z.T]
     products = np.stack([z[:, i] * z[:, j] * (0.5 * bend[i] if i == j else 1.0) for i, j in pairs], 1)
     means = np.stack([b.per_cohort(column) for column in products.T], 1)
     both = np.hstack([z, _deviation(products, means[b.cohort])])
@@ -311,8 +310,9 @@ def _regression(b: "_Born", at: np.ndarray, x: np.ndarray) -> list[Interval]:
     found = np.linalg.solve(square, x.T @ (h * v))
     # fitness is relative to the mean of a sample: hence the last term
     scores = np.linalg.solve(square, x.T * (h * (v - x @ found))) - np.outer(found, h * v)
+    interval = b.intervals(at)
     for k, value, u in zip(kept, found, scores, strict=True):
-        out[k] = b.interval(float(value), u, at)
+        out[k] = interval(float(value), u)
     return out
 
 
@@ -401,18 +401,24 @@ class _Born:
         whole = one(np.concatenate(at), np.concatenate(of), edges[0], edges[-1])
         return Breeding(species, values, self.generation, cohorts, whole)
 
-    def interval(self, value: float, scores: np.ndarray, at: np.ndarray) -> Interval:
-        """Return an estimate with an error that is the sum of the scores of organisms. Scores are independent
-        unless the organisms share a parent."""
+    def intervals(self, at: np.ndarray) -> Callable[[float, np.ndarray], Interval]:
+        """Return a function of an estimate and the scores of these organisms, whose sum is its error. Scores are
+        independent unless the organisms share a parent."""
+        n = len(self.births)
         a, b = np.sort(self.parents[:, at], axis=0)  # a < 0 ≤ b: one parent; b < 0: none
-        pair = np.where(b < 0, -1 - np.arange(len(at)), (a + 1) * len(self.births) + b)
-        line, two = np.concatenate([a, b]), a >= 0
-        families, count = _squares(scores, pair)
-        shared = _squares(np.concatenate([scores, scores])[line >= 0], line[line >= 0])[0]
-        shared += (
-            float((scores[b < 0] ** 2).sum()) - _squares(scores[two], pair[two])[0]
-        )  # full sibs share two
-        return _with_error(value, max(shared, families), count)
+        pair = np.where(b < 0, -1 - np.arange(len(at)), (a + 1) * n + b)
+        pairs, of_pair = np.unique(pair, return_inverse=True)
+        parents = np.concatenate([a, b])
+        _, of_parent = np.unique(parents[parents >= 0], return_inverse=True)
+
+        def interval(value: float, scores: np.ndarray) -> Interval:
+            squares = np.bincount(of_pair, scores) ** 2
+            shared = (np.bincount(of_parent, np.tile(scores, 2)[parents >= 0]) ** 2).sum()
+            # full sibs share both parents; organisms without parents share none
+            shared += squares[pairs < 0].sum() - squares[pairs >= n].sum()
+            return _with_error(value, float(max(shared, squares.sum())), len(pairs))
+
+        return interval
 
 
 def _values(own: Pedigree, species: str, value: str) -> np.ndarray:
@@ -432,12 +438,6 @@ def _groups(cohort: np.ndarray, count: int) -> list[np.ndarray]:
     """Return the indices in each cohort, without −1."""
     order = np.argsort(cohort, kind="stable")
     return np.split(order, np.searchsorted(cohort[order], np.arange(count + 1)))[1:-1]
-
-
-def _squares(scores: np.ndarray, group: np.ndarray) -> tuple[float, int]:
-    """Return the sum of squares of each group's summed scores, and the number of groups."""
-    names, which = np.unique(group, return_inverse=True)
-    return float((np.bincount(which, scores, len(names)) ** 2).sum()), len(names)
 
 
 def _with_error(value: float, variance: float, groups: int) -> Interval:

@@ -82,6 +82,7 @@ def test_collinear_and_constant_values_have_no_gradients():
     found = constant.gradients("finch", [SIZE, PACE]).whole.estimates
     for name, x in found.items():
         assert x == pytest.approx(known.get(name, (np.nan,) * 3), nan_ok=True), name
+    assert np.isnan(list(numbers(constant.gradients("finch", [PACE]).whole).values())).all()
     of = numbers(constant.breeding("finch", PACE).whole)  # in spite of rounding
     assert of["differential"] == of["sd"] == of["response"] == 0
     assert np.isnan([of[name] for name in ("intensity", "midparent", "realized")]).all()
@@ -140,7 +141,7 @@ def test_errors_count_each_pair_of_organisms_with_a_common_parent_once():
     score = rng.normal(0.5, 1, 52)
     families = len({frozenset(p) for p in parents if p}) + 12
     b = _Born(made, "finch", (SIZE,), None, 0, None)
-    x = b.interval(1.0, score, np.arange(52))
+    x = b.intervals(np.arange(52))(1.0, score)
     t = (
         2.009575
         if families == 51
@@ -159,6 +160,15 @@ def test_organisms_without_the_value_count_only_as_offspring():
     lone = numbers(five(**{SIZE: [np.nan, 3, 2, 2.5, 4]}).breeding("finch", SIZE, every=4).cohorts[0])
     assert lone["differential"] == 3 - 2.5  # of 2 and 3, of which 2 has births
     assert lone["response"] == pytest.approx((0.5 * 2.5 + 4) / 1.5 - 2.5)
+
+
+def test_births_of_emigrants_are_unknown():
+    stayed = five()
+    left = replace(stayed, cause=np.where(stayed.uid == 3, "emigrated", stayed.cause))
+    found = left.breeding("finch", SIZE, every=4)
+    assert found.cohorts[0].alive == pytest.approx(1 / 3)
+    assert np.isnan([numbers(found.cohorts[0])[name] for name in ("differential", "response")]).all()
+    assert numbers(found.cohorts[0])["midparent"] == pytest.approx(1.5)  # births to come do not bias slopes
 
 
 def test_genes_and_traits_are_values_and_other_species_are_left_out():
