@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict, Unpack
 
 from ecs_eco.analysis.page import number
 from ecs_eco.analysis.survival import Interval
@@ -20,6 +21,16 @@ LATER = {
     "balanced": " It then stayed level, and was at {last:.0%} at the end of the run.",
     "passing": " Later it was lost again: at the end of the run, it was at {last:.0%}.",
 }
+
+
+class Options(TypedDict, total=False):
+    """Options of `take_out` that do not choose what is compared."""
+
+    ticks: int | None
+    seed: int
+    engine: str | Executor
+    workers: int | None
+    trust: bool
 
 
 @dataclass(frozen=True)
@@ -87,8 +98,8 @@ def account(
     *,
     tick: int | None = None,
     forks: int = 24,
-    progress: Callable[[int, int], Any] | None = None,
-    **how: Any,
+    progress: Callable[[int, int], None] | None = None,
+    **how: Unpack[Options],
 ) -> Account:
     """Take the alleles of a sweep out of a recorded run, each separately.
 
@@ -104,7 +115,7 @@ def account(
     progress : callable, optional
         Called as `progress(done, forks)`.
     **how
-        Other arguments of `take_out`.
+        Other arguments of `take_out`: ticks, seed, engine, workers, trust.
 
     Returns
     -------

@@ -1,6 +1,6 @@
 """Frequencies of all alleles of a species: letters, values and copies of genes, haplotypes, and clades."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Literal
@@ -110,7 +110,7 @@ class Site:
         sums = [np.bincount(at * size + of[organism] + 1, weights * own, n * size) for of in self.codes]
         return np.asarray(np.sum(sums, axis=0).reshape(n, size)[:, 1:])
 
-    def share(self, value: str, rows: Any) -> np.ndarray:
+    def share(self, value: str, rows: slice | np.ndarray) -> np.ndarray:
         """Return the share of copies of these organisms that have a value: f64[rows]."""
         j = self.values.index(value) if value in self.values else len(self.values)
         own = self.weights if isinstance(self.weights, float) else self.weights[rows]
@@ -245,11 +245,17 @@ class Carried:
     def site(self, kind: Kind, gene: str) -> Site:
         """Return a site of any kind but a letter's."""
         if (kind, gene) not in self.known:
-            make = {"value": _of_values, "copies": _copies, "haplotype": _haplotypes, "clade": _clades}[kind]
+            makers: dict[str, Callable[[Pedigree, str, str], Site]] = {
+                "value": _of_values,
+                "copies": _copies,
+                "haplotype": _haplotypes,
+                "clade": _clades,
+            }
+            make = makers[kind]
             self.known[kind, gene] = make(self.own, self.species, gene)
         return self.known[kind, gene]
 
-    def share(self, allele: Allele, rows: Any = slice(None)) -> np.ndarray:
+    def share(self, allele: Allele, rows: slice | np.ndarray = slice(None)) -> np.ndarray:
         """Return the share of copies of these organisms that are an allele: f64[rows]."""
         if allele.kind != "letter":
             return self.site(allele.kind, allele.gene).share(allele.value, rows)
@@ -321,7 +327,7 @@ def _haplotypes(own: Pedigree, species: str, _: str) -> Site:
     return Site("haplotype", "", -1, values, np.split(codes, len(strings)), 1 / len(strings))
 
 
-def _clades(own: Pedigree, *_: str) -> Site:
+def _clades(own: Pedigree, species: str, gene: str) -> Site:
     """Return the founders' descendants along first parents."""
     line = np.where(own.mother >= 0, own.mother, own.father)
     root = np.where(line < 0, np.arange(len(own)), line)

@@ -222,7 +222,10 @@ def _events(lineage: Pedigree, of: Assessment, q: np.ndarray, fdr: float) -> lis
     while left:
         strongest = max(left, key=lambda j: _rank(of, j))
         linked = {j: _r2(carried, paths, strongest, j) for j in left if j != strongest}
-        event = [strongest, *(j for j, r2 in linked.items() if r2 >= LINKED or _codes(paths, strongest, j, r2))]
+        event = [
+            strongest,
+            *(j for j, r2 in linked.items() if r2 >= LINKED or _codes(paths, strongest, j, r2)),
+        ]
         lead = max(event, key=lambda j: (paths.alleles[j].kind in ("letter", "value"), *_rank(of, j)))
         others = [j for j in sorted(event, key=lambda j: _rank(of, j), reverse=True) if j != lead]
         named = tuple((paths.alleles[j], _r2(carried, paths, lead, j)) for j in others)

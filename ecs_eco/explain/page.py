@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from html import escape
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 import pyarrow as pa
@@ -18,7 +18,7 @@ from ecs_eco.analysis.lineage import Lineage
 from ecs_eco.analysis.page import drawn, number, page, table, verdict, write_text
 from ecs_eco.analysis.runs import read_manifest
 from ecs_eco.explain import figures
-from ecs_eco.explain.account import Account, account, candidates
+from ecs_eco.explain.account import Account, Options, account, candidates
 from ecs_eco.explain.alleles import Paths, follow
 from ecs_eco.explain.events import Sweep, rises
 from ecs_eco.record.archipelago import is_archipelago, read as read_archipelago
@@ -42,9 +42,10 @@ def write_explanation(
     *,
     species: str | None = None,
     fdr: float = 0.01,
+    tick: int | None = None,
     forks: int = 24,
-    progress: Callable[[int, int], Any] | None = None,
-    **how: Any,
+    progress: Callable[[int, int], None] | None = None,
+    **how: Unpack[Options],
 ) -> dict[str, Any]:
     """Find the alleles that rose in a run, take them out in forks, and write what they do.
 
@@ -61,12 +62,14 @@ def write_explanation(
         Default: every species that reproduces.
     fdr : float, default 0.01
         Expected proportion of false rises among those reported.
+    tick : int, optional
+        Tick of all forks; default: for each sweep, at half of its rise.
     forks : int, default 24
         Forks for each allele; 0: none.
     progress : callable, optional
         Called as `progress(done, forks)`.
     **how
-        Other arguments of `take_out`: tick, ticks, seed, engine, workers, trust.
+        Other arguments of `take_out`: ticks, seed, engine, workers, trust.
 
     Returns
     -------
@@ -100,7 +103,7 @@ def write_explanation(
             if progress is not None:
                 progress(before + done, total)
 
-        accounts[id(sweep)] = account(run, sweep, forks=forks, progress=show, **how)
+        accounts[id(sweep)] = account(run, sweep, tick=tick, forks=forks, progress=show, **how)
         before += len(candidates(sweep)) * forks
     told = [accounts.get(id(sweep), Account(sweep)) for sweep in sweeps]
     names = [species] if species is not None else list(dict.fromkeys(s.species for s in sweeps))
