@@ -183,6 +183,17 @@ def shares(lineage: Pedigree, allele: Allele) -> np.ndarray:
     -------
     array of float64, shape (organisms,)
         0 to 1, or 0 and 1 for `copies` and `clade`; NaN for other species.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ecs_eco.analysis.lineage import Lineage
+    >>> from ecs_eco.explain import Allele, shares
+    >>> uid, none, zero = np.array([1, 2], np.uint64), np.zeros(2, np.uint64), np.zeros(2, int)
+    >>> text, genomes = np.array(["AT", "AA"], object), {"rat": {"alphabet": "AT", "ploidy": 2, "genes": []}}
+    >>> rats = Lineage(uid, none, none, np.full(2, "rat"), zero, zero, text, text, 5, 1.0, genomes)
+    >>> shares(rats, Allele("rat", "letter", "", 0, "T")).tolist()
+    [0.5, 0.0]
     """
     mask, out = lineage.species == allele.species, np.full(len(lineage), np.nan)
     out[mask] = Carried(lineage.of_species(allele.species), allele.species).share(allele)

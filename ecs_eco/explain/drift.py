@@ -71,6 +71,19 @@ class Steps:
         array of float64, shape (steps,)
             A step changes the frequency p of a neutral allele with variance p (1 − p) divided by this number.
             NaN in steps with fewer than two organisms.
+
+        Examples
+        --------
+        Of four parents, one has two children, two have one each, and one has none:
+
+        >>> import numpy as np
+        >>> from ecs_eco.analysis.lineage import Lineage
+        >>> from ecs_eco.explain import steps_of
+        >>> uid, parent = np.arange(1, 9, dtype=np.uint64), np.array([0, 0, 0, 0, 1, 1, 2, 3], np.uint64)
+        >>> born, died, text = np.repeat([0, 1], 4), np.repeat([1, -1], 4), np.full(8, "", object)
+        >>> rats = Lineage(uid, parent, 0 * uid, np.full(8, "rat"), born, died, text, text, end=1)
+        >>> steps_of(rats, every=1).effective_size().tolist()
+        [8.0]
         """
         of = self.both
         with np.errstate(divide="ignore", invalid="ignore"):

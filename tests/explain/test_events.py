@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from ecs_eco.engine.uids import BITS
 from ecs_eco.explain import assess, follow, rises
 from ecs_eco.explain.events import _kind, _windows
 from tests.analysis.families import family
@@ -98,3 +99,31 @@ def test_errors_say_what_is_missing():
         rises(alone, "cat")
     with pytest.raises(ValueError, match="fdr is 2"):
         rises(alone, fdr=2)
+
+
+def test_an_island_that_grows_is_no_sweep_of_its_letters():
+    rng = np.random.default_rng(1)
+    rows, living = [], {0: [], 1: []}
+    for island, letter in ((0, "A"), (1, "T")):
+        for i in range(1, 41):
+            uid = (island << BITS) + i
+            rows.append([uid, 0, 0, 0, -1, letter])
+            living[island].append(len(rows) - 1)
+    count = [40, 40]
+    for tick in range(1, 60):
+        for island, letter in ((0, "A"), (1, "T")):
+            for at in rng.permutation(living[island])[: len(living[island]) // 10]:
+                rows[at][4] = tick
+                living[island].remove(at)
+            young = len(living[island]) // (6 if island else 12)
+            for mother in rng.choice(living[island], young):
+                count[island] += 1
+                uid = (island << BITS) + count[island]
+                rows.append([uid, rows[mother][0], 0, tick, -1, letter])
+                living[island].append(len(rows) - 1)
+    lineage = family(rows, end=60, genomes={"finch": {"alphabet": "AT", "ploidy": 1, "genes": []}})
+    paths = follow(lineage, "finch")
+    letters = [j for j, allele in enumerate(paths.alleles) if allele.kind == "letter"]
+    assert paths.p[-1, letters].max() > 0.8
+    assert np.allclose(paths.gain[:, letters], 0)
+    assert not any(sweep.lead.kind == "letter" for sweep in rises(lineage))
