@@ -493,7 +493,6 @@ def responses(found: Breeding, title: str = "") -> Figure:
         )
     middle.axhline(0, color=GREY, lw=0.8)
     middle.set(xlabel="tick of birth", ylabel=found.values[0], title="Selection and response")
-    middle.legend(loc="best")
     steps = _steps(found)
     s, r = np.cumsum(np.hstack([[[0.0], [0.0]], steps[:, np.isfinite(steps).all(axis=0)]]), axis=1)
     slope = found.whole.estimates["realized"].value
@@ -501,7 +500,9 @@ def responses(found: Breeding, title: str = "") -> Figure:
     right.plot(s, r, "o", color=INK, ms=4)
     right.plot(s[[s.argmin(), s.argmax()]], slope * s[[s.argmin(), s.argmax()]], color=PALETTE[1])
     right.set(xlabel="cumulated S", ylabel="cumulated R", title=title_of_slope)
-    figure.legend(*left.get_legend_handles_labels(), loc="outside upper left", ncols=2)
+    right.locator_params(axis="x", nbins=4)
+    labels = [left.get_legend_handles_labels(), middle.get_legend_handles_labels()]
+    figure.legend(*(a + b for a, b in zip(*labels, strict=True)), loc="outside upper left", ncols=4)
     return figure
 
 

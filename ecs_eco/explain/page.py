@@ -12,10 +12,12 @@ from typing import Any, Unpack
 import numpy as np
 import pyarrow as pa
 
+from ecs_eco.analysis.breeding import responses
 from ecs_eco.analysis.carriers import genes_in
 from ecs_eco.analysis.compare import clean
+from ecs_eco.analysis.genes import quantitative
 from ecs_eco.analysis.lineage import Lineage
-from ecs_eco.analysis.page import drawn, number, page, table, verdict, write_text
+from ecs_eco.analysis.page import drawn, interval, number, page, table, verdict, write_text
 from ecs_eco.analysis.runs import read_manifest
 from ecs_eco.explain import figures
 from ecs_eco.explain.account import Account, Options, account, candidates
@@ -29,6 +31,17 @@ HOW = (
     "Of the rises listed, {fdr:.0%} or fewer are expected to be drift alone (false discovery rate). Drift is "
     "measured from the births and deaths of the run. s is the slope of the log odds per generation."
 )
+QUANTITATIVE = 4  # quantitative genes of a species with a section
+WORDS = {
+    "mean": "mean of newborns",
+    "sd": "standard deviation within cohorts",
+    "opportunity": "opportunity for selection (variance of relative lifetime births)",
+    "differential": "selection differential S",
+    "intensity": "selection intensity [standard deviations]",
+    "response": "response R",
+    "midparent": "slope of offspring on parents (heritability)",
+    "realized": "realized heritability",
+}
 EFFECTS = (
     "Effects of taking each allele out: differences between carriers that lost it and carriers that kept it in the "
     "same worlds, from the change to death or the end of the fork, with 95% intervals over forks. Gray: the "
@@ -141,8 +154,27 @@ def write_explanation(
     traits = {name: traits_of(lineage.genomes.get(name, {})) for name in paths}
     for i, one in enumerate(told, 1):
         blocks += section(one, paths[one.sweep.species], traits[one.sweep.species], pictures / f"explain-{i}")
+    for name in paths:
+        blocks += bred(lineage, name, pictures)
     write_text(place / "explain.html", page(title, *blocks))
     return found
+
+
+def bred(lineage: Lineage, species: str, place: Path) -> list[str]:
+    """Return a section on each quantitative gene: selection on its values, and the response."""
+    blocks, kept = [], lineage.genomes.get(species, {})
+    for gene in quantitative(kept)[:QUANTITATIVE] if kept else ():
+        found = lineage.breeding(species, gene)
+        rows = [[WORDS[name], interval(x)] for name, x in found.whole.estimates.items() if name in WORDS]
+        caption = (
+            f"Newborns of {species} by tick of birth, selection and response, and realized heritability."
+        )
+        blocks += [
+            f"<h2>Selection on {escape(gene)} ({escape(species)})</h2>",
+            table(["estimate for the whole run", "value (95% interval)"], rows),
+            drawn(responses(found), place / f"explain-selection-{species}-{gene}.svg", caption),
+        ]
+    return blocks
 
 
 def traits_of(genomes: Mapping[str, Any]) -> dict[str, str]:
