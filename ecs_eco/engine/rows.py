@@ -117,22 +117,6 @@ def next_free(alive, row, capacity):
 
 
 @njit
-def list_dying(rows, high, own):
-    """List the rows, of the first `high`, that have a cause of death. Return their number, which can exceed
-    the length of `rows`. `own` u64 contains the addresses of ROWS."""
-    cause = column_at(own[3], np.uint8, high)
-    n, eight = 0, cause[: high // 8 * 8].view(np.uint64)
-    for k in range(eight.size + 1):
-        first = 8 * k
-        if k == eight.size or eight[k] != 0:
-            for row in range(first, min(first + 8, high)):  # no branches, because deaths are unpredictable
-                if n < rows.size:
-                    rows[n] = row
-                n += cause[row] != 0
-    return n
-
-
-@njit
 def vacate(rows, capacity, own, high):
     """Free rows; return the new end of the rows in use, which is at most `high`."""
     alive, uid = column_at(own[0], np.bool_, capacity), column_at(own[1], np.uint64, capacity)

@@ -14,14 +14,13 @@ from ecs_eco._html import of_entities
 from ecs_eco.engine.blocks import Blocked
 from ecs_eco.engine.errors import UnknownName, no_attribute, unknown_name
 from ecs_eco.engine.noted import Noted
-from ecs_eco.engine.rows import ROWS, Layout, list_dying, occupy, vacate
+from ecs_eco.engine.rows import ROWS, Layout, occupy, vacate
 from ecs_eco.engine.schema import Columns, Handle, Type
 
 Values = Mapping[tuple[type, str], Any]
 # one request for births: first and second parents, u64[k], and the newborns' columns
 Request = tuple[np.ndarray, np.ndarray | None, dict[tuple[type, str], np.ndarray]]
 NO_LAYOUT = Layout()
-NOBODY = np.zeros(0, np.int64)
 
 
 class Onlooker(Protocol):
@@ -452,13 +451,7 @@ class Table(dict[type, Any]):
 
     def doomed(self) -> np.ndarray:
         """Return the rows that have a cause of death, in ascending order: i64[k]."""
-        if not np.count_nonzero(self.cause[: self.high]):  # in small worlds, most ticks of most tables
-            return NOBODY
-        rows = np.empty(64 + self.high // 16, np.int64)
-        if (n := list_dying(rows, self.high, self.layout().rows)) > rows.size:
-            rows = np.empty(n, np.int64)
-            list_dying(rows, self.high, self.layout().rows)
-        return rows[:n]
+        return (self.cause[: self.high] != 0).nonzero()[0]
 
     def dying(self) -> np.ndarray:
         """Return the rows that have a cause of death, sorted by uid: i64[k]."""
