@@ -75,7 +75,7 @@ def world(n: int, s: float, locus: int) -> dict[str, Any]:
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Run one world; return its sweeps and what the test says of the planted letter."""
+    """Run one world; return its sweeps and the test of the planted letter."""
     from ecs_eco import World
     from ecs_eco.analysis.lineage import Lineage
     from ecs_eco.config import WorldConfig
