@@ -1,6 +1,6 @@
 """Frequencies of all alleles of a species: letters, values and copies of genes, haplotypes, and clades."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Literal
@@ -256,8 +256,7 @@ class Carried:
     def site(self, kind: Kind, gene: str) -> Site:
         """Return a site of any kind but a letter's."""
         if (kind, gene) not in self.known:
-            make = {"value": _of_values, "copies": _copies, "haplotype": _haplotypes, "clade": _clades}[kind]
-            self.known[kind, gene] = make(self.own, self.species, gene)
+            self.known[kind, gene] = READERS[kind](self.own, self.species, gene)
         return self.known[kind, gene]
 
     def share(self, allele: Allele, rows: Any = slice(None)) -> np.ndarray:
@@ -352,3 +351,11 @@ def _common(site: Site, steps: Steps) -> Site:
     new[often] = np.arange(len(often))
     codes = [new[codes] for codes in site.codes]
     return replace(site, values=tuple(site.values[j] for j in often), codes=codes)
+
+
+READERS: dict[Kind, Callable[[Pedigree, str, str], Site]] = {
+    "value": _of_values,
+    "copies": _copies,
+    "haplotype": _haplotypes,
+    "clade": _clades,
+}
