@@ -110,7 +110,7 @@ class Site:
         sums = [np.bincount(at * size + of[organism] + 1, weights * own, n * size) for of in self.codes]
         return np.asarray(np.sum(sums, axis=0).reshape(n, size)[:, 1:])
 
-    def share(self, value: str, rows: Any) -> np.ndarray:
+    def share(self, value: str, rows: np.ndarray | slice) -> np.ndarray:
         """Return the share of copies of these organisms that have a value: f64[rows]."""
         j = self.values.index(value) if value in self.values else len(self.values)
         own = self.weights if isinstance(self.weights, float) else self.weights[rows]
@@ -259,7 +259,7 @@ class Carried:
             self.known[kind, gene] = READERS[kind](self.own, self.species, gene)
         return self.known[kind, gene]
 
-    def share(self, allele: Allele, rows: Any = slice(None)) -> np.ndarray:
+    def share(self, allele: Allele, rows: np.ndarray | slice = slice(None)) -> np.ndarray:
         """Return the share of copies of these organisms that are an allele: f64[rows]."""
         if allele.kind != "letter":
             return self.site(allele.kind, allele.gene).share(allele.value, rows)
