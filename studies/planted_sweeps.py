@@ -9,6 +9,11 @@ A pair conceives with a probability proportional to the fertility of both, so fi
 fertility: 1 with two copies, and c less for each copy that is not T. The log odds of T then grow by
 c / (1 − 2 c (1 − p)) per generation. Weighted as the estimate is, by p (1 − p) over a sweep from p₀ to 1,
 this is c / (1 − c (1 − p₀)), which is set to s. The hypotheses are in registered/planted_sweeps.toml.
+
+The study was run twice with the same seeds. After the first run, two things changed in `ecs_eco.explain`: p-values
+of alleles with negative skewness, which were too small in windows where an allele is almost fixed, and the
+grouping of alleles that a clone carries along. The first run had found the planted letter in 40 of 40 worlds,
+named it first in 40, had its benefit within the interval in 38, and had no event in 20 neutral worlds.
 """
 
 from typing import Any

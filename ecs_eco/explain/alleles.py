@@ -110,7 +110,7 @@ class Site:
         sums = [np.bincount(at * size + of[organism] + 1, weights * own, n * size) for of in self.codes]
         return np.asarray(np.sum(sums, axis=0).reshape(n, size)[:, 1:])
 
-    def share(self, value: str, rows: slice | np.ndarray) -> np.ndarray:
+    def share(self, value: str, rows: np.ndarray | slice) -> np.ndarray:
         """Return the share of copies of these organisms that have a value: f64[rows]."""
         j = self.values.index(value) if value in self.values else len(self.values)
         own = self.weights if isinstance(self.weights, float) else self.weights[rows]
@@ -256,17 +256,10 @@ class Carried:
     def site(self, kind: Kind, gene: str) -> Site:
         """Return a site of any kind but a letter's."""
         if (kind, gene) not in self.known:
-            makers: dict[str, Callable[[Pedigree, str, str], Site]] = {
-                "value": _of_values,
-                "copies": _copies,
-                "haplotype": _haplotypes,
-                "clade": _clades,
-            }
-            make = makers[kind]
-            self.known[kind, gene] = make(self.own, self.species, gene)
+            self.known[kind, gene] = READERS[kind](self.own, self.species, gene)
         return self.known[kind, gene]
 
-    def share(self, allele: Allele, rows: slice | np.ndarray = slice(None)) -> np.ndarray:
+    def share(self, allele: Allele, rows: np.ndarray | slice = slice(None)) -> np.ndarray:
         """Return the share of copies of these organisms that are an allele: f64[rows]."""
         if allele.kind != "letter":
             return self.site(allele.kind, allele.gene).share(allele.value, rows)
@@ -338,7 +331,7 @@ def _haplotypes(own: Pedigree, species: str, _: str) -> Site:
     return Site("haplotype", "", -1, values, np.split(codes, len(strings)), 1 / len(strings))
 
 
-def _clades(own: Pedigree, species: str, gene: str) -> Site:
+def _clades(own: Pedigree, *_: str) -> Site:
     """Return the founders' descendants along first parents."""
     line = np.where(own.mother >= 0, own.mother, own.father)
     root = np.where(line < 0, np.arange(len(own)), line)
@@ -358,3 +351,11 @@ def _common(site: Site, steps: Steps) -> Site:
     new[often] = np.arange(len(often))
     codes = [new[codes] for codes in site.codes]
     return replace(site, values=tuple(site.values[j] for j in often), codes=codes)
+
+
+READERS: dict[Kind, Callable[[Pedigree, str, str], Site]] = {
+    "value": _of_values,
+    "copies": _copies,
+    "haplotype": _haplotypes,
+    "clade": _clades,
+}

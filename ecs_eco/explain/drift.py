@@ -252,8 +252,9 @@ def rise_test(
     The gain is normal with mean s × information under a Gaussian approximation of Wright–Fisher paths
     (Lacerda and Seoighe 2014, Genetics 198, 1237–1250; Feder et al. 2014, Genetics 196, 509–522). Births are
     counts, so the gain of a rare allele is skewed: p is that of a Pearson type III distribution with its
-    skewness. It is doubled, because an allele that reaches fixation early has the more extreme ratio of gain to
-    variance: a random walk has passed a limit by some time twice as often as it is beyond it at that time
+    skewness (0 if it is negative, as that of a common allele: such a distribution ends within reach). It is
+    doubled, because an allele that reaches fixation early has the more extreme ratio of gain to variance: a
+    random walk has passed a limit by some time twice as often as it is beyond it at that time
     (reflection principle). The chi-squared test without this correction finds too many (Feder et al. 2014).
 
     Examples
@@ -267,7 +268,7 @@ def rise_test(
     known = (variance > 0) & (information > 0)
     variance, information = np.where(known, variance, 1.0), np.where(known, information, 1.0)
     z = np.where(known, gain / np.sqrt(variance), 0.0)
-    skew = np.clip(np.where(known, cube / variance**1.5, 0.0), -1.9, 1.9)
+    skew = np.clip(np.where(known, cube / variance**1.5, 0.0), 0, 1.9)
     p = np.where(known, np.minimum(2 * pearson3.sf(z, skew), 1), 1.0)
     missing = np.where(known, 1.0, np.nan)
     return gain / information * missing, np.sqrt(variance) / information * missing, z**2, p

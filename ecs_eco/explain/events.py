@@ -52,7 +52,8 @@ class Sweep:
     lead : Allele
         The allele with the highest likelihood ratio; a letter, or a value of a gene, if one is linked.
     linked : tuple of (Allele, float)
-        Other alleles that rose with it, and their r² with it.
+        Other alleles that rose with it, and their r² with it: of at least 0.5, or less if they did not rise
+        by more than drift allows among organisms with as many copies of the lead.
     ticks : array of int64, shape (samples,)
     path : array of float64, shape (samples,)
         Frequency of the lead.
@@ -259,11 +260,7 @@ def _events(lineage: Pedigree, of: Assessment, q: np.ndarray, fdr: float) -> lis
     carried = Carried(lineage.of_species(species), species)
     while left:
         strongest = max(left, key=lambda j: _rank(of, j))
-        linked = {j: _r2(carried, paths, strongest, j) for j in left if j != strongest}
-        event = [
-            strongest,
-            *(j for j, r2 in linked.items() if r2 >= LINKED or _codes(paths, strongest, j, r2)),
-        ]
+        event = [strongest, *_passengers(carried, of, strongest, [j for j in left if j != strongest], fdr)]
         lead = max(event, key=lambda j: (paths.alleles[j].kind in ("letter", "value"), *_rank(of, j)))
         others = [j for j in sorted(event, key=lambda j: _rank(of, j), reverse=True) if j != lead]
         named = tuple((paths.alleles[j], _r2(carried, paths, lead, j)) for j in others)
@@ -271,13 +268,6 @@ def _events(lineage: Pedigree, of: Assessment, q: np.ndarray, fdr: float) -> lis
         for j in event:
             del left[j]
     return sweeps
-
-
-def _codes(paths: Paths, a: int, b: int, r2: float) -> bool:
-    """Return whether one of two alleles with a positive correlation is a value and the other one of the letters
-    that code for it."""
-    both = paths.alleles[a], paths.alleles[b]
-    return r2 > 0 and both[0].gene == both[1].gene and {x.kind for x in both} == {"letter", "value"}
 
 
 def _rank(of: Assessment, j: int) -> tuple[float, bool]:
@@ -291,6 +281,33 @@ def _limits(path: np.ndarray, begin: int, end: int) -> tuple[int, int]:
     top = int(path.argmax())
     low = top - int(path[top::-1].argmin())
     return begin + low, begin + top
+
+
+def _passengers(carried: Carried, of: Assessment, lead: int, others: list[int], fdr: float) -> list[int]:
+    """Return the alleles that are linked to the lead: by r², or because they did not rise by more than drift
+    allows among organisms with as many copies of the lead."""
+    paths, steps, n = of.paths, of.paths.steps, len(of.paths.ticks) - 1
+    copies = np.rint(2 * carried.share(paths.alleles[lead])).astype(int)  # none, some, or most
+    group = 3 * steps.step + copies[steps.organism]
+    number = np.maximum(np.bincount(group, minlength=3 * n), 1)
+    total = number.reshape(n, 3).sum(axis=1)
+    found = []
+    for j in others:
+        if _r2(carried, paths, lead, j) >= LINKED:
+            found.append(j)
+            continue
+        with_j, line = carried.share(paths.alleles[j])[steps.organism], steps.both
+        if paths.alleles[j].kind == "clade":
+            line = steps.maternal
+        mean = np.bincount(group, with_j, 3 * n) / number
+        rest = with_j - mean[group]  # the part of its share that the lead does not tell
+        gain = np.bincount(steps.step, line.excess * rest, n)
+        variance = line.square * np.bincount(steps.step, rest**2, n) / total
+        used = paths.used[:, j] & (np.arange(n) >= of.window[j, 0]) & (np.arange(n) < of.window[j, 1])
+        sums = (np.array([terms[used].sum()]) for terms in (gain, variance, 0 * gain, 1 + 0 * gain))
+        if rise_test(*sums)[3][0] > fdr / len(others):
+            found.append(j)
+    return found
 
 
 def _r2(carried: Carried, paths: Paths, a: int, b: int) -> float:

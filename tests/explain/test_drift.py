@@ -127,3 +127,8 @@ def test_a_gain_without_variance_is_no_rise():
     s, error, ratio, p = rise_test(*np.array([[1.0], [0.0], [0.0], [0.0]]))
     assert np.isnan([s[0], error[0]]).all()
     assert (ratio[0], p[0]) == (0, 1)
+
+
+def test_a_negative_skew_makes_no_rise_certain():
+    *_, p = rise_test(*np.array([[3.0], [1.0], [-1.9], [1.0]]))
+    assert p[0] == pytest.approx(0.0027, rel=0.01)

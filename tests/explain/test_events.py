@@ -40,6 +40,14 @@ def test_linked_letters_are_one_event_and_the_letter_names_it():
     assert all(r2 >= 0.5 or allele.kind != "letter" for allele, r2 in first.linked)
 
 
+def test_letters_that_a_clone_carries_along_are_of_its_event():
+    lineage = population(3, n=1000, ticks=600, loci=100, parents=1, s=0.3, start=0.05)
+    (sweep,) = rises(lineage)
+    assert sweep.lead.locus == 0
+    assert "letter" in {allele.kind for allele, _ in sweep.linked}
+    assert min(r2 for _, r2 in sweep.linked) < 0.5  # of other frequency: rose with it alone
+
+
 def test_two_copies_each_add_their_benefit():
     lineage = population(2, n=300, ticks=400, loci=3, ploidy=2, parents=2, s=0.25, start=0.1)
     (sweep,) = rises(lineage)
