@@ -11,6 +11,7 @@ import typer
 from ecs_eco.cli.folders import pages
 from ecs_eco.cli.options import Of, On, Quiet, Run, Trust, Workers, new_folder, number
 from ecs_eco.cli.terminal import exits, progress, recorded, refuse, say
+from ecs_eco.engine.errors import CheckpointError, ConfigError, RecordingError
 from ecs_eco.explain.page import write_explanation
 from ecs_eco.lab.executors import LOCAL, check_engine
 from ecs_eco.record.archipelago import is_archipelago
@@ -65,12 +66,12 @@ def explain(
                 workers=workers,
                 trust=trust,
             )
+        except (ConfigError, RecordingError, CheckpointError):
+            raise
         except (KeyError, ValueError) as error:
             refuse("DIR", str(error.args[0]), str(folder), "a run in which a species reproduces")
     if json_:
         return say(json.dumps(found, indent=1, ensure_ascii=False))
-    for sweep in found["sweeps"]:
-        say(" ".join(sweep["sentences"]) + "\n")
-    if not found["sweeps"]:
-        say("No allele rose by more than drift allows.\n")
+    for lines in (found["summary"], *(sweep["sentences"] for sweep in found["sweeps"])):
+        say(" ".join(lines) + "\n")
     say(f"written: {(out or folder) / 'explain.html'}")

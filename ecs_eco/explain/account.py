@@ -8,8 +8,11 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, TypedDict, Unpack
 
+import numpy as np
+
 from ecs_eco.analysis.page import number
 from ecs_eco.analysis.survival import Interval
+from ecs_eco.engine.errors import ConfigError
 from ecs_eco.explain.alleles import Allele
 from ecs_eco.explain.events import Sweep
 from ecs_eco.explain.taken_out import TakenOut, driver, take_out
@@ -52,8 +55,8 @@ class Account:
 
     @property
     def driver(self) -> Allele | None:
-        """The allele with the largest effect on births; None if no interval excludes 0."""
-        found = driver([taken for _, taken in self.taken])
+        """The allele whose loss costs most young; None if none costs any clearly."""
+        found = driver([taken for _, taken in self.taken if taken.effect("births").value < 0])
         return next((allele for allele, taken in self.taken if taken is found), None)
 
     def sentences(self) -> list[str]:
@@ -122,9 +125,8 @@ def account(
     Account
     """
     chosen = candidates(sweep) if forks else []
-    gap = (
-        f"{sweep.lead.name} is not a letter or gene that could be taken out." if forks and not chosen else ""
-    )
+    gaps = [f"{sweep.lead.name} is not a letter or gene that could be taken out."]
+    gaps = gaps if forks and not chosen else []
     taken: list[tuple[Allele, TakenOut]] = []
     for i, allele in enumerate(chosen):
 
@@ -135,9 +137,11 @@ def account(
         try:
             at = sweep.half if tick is None else tick
             taken.append((allele, take_out(run, allele, tick=at, forks=forks, progress=show, **how)))
+        except ConfigError:  # for example, code that is not trusted: nothing can be taken out
+            raise
         except ValueError as error:
-            gap = f"{allele.name} could not be taken out: {error}."
-    return Account(sweep, tuple(taken), gap)
+            gaps.append(f"{allele.name} could not be taken out: {str(error).rstrip('.')}.")
+    return Account(sweep, tuple(taken), " ".join(gaps))
 
 
 def candidates(sweep: Sweep) -> list[Allele]:
@@ -157,9 +161,9 @@ def rose(sweep: Sweep) -> str:
     low, high = sweep.interval
     top = float(sweep.path[sweep.ticks <= sweep.end][-1])
     return (
-        f"Between ticks {sweep.begin:,} and {sweep.end:,}, {sweep.lead.name} rose from {sweep.first:.0%} to "
-        f"{top:.0%} in {sweep.species} (selection coefficient {number(sweep.s, 2)} per generation of "
-        f"{number(sweep.generation)} ticks, {number(low, 2)} to {number(high, 2)})."
+        f"In {sweep.species}, {sweep.lead.name} rose from {sweep.first:.0%} to {top:.0%}, mostly between ticks "
+        f"{sweep.begin:,} and {sweep.end:,}. Its selection coefficient is {number(sweep.s, 2)} "
+        f"({number(low, 2)} to {number(high, 2)}) per generation of {number(sweep.generation)} ticks."
         f"{LATER[sweep.kind].format(last=sweep.last) if abs(sweep.last - top) >= 0.02 else ''}"
     )
 
@@ -177,17 +181,23 @@ def without(allele: Allele, taken: TakenOut) -> str:
     births, lived, usual = taken.effect("births"), taken.effect("survival"), taken.control("births").value
     many = round(float(taken.n.sum(axis=1).mean()))
     lines = [
-        f"In {len(taken.n)} forks at tick {taken.tick:,}, half of {many:,} carriers, drawn at random, received "
+        f"In {len(taken.n)} fork{'s' * (len(taken.n) != 1)} at tick {taken.tick:,}, half of {many:,} carriers, "
+        f"drawn at random, received "
         f"{replace(allele, value=taken.edits[0].was).name} instead."
     ]
-    if births.low <= 0 <= births.high:
+    if np.isnan(births.low):
+        lines.append(
+            f"Their number of young differs from that of the others by {number(births.value, 2)}; one fork gives "
+            "no interval."
+        )
+    elif not clear(births):
         lines.append(
             f"Their number of young does not differ clearly from that of the others: {signed(births)}."
         )
     else:
         word = "fewer" if births.value < 0 else "more"
         lines.append(f"They had {sized(births)} {word} young each; the others had {number(usual, 2)}.")
-    if not lived.low <= 0 <= lived.high:
+    if clear(lived):
         lines.append(f"They lived {sized(lived)} ticks {'less' if lived.value < 0 else 'longer'}.")
     more = {m.removeprefix("died: "): taken.effect(m) for m in taken.means if m.startswith("died: ")}
     whole = sum(max(x.value, 0.0) for x in more.values())
@@ -205,17 +215,22 @@ def drove(names: Sequence[str], found: Allele | None) -> str:
     """Return the sentence on which of several alleles, each taken out separately, drove the rise."""
     if found is None:
         return (
-            f"Taken out alone, none of {listed(names)} changes the number of young clearly: the forks do not show "
+            f"Taken out alone, none of {listed(names)} clearly lowers the number of young: the forks do not show "
             "which one drove the rise."
         )
     rest = listed([name for name in names if name != found.name])
-    return f"Taken out alone, {found.name} changes the number of young most: it drove the rise of {rest}."
+    return f"Taken out alone, {found.name} lowers the number of young most: it drove the rise of {rest}."
 
 
 def listed(names: Sequence[str]) -> str:
     """Return names as "a, b and c"."""
     *before, last = names
     return f"{', '.join(before)} and {last}" if before else last
+
+
+def clear(x: Interval) -> bool:
+    """Return whether an interval excludes 0; False if there is none."""
+    return x.low > 0 or x.high < 0
 
 
 def sized(x: Interval) -> str:

@@ -28,7 +28,7 @@ class Allele:
     --------
     >>> from ecs_eco.explain import Allele
     >>> Allele("goat", "letter", "red", 12, "T").name, Allele("goat", "value", "red", -1, "-1").name
-    ('letter T at locus 12, in the gene red', 'red = −1')
+    ('letter T at locus 12 (gene red)', 'red = −1')
     >>> Allele("goat", "copies", "shy", -1, "2").name, Allele("goat", "clade", "", -1, "17").name
     ('2 copies of shy', 'clade of organism 17')
     """
@@ -43,9 +43,7 @@ class Allele:
     def name(self) -> str:
         """Its name in plain English."""
         if self.kind == "letter":
-            return f"letter {self.value} at locus {self.locus}" + f", in the gene {self.gene}" * bool(
-                self.gene
-            )
+            return f"letter {self.value} at locus {self.locus}" + f" (gene {self.gene})" * bool(self.gene)
         if self.kind == "value":
             return f"{self.gene} = {self.value.replace('-', '−')}"
         if self.kind == "copies":

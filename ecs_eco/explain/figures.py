@@ -8,7 +8,7 @@ import numpy as np
 
 from ecs_eco.analysis.palette import BAND, GREY, INK, SOFT
 from ecs_eco.analysis.style import PALETTE, Figure, empty, panels, several, styled
-from ecs_eco.explain.account import Account
+from ecs_eco.explain.account import Account, clear
 from ecs_eco.explain.alleles import Paths
 from ecs_eco.explain.events import Sweep
 from ecs_eco.explain.taken_out import TakenOut
@@ -97,7 +97,7 @@ def effects(account: Account) -> Figure:
         for measure, at in zip(rows, y, strict=True):
             x, usual = taken.effect(measure), scale(taken, measure)
             value, low, high = (100 * part / usual for part in x)
-            hue = INK if low > 0 or high < 0 else GREY
+            hue = INK if clear(x) else GREY
             ax.plot([low, high], [at, at], color=hue, lw=1.6)
             ax.plot(value, at, "o", color=hue, ms=5)
         ax.axvline(0, color=SOFT, lw=0.9)
@@ -177,7 +177,7 @@ def way(account: Account, trait: str) -> Figure:
 def largest(taken: TakenOut, kind: str) -> str:
     """Return the clearest effect on one kind of measure in words, "" if none excludes 0."""
     own = {m: taken.effect(m) for m in taken.means if m.startswith(kind)}
-    own = {m: x for m, x in own.items() if x.low > 0 or x.high < 0}
+    own = {m: x for m, x in own.items() if clear(x)}
     if not own:
         return ""
     measure = max(own, key=lambda m: abs(own[m].value))
@@ -186,6 +186,7 @@ def largest(taken: TakenOut, kind: str) -> str:
 
 def birth(taken: TakenOut) -> str:
     """Return the effect on the number of young in words."""
-    return f"young, {100 * taken.effect('births').value / scale(taken, 'births'):+.0f}% without it".replace(
-        "-", "−"
-    )
+    x = taken.effect("births")
+    if not clear(x):
+        return "young: no clear change"
+    return f"young, {100 * x.value / scale(taken, 'births'):+.0f}% without it".replace("-", "−")

@@ -20,16 +20,17 @@ from ecs_eco.analysis.lineage import Lineage
 from ecs_eco.analysis.page import drawn, interval, number, page, table, verdict, write_text
 from ecs_eco.analysis.runs import read_manifest
 from ecs_eco.explain import figures
-from ecs_eco.explain.account import Account, Options, account, candidates
-from ecs_eco.explain.alleles import Paths, follow
-from ecs_eco.explain.events import Sweep, rises
+from ecs_eco.explain.account import Account, Options, account, candidates, listed
+from ecs_eco.explain.alleles import Paths
+from ecs_eco.explain.events import Sweep, assessed, sweeps_among
 from ecs_eco.record.archipelago import is_archipelago, read as read_archipelago
 from ecs_eco.record.parquet import write_part
 
 MOST = 8  # sweeps whose alleles are taken out, the clearest first
 HOW = (
     "Of the rises listed, {fdr:.0%} or fewer are expected to be drift alone (false discovery rate). Drift is "
-    "measured from the births and deaths of the run. s is the slope of the log odds per generation."
+    "measured from the births and deaths of the run. s is the slope of the log odds per generation, with its 95% "
+    "interval. A rise begins when a quarter of it is over, and ends at 95% of it."
 )
 QUANTITATIVE = 4  # quantitative genes of a species with a section
 WORDS = {
@@ -106,7 +107,8 @@ def write_explanation(
     """
     place, islands = Path(out or run), is_archipelago(Path(run))
     lineage = Lineage.read(run)
-    sweeps = rises(lineage, species, fdr=fdr)
+    tests = assessed(lineage, species)
+    sweeps, paths = sweeps_among(lineage, tests, fdr), {name: of.paths for name, of in tests.items()}
     clearest = sorted(sweeps, key=lambda sweep: sweep.p)[:MOST]
     some = [sweep for sweep in clearest if forks and not islands]
     total, before, accounts = sum(len(candidates(sweep)) for sweep in some) * forks, 0, {}
@@ -119,11 +121,17 @@ def write_explanation(
         accounts[id(sweep)] = account(run, sweep, tick=tick, forks=forks, progress=show, **how)
         before += len(candidates(sweep)) * forks
     told = [accounts.get(id(sweep), Account(sweep)) for sweep in sweeps]
-    names = [species] if species is not None else list(dict.fromkeys(s.species for s in sweeps))
-    paths = {name: follow(lineage, name) for name in names}
+    summary = opening(sweeps, lineage, list(paths), islands and bool(forks), bool(some))
     manifest = read_archipelago(Path(run)) if islands else read_manifest(run)
     found = clean(
-        {"format": 1, "species": names, "fdr": fdr, "forks": forks, "sweeps": [one.to_json() for one in told]}
+        {
+            "format": 1,
+            "species": list(paths),
+            "fdr": fdr,
+            "forks": forks,
+            "summary": summary,
+            "sweeps": [one.to_json() for one in told],
+        }
     )
     write_text(
         place / "explain.json", json.dumps(found, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
@@ -135,10 +143,7 @@ def write_explanation(
         place / "explain" / "effects.parquet",
     )
     title = f"What evolved: {manifest.get('title') or manifest.get('world', 'a run')}"
-    blocks = [
-        f"<h1>{escape(title)}</h1>",
-        verdict(opening(sweeps, lineage, species, islands and bool(forks)), False),
-    ]
+    blocks = [f"<h1>{escape(title)}</h1>", verdict(summary, False)]
     blocks += [overview(sweeps), f"<p class='under'>{escape(HOW.format(fdr=fdr))}</p>"] if sweeps else []
     pictures = place / "figures"
     for name, of in paths.items():
@@ -182,11 +187,19 @@ def traits_of(genomes: Mapping[str, Any]) -> dict[str, str]:
     return {gene["name"]: gene.get("trait") or "" for gene in genes_in(genomes)} if genomes else {}
 
 
-def opening(sweeps: Sequence[Sweep], lineage: Lineage, species: str | None, unforked: bool) -> list[str]:
+def opening(
+    sweeps: Sequence[Sweep], lineage: Lineage, names: Sequence[str], unforked: bool, forked: bool
+) -> list[str]:
     """Return the first sentences of the page."""
-    whom = species or "all species"
     many = f"{len(sweeps) or 'no'} allele{'s' * (len(sweeps) != 1)}"
-    lines = [f"In {lineage.end + 1:,} ticks, {many} of {whom} rose by more than drift allows."]
+    lines = [f"In {lineage.end + 1:,} ticks, {many} of {listed(names)} rose by more than drift allows."]
+    if bare := [name for name in names if not lineage.genomes.get(name)]:
+        lines.append(
+            f"No genomes of {listed(bare)} are recorded, so only the clades of founders were followed. To follow "
+            "genes, give the species a section `genome`."
+        )
+    if forked and len(sweeps) > MOST:
+        lines.append(f"Only the {MOST} clearest were taken out in forks.")
     if unforked:
         lines.append(
             "Islands cannot be forked, because their immigrants would be missing: nothing was taken out."

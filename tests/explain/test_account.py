@@ -14,7 +14,7 @@ from ecs_eco.cli import app
 from ecs_eco.config import load
 from ecs_eco.explain import Account, Allele, Edit, Sweep, TakenOut, follow, write_explanation
 from ecs_eco.explain.account import candidates, rose, without
-from ecs_eco.explain.figures import clearest, largest, neutral
+from ecs_eco.explain.figures import birth, clearest, largest, neutral
 from ecs_eco.record import run_to_folder
 from tests.explain.newts import recorded
 
@@ -65,8 +65,8 @@ def taken(births=(-0.6, -0.8, -0.4), poisoned=(0.3, 0.31, 0.29), old=(-0.3, -0.3
 
 def test_a_rise_is_told_with_its_numbers():
     assert rose(sweep()) == (
-        "Between ticks 300 and 700, letter T at locus 0, in the gene red rose from 8% to 97% in goat (selection "
-        "coefficient 0.35 per generation of 100 ticks, 0.3 to 0.41)."
+        "In goat, letter T at locus 0 (gene red) rose from 8% to 97%, mostly between ticks 300 and 700. Its "
+        "selection coefficient is 0.35 (0.3 to 0.41) per generation of 100 ticks."
     )
     assert rose(sweep("passing", 0.1)).endswith("it was at 10%.")
     assert "stayed level" in rose(sweep("balanced", 0.6))
@@ -77,7 +77,7 @@ def test_an_effect_is_told_with_its_interval_and_its_cause():
     # the interval of −0.6 over three forks: 0.2 / √3 × 4.303
     assert "They had 0.6 (0.1 to 1.1) fewer young each; the others had 2." in text
     assert "half of 80 carriers" in text
-    assert "received letter A at locus 0, in the gene red instead" in text
+    assert "received letter A at locus 0 (gene red) instead" in text
     assert "lived 20 (18 to 22) ticks less" in text
     assert "“poisoned” was higher by 30 percentage points (28 to 32), 100% of all additional deaths" in text
 
@@ -89,6 +89,17 @@ def test_what_cannot_be_told_is_said():
     same = replace(taken(), means=taken(births=(-0.1, 0.1, 0.0)).means)
     lines = Account(sweep(linked=((other, 0.9),)), ((RED, same), (other, same))).sentences()
     assert lines[-1].endswith("the forks do not show which one drove the rise.")
+    harmful = replace(same, means=taken(births=(0.6, 0.7, 0.65)).means)  # its loss raises the number of young
+    lines = Account(sweep(linked=((other, 0.9),)), ((RED, harmful), (other, same))).sentences()
+    assert "more young each" in lines[-2]
+    assert lines[-1].endswith("the forks do not show which one drove the rise.")
+    one = {name: values[:1] for name, values in taken().means.items()}
+    text = without(RED, replace(taken(), n=taken().n[:1], means=one))
+    assert "In 1 fork at tick" in text
+    assert "differs from that of the others by −0.6; one fork gives no interval." in text
+    assert "lived" not in text
+    assert "NaN" not in text
+    assert "–" not in text
     assert Account(sweep(), gap="It could not be taken out.").sentences()[-1] == "It could not be taken out."
 
 
@@ -112,6 +123,8 @@ def test_figures_show_the_clearest_effects():
     assert largest(taken(old=(0.0, 0.01, -0.01)), "died") == "death: poisoned, +30 points without it"
     assert largest(taken(), "action") == "action eat, +10 points without it"
     assert largest(taken(births=(0.0, 0.0, 0.0)), "meals") == ""
+    assert birth(taken()) == "young, −30% without it"
+    assert birth(taken(births=(-0.6, 0.6, 0.1))) == "young: no clear change"
 
 
 @pytest.fixture(scope="module")
