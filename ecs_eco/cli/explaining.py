@@ -37,6 +37,12 @@ def explain(
         float, typer.Option(metavar="X", help="Expected proportion of false rises among those reported.")
     ] = 0.01,
     seed: Annotated[int, number("Seed of the forks.", least=0, most=2**63 - 1)] = 0,
+    learned: Annotated[
+        bool,
+        typer.Option(
+            "--learned", help="Also undo what animals have learned: are advantages inherited or learned?"
+        ),
+    ] = False,
     workers: Workers = None,
     on: On = LOCAL,
     json_: Annotated[bool, typer.Option("--json", help="Print explain.json instead of sentences.")] = False,
@@ -58,6 +64,7 @@ def explain(
                 species=species,
                 fdr=fdr,
                 forks=forks,
+                learned=learned,
                 progress=show,
                 tick=tick,
                 ticks=ticks,

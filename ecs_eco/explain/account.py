@@ -14,6 +14,7 @@ from ecs_eco.analysis.page import number
 from ecs_eco.analysis.survival import Interval
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.explain.alleles import Allele
+from ecs_eco.explain.edits import AlleleLike, Edit
 from ecs_eco.explain.events import Sweep
 from ecs_eco.explain.taken_out import TakenOut, driver, take_out
 
@@ -36,6 +37,14 @@ class Options(TypedDict, total=False):
     trust: bool
 
 
+class Which(TypedDict):
+    """What is taken out, and how often: see `account`."""
+
+    tick: int | None
+    forks: int
+    learned: bool
+
+
 @dataclass(frozen=True)
 class Account:
     """A sweep with the forks in which its alleles were taken out.
@@ -47,11 +56,14 @@ class Account:
         The lead first, then linked alleles of other genes.
     gap : str
         Why nothing, or not everything, was taken out; "" if everything was.
+    learned : TakenOut or None
+        The lead taken out and learning undone, in a 2 × 2 comparison.
     """
 
     sweep: Sweep
     taken: tuple[tuple[Allele, TakenOut], ...] = ()
     gap: str = ""
+    learned: TakenOut | None = None
 
     @property
     def driver(self) -> Allele | None:
@@ -66,6 +78,8 @@ class Account:
             lines.append(without(*self.taken[0]))
         if len(self.taken) > 1:
             lines.append(drove([allele.name for allele, _ in self.taken], self.driver))
+        if self.learned is not None:
+            lines.append(born_or_learned(self.learned))
         return [*lines, self.gap] if self.gap else lines
 
     def to_json(self) -> dict[str, Any]:
@@ -101,6 +115,7 @@ def account(
     *,
     tick: int | None = None,
     forks: int = 24,
+    learned: bool = False,
     progress: Callable[[int, int], None] | None = None,
     **how: Unpack[Options],
 ) -> Account:
@@ -115,6 +130,8 @@ def account(
         Tick of the forks; default: at half of the rise.
     forks : int, default 24
         0: take nothing out.
+    learned : bool, default False
+        Whether to compare the allele with learning, too: other carriers get their policies' weights at birth back.
     progress : callable, optional
         Called as `progress(done, forks)`.
     **how
@@ -127,21 +144,35 @@ def account(
     chosen = candidates(sweep) if forks else []
     gaps = [f"{sweep.lead.name} is not a letter or gene that could be taken out."]
     gaps = gaps if forks and not chosen else []
+    jobs: list[tuple[AlleleLike, ...]] = [(allele,) for allele in chosen]
+    if learned and chosen:
+        jobs.append((chosen[0], Edit(sweep.species, "policy")))
     taken: list[tuple[Allele, TakenOut]] = []
-    for i, allele in enumerate(chosen):
+    two: TakenOut | None = None
+    for i, job in enumerate(jobs):
 
         def show(done: int, _: int, before: int = i * forks) -> None:
             if progress is not None:
-                progress(before + done, len(chosen) * forks)
+                progress(before + done, len(jobs) * forks)
 
         try:
             at = sweep.half if tick is None else tick
-            taken.append((allele, take_out(run, allele, tick=at, forks=forks, progress=show, **how)))
+            found = take_out(run, job, tick=at, forks=forks, progress=show, **how)
         except ConfigError:  # for example, code that is not trusted: nothing can be taken out
             raise
         except ValueError as error:
-            gaps.append(f"{allele.name} could not be taken out: {str(error).rstrip('.')}.")
-    return Account(sweep, tuple(taken), " ".join(gaps))
+            what = (
+                "Learning could not be undone"
+                if i == len(chosen)
+                else f"{chosen[i].name} could not be taken out"
+            )
+            gaps.append(f"{what}: {str(error).rstrip('.')}.")
+            continue
+        if i == len(chosen):
+            two = found
+        else:
+            taken.append((chosen[i], found))
+    return Account(sweep, tuple(taken), " ".join(gaps), two)
 
 
 def candidates(sweep: Sweep) -> list[Allele]:
@@ -220,6 +251,23 @@ def drove(names: Sequence[str], found: Allele | None) -> str:
         )
     rest = listed([name for name in names if name != found.name])
     return f"Taken out alone, {found.name} lowers the number of young most: it drove the rise of {rest}."
+
+
+def born_or_learned(taken: TakenOut) -> str:
+    """Return the sentences on a 2 × 2 of an allele and of learning: is the advantage inherited, learned or both?"""
+    ways = {"first": "the allele", "second": "what they had learned", "both": "both"}
+    effects = {of: taken.effect("births", of) for of in (*ways, "interaction")}
+    young = [f"{signed(effects[of])} without {what}" for of, what in ways.items()]
+    inherited, learned = (clear(effects[of]) and effects[of].value < 0 for of in ("first", "second"))
+    where = {
+        (True, True): "The advantage is in the genes and in learning",
+        (True, False): "The advantage is in the genes; none of learning shows",
+        (False, True): "The advantage is in learning; none of the allele shows",
+        (False, False): "Neither advantage shows",
+    }[inherited, learned]
+    x = effects["interaction"]
+    adds = f"the two do {'not ' if clear(x) else ''}add up (interaction {signed(x)})"
+    return f"Compared with carriers that kept both, the difference in young was {listed(young)}. {where}; {adds}."
 
 
 def listed(names: Sequence[str]) -> str:

@@ -144,7 +144,10 @@ class Edit:
             strings = loci.reshape(-1, layout.length)
             found = [layout.alphabet.decode(row[row != _none(layout)]) for row in strings]
         others, n = np.unique([word for word in found if word != self._name()], return_counts=True)
-        _need(n.size > 0, f"all {table.name} carry {self._name()}: choose what replaces it (was=…)")
+        _need(
+            n.size > 0,
+            f"all {table.name} carry {self._name()}: choose an earlier tick, or what replaces it (was)",
+        )
         return str(others[n.argmax()])
 
     # --- genomes --------------------------------------------------------------------------------------------

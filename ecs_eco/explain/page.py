@@ -20,7 +20,7 @@ from ecs_eco.analysis.lineage import Lineage
 from ecs_eco.analysis.page import drawn, interval, number, page, table, verdict, write_text
 from ecs_eco.analysis.runs import read_manifest
 from ecs_eco.explain import figures
-from ecs_eco.explain.account import Account, Options, account, candidates, listed
+from ecs_eco.explain.account import Account, Options, Which, account, candidates, listed
 from ecs_eco.explain.alleles import Paths
 from ecs_eco.explain.events import Sweep, assessed, sweeps_among
 from ecs_eco.record.archipelago import is_archipelago, read as read_archipelago
@@ -58,6 +58,7 @@ def write_explanation(
     fdr: float = 0.01,
     tick: int | None = None,
     forks: int = 24,
+    learned: bool = False,
     progress: Callable[[int, int], None] | None = None,
     **how: Unpack[Options],
 ) -> dict[str, Any]:
@@ -80,6 +81,8 @@ def write_explanation(
         Tick of all forks; default: for each sweep, at half of its rise.
     forks : int, default 24
         Forks for each allele; 0: none.
+    learned : bool, default False
+        Whether to compare each leading allele with learning, too; see `account`.
     progress : callable, optional
         Called as `progress(done, forks)`.
     **how
@@ -109,17 +112,9 @@ def write_explanation(
     lineage = Lineage.read(run)
     tests = assessed(lineage, species)
     sweeps, paths = sweeps_among(lineage, tests, fdr), {name: of.paths for name, of in tests.items()}
-    clearest = sorted(sweeps, key=lambda sweep: sweep.p)[:MOST]
-    some = [sweep for sweep in clearest if forks and not islands]
-    total, before, accounts = sum(len(candidates(sweep)) for sweep in some) * forks, 0, {}
-    for sweep in some:
-
-        def show(done: int, _: int, before: int = before) -> None:
-            if progress is not None:
-                progress(before + done, total)
-
-        accounts[id(sweep)] = account(run, sweep, tick=tick, forks=forks, progress=show, **how)
-        before += len(candidates(sweep)) * forks
+    some = [] if islands or not forks else sorted(sweeps, key=lambda sweep: sweep.p)[:MOST]
+    options: Which = {"tick": tick, "forks": forks, "learned": learned}
+    accounts = dict(zip(map(id, some), taken_out(run, some, options, how, progress), strict=True))
     told = [accounts.get(id(sweep), Account(sweep)) for sweep in sweeps]
     summary = opening(sweeps, lineage, list(paths), islands and bool(forks), bool(some))
     manifest = read_archipelago(Path(run)) if islands else read_manifest(run)
@@ -163,6 +158,26 @@ def write_explanation(
         blocks += bred(lineage, name, pictures)
     write_text(place / "explain.html", page(title, *blocks))
     return found
+
+
+def taken_out(
+    run: Path | str,
+    sweeps: Sequence[Sweep],
+    which: Which,
+    how: Options,
+    progress: Callable[[int, int], None] | None,
+) -> list[Account]:
+    """Take the alleles of several sweeps out of a run, with one progress for all of them."""
+    jobs = [len(found) + which["learned"] if (found := candidates(sweep)) else 0 for sweep in sweeps]
+    accounts = []
+    for i, sweep in enumerate(sweeps):
+
+        def show(done: int, _: int, before: int = sum(jobs[:i])) -> None:
+            if progress is not None:
+                progress(before * which["forks"] + done, sum(jobs) * which["forks"])
+
+        accounts.append(account(run, sweep, progress=show, **which, **how))
+    return accounts
 
 
 def bred(lineage: Lineage, species: str, place: Path) -> list[str]:
@@ -252,6 +267,9 @@ def section(one: Account, paths: Paths, traits: Mapping[str, str], place: Path) 
         *(f"<p>{escape(line)}</p>" for line in one.sentences()),
         drawn(figures.frequency(sweep, paths), place.with_name(f"{place.name}-frequency.svg"), caption),
     ]
+    colour = f"&colour=gene:{sweep.lead.gene}" if sweep.lead.gene else ""
+    there = f"To see it, run ecs-eco watch on the folder and add #tick={sweep.half}{colour} to the page's address, then reload it."
+    blocks.append(f"<p class='under'>{escape(there)}</p>")
     if one.taken:
         way = "From the allele to the number of young: the action and the cause of death that change most."
         blocks += [

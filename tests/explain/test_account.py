@@ -13,7 +13,7 @@ from ecs_eco.analysis.lineage import Lineage
 from ecs_eco.cli import app
 from ecs_eco.config import load
 from ecs_eco.explain import Account, Allele, Edit, Sweep, TakenOut, follow, write_explanation
-from ecs_eco.explain.account import candidates, rose, without
+from ecs_eco.explain.account import born_or_learned, candidates, rose, without
 from ecs_eco.explain.figures import birth, clearest, largest, neutral
 from ecs_eco.record import run_to_folder
 from tests.explain.newts import recorded
@@ -110,6 +110,19 @@ def test_the_driver_is_the_allele_whose_loss_costs_young():
     assert told.driver == RED
     assert told.sentences()[-1].endswith("it drove the rise of letter C at locus 3.")
     assert told.to_json()["driver"] == RED.name
+
+
+def test_two_by_two_tells_whether_an_advantage_is_inherited_or_learned():
+    births = np.array(
+        [[2.0, 2.0 - a, 2.0 - b, 2.0 - a - b] for a, b in ((0.5, 0.1), (0.6, -0.1), (0.4, 0.0))]
+    )
+    text = born_or_learned(replace(taken(), means={"births": births}, n=np.full((3, 4), 40)))
+    # intervals over three forks: 0.1 / √3 × 4.303
+    assert "−0.5 (−0.75 to −0.25) without the allele, 0 (−0.25 to 0.25) without what they had learned" in text
+    assert text.endswith("in the genes; none of learning shows; the two do add up (interaction 0 (0 to 0)).")
+    both = np.array([[2.0, 1.5, 1.5 + x, 0.0 + x] for x in (-0.01, 0.0, 0.01)])
+    text = born_or_learned(replace(taken(), means={"births": both}, n=np.full((3, 4), 40)))
+    assert "in the genes and in learning; the two do not add up (interaction −1" in text
 
 
 def test_one_allele_of_each_gene_is_taken_out():
