@@ -268,7 +268,7 @@ def section(one: Account, paths: Paths, traits: Mapping[str, str], place: Path) 
         drawn(figures.frequency(sweep, paths), place.with_name(f"{place.name}-frequency.svg"), caption),
     ]
     colour = f"&colour=gene:{sweep.lead.gene}" if sweep.lead.gene else ""
-    there = f"To see it, run ecs-eco watch on the folder and add #tick={sweep.half}{colour} to the page's address, then reload it."
+    there = f"To see it, run ecs-eco watch on the folder and add #tick={sweep.half}{colour} to the address."
     blocks.append(f"<p class='under'>{escape(there)}</p>")
     if one.taken:
         way = "From the allele to the number of young: the action and the cause of death that change most."
