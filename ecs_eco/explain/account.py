@@ -52,7 +52,7 @@ class Account:
 
     @property
     def driver(self) -> Allele | None:
-        """The allele with the largest effect on births; None if no interval excludes 0."""
+        """The allele that raises births most; None if none raises them clearly."""
         found = driver([taken for _, taken in self.taken])
         return next((allele for allele, taken in self.taken if taken is found), None)
 
@@ -205,11 +205,11 @@ def drove(names: Sequence[str], found: Allele | None) -> str:
     """Return the sentence on which of several alleles, each taken out separately, drove the rise."""
     if found is None:
         return (
-            f"Taken out alone, none of {listed(names)} changes the number of young clearly: the forks do not show "
+            f"Taken out alone, none of {listed(names)} lowers the number of young clearly: the forks do not show "
             "which one drove the rise."
         )
     rest = listed([name for name in names if name != found.name])
-    return f"Taken out alone, {found.name} changes the number of young most: it drove the rise of {rest}."
+    return f"Taken out alone, {found.name} lowers the number of young most: it drove the rise of {rest}."
 
 
 def listed(names: Sequence[str]) -> str:
