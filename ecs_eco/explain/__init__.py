@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from ecs_eco._lazy import lazy
 
 if TYPE_CHECKING:
-    from ecs_eco.explain.account import Account as Account, account as account
+    from ecs_eco.explain.account import Account as Account
     from ecs_eco.explain.alleles import Allele as Allele, Paths as Paths, follow as follow, shares as shares
     from ecs_eco.explain.drift import Steps as Steps, steps_of as steps_of
     from ecs_eco.explain.edits import Edit as Edit
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 __getattr__ = lazy(
     __name__,
     {
-        ".account": "Account account",
+        ".account": "Account",
         ".alleles": "Allele Paths follow shares",
         ".drift": "Steps steps_of",
         ".edits": "Edit",

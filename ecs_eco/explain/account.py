@@ -67,8 +67,8 @@ class Account:
 
     @property
     def driver(self) -> Allele | None:
-        """The allele whose loss costs most young; None if none costs any clearly."""
-        found = driver([taken for _, taken in self.taken if taken.effect("births").value < 0])
+        """The allele that raises births most; None if none raises them clearly."""
+        found = driver([taken for _, taken in self.taken])
         return next((allele for allele, taken in self.taken if taken is found), None)
 
     def sentences(self) -> list[str]:

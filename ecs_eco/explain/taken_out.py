@@ -247,6 +247,8 @@ def take_out(
 def driver(taken: Sequence[TakenOut], measure: str = "births") -> TakenOut | None:
     """Return which of several linked alleles, each taken out separately, has the largest effect on a measure.
 
+    For births, only alleles that raise them count: no allele can rise because its carriers have fewer young.
+
     Parameters
     ----------
     taken : sequence of TakenOut
@@ -256,7 +258,7 @@ def driver(taken: Sequence[TakenOut], measure: str = "births") -> TakenOut | Non
     Returns
     -------
     TakenOut or None
-        None if all intervals contain 0.
+        None if all intervals contain 0, or if no allele clearly raises the number of births.
 
     Examples
     --------
@@ -271,6 +273,8 @@ def driver(taken: Sequence[TakenOut], measure: str = "births") -> TakenOut | Non
     'T'
     """
     clear = [one for one in taken if (x := one.effect(measure)).low > 0 or x.high < 0]
+    if measure == "births":
+        clear = [one for one in clear if (one.effect().value > 0) == one.edits[0].reverse]
     return max(clear, key=lambda one: abs(one.effect(measure).value), default=None)
 
 

@@ -3,12 +3,14 @@
 import json
 from dataclasses import replace
 from html import escape
+from types import ModuleType
 
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
 from typer.testing import CliRunner
 
+from ecs_eco import explain
 from ecs_eco.analysis.lineage import Lineage
 from ecs_eco.cli import app
 from ecs_eco.config import load
@@ -204,3 +206,7 @@ def test_bad_input_is_refused(pond, arguments, said):
     assert done.exit_code == 2
     assert said in done.output
     assert "Traceback" not in done.output
+
+
+def test_no_module_hides_a_public_name_of_the_package():
+    assert not [name for name in explain.__all__ if isinstance(getattr(explain, name), ModuleType)]
