@@ -76,7 +76,7 @@ def explain(
         except (ConfigError, RecordingError, CheckpointError):
             raise
         except (KeyError, ValueError) as error:
-            refuse("DIR", str(error.args[0]), str(folder), "a run in which a species reproduces")
+            refuse("DIR", str(error.args[0]), str(folder), "")
     if json_:
         return say(json.dumps(found, indent=1, ensure_ascii=False))
     for lines in (found["summary"], *(sweep["sentences"] for sweep in found["sweeps"])):

@@ -21,10 +21,11 @@ from ecs_eco.explain.taken_out import TakenOut, driver, take_out
 MOST = 3  # linked alleles of a sweep that are also named and taken out
 LATER = {
     "complete": "",
-    "partial": " At the end of the run, it was at {last:.0%}.",
-    "balanced": " It then stayed level, and was at {last:.0%} at the end of the run.",
-    "passing": " Later it was lost again: at the end of the run, it was at {last:.0%}.",
+    "partial": " {end}, it was at {last:.0%}.",
+    "balanced": " It then stayed level. {end}, it was at {last:.0%}.",
+    "passing": " Later it was lost again. {end}, it was at {last:.0%}.",
 }
+ENDS = "At the end of the run", "At the last sample before the species died out"
 
 
 class Options(TypedDict, total=False):
@@ -53,7 +54,7 @@ class Account:
     ----------
     sweep : Sweep
     taken : tuple of (Allele, TakenOut)
-        The lead first, then linked alleles of other genes.
+        The lead first, then linked alleles of other genes or loci.
     gap : str
         Why nothing, or not everything, was taken out; "" if everything was.
     learned : TakenOut or None
@@ -176,12 +177,14 @@ def account(
 
 
 def candidates(sweep: Sweep) -> list[Allele]:
-    """Return the lead and linked alleles that can be taken out, one for each gene or neutral locus."""
-    chosen: dict[tuple[str, int], Allele] = {}
+    """Return the lead and linked alleles that can be taken out. Of a gene's value and the letters that code for
+    it, only the first is included."""
+    chosen: list[Allele] = []
     for allele in (sweep.lead, *(allele for allele, _ in sweep.linked)):
-        if allele.kind in ("letter", "value", "copies"):
-            chosen.setdefault((allele.gene, -1 if allele.gene else allele.locus), allele)
-    return list(chosen.values())[: 1 + MOST]
+        same = {one.kind for one in chosen if one.gene and one.gene == allele.gene}
+        if allele.kind in ("letter", "value", "copies") and (not same or same == {allele.kind} == {"letter"}):
+            chosen.append(allele)
+    return chosen[: 1 + MOST]
 
 
 # --- sentences ----------------------------------------------------------------------------------------------
@@ -189,19 +192,20 @@ def candidates(sweep: Sweep) -> list[Allele]:
 
 def rose(sweep: Sweep) -> str:
     """Return the sentence on a rise."""
-    low, high = sweep.interval
+    (low, high), gone = sweep.interval, bool(np.isnan(sweep.path[-1]))
+    end = ENDS[gone]
     top = float(sweep.path[sweep.ticks <= sweep.end][-1])
     return (
         f"In {sweep.species}, {sweep.lead.name} rose from {sweep.first:.0%} to {top:.0%}, mostly between ticks "
         f"{sweep.begin:,} and {sweep.end:,}. Its selection coefficient is {number(sweep.s, 2)} "
         f"({number(low, 2)} to {number(high, 2)}) per generation of {number(sweep.generation)} ticks."
-        f"{LATER[sweep.kind].format(last=sweep.last) if abs(sweep.last - top) >= 0.02 else ''}"
+        f"{LATER[sweep.kind].format(last=sweep.last, end=end) if gone or abs(sweep.last - top) >= 0.02 else ''}"
     )
 
 
 def rose_together(sweep: Sweep) -> list[str]:
     """Return the sentence on linked alleles, if there are any."""
-    names = [f"{allele.name} (r² = {r2:.2f})" for allele, r2 in sweep.linked[:MOST]]
+    names = [f"{allele.name} with r² = {r2:.2f}" for allele, r2 in sweep.linked[:MOST]]
     if (more := len(sweep.linked) - MOST) > 0:
         names.append(f"{more} more")
     return [f"It is linked to {listed(names)}."] if names else []
@@ -232,12 +236,12 @@ def without(allele: Allele, taken: TakenOut) -> str:
         lines.append(f"They lived {sized(lived)} ticks {'less' if lived.value < 0 else 'longer'}.")
     more = {m.removeprefix("died: "): taken.effect(m) for m in taken.means if m.startswith("died: ")}
     whole = sum(max(x.value, 0.0) for x in more.values())
-    cause = max((c for c in more if more[c].low > 0), key=lambda c: more[c].value, default=None)
-    if cause is not None:
-        x = more[cause]
+    cause, x = max(more.items(), key=lambda one: one[1].value, default=("", births))
+    if cause and x.low > 0:
+        value, low, high = (number(100 * part, 2) for part in x)
         lines.append(
-            f"The share that died of the cause “{cause}” was higher by {100 * x.value:.0f} percentage points "
-            f"({100 * x.low:.0f} to {100 * x.high:.0f}), {x.value / whole:.0%} of all additional deaths."
+            f"The share that died of the cause “{cause}” was higher by {value} percentage points ({low} to "
+            f"{high}), {x.value / whole:.0%} of all additional deaths."
         )
     return " ".join(lines)
 

@@ -315,18 +315,21 @@ def _haplotypes(own: Pedigree, species: str, _: str) -> Site:
     """Return whole strings."""
     kept, text = own.genomes[species], pa.array(own.genome, pa.large_string())
     ploidy = kept.get("ploidy", 1)
-    if kept.get("longest") and ploidy > 1:
+    if ploidy == 1:
+        strings = [text]
+    elif kept.get("longest"):
         halves = pc.split_pattern(text, kept["separator"])
         strings = [pc.list_element(halves, s) for s in range(ploidy)]
     else:
         width = (pc.max(pc.utf8_length(text)).as_py() or 0) // ploidy
         strings = [pc.utf8_slice_codeunits(text, s * width, (s + 1) * width) for s in range(ploidy)]
     known = pa.chunked_array(strings).combine_chunks().dictionary_encode()
+    del text, strings  # as large as all genomes, each
     values = tuple(known.dictionary.to_pylist())
     codes = known.indices.to_numpy(zero_copy_only=False)
     if "" in values:  # a missing genome
         codes = np.where(codes == values.index(""), -1, codes)
-    return Site("haplotype", "", -1, values, np.split(codes, len(strings)), 1 / len(strings))
+    return Site("haplotype", "", -1, values, np.split(codes, ploidy), 1 / ploidy)
 
 
 def _clades(own: Pedigree, *_: str) -> Site:

@@ -1,6 +1,5 @@
 """Sweeps: alleles that rose by more than drift allows, grouped with the alleles that are linked to them."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
@@ -224,53 +223,38 @@ def rises(
     >>> sweep.lead.name, sweep.kind, bool(sweep.interval[0] < np.log(1.3) < sweep.interval[1])
     ('letter T at locus 0', 'complete', True)
     """
-    return sweeps_among(lineage, assessed(lineage, species, every), fdr)
+    return sweeps_and_tests(lineage, species, fdr, every)[0]
 
 
-def assessed(
-    lineage: Pedigree, species: str | None = None, every: int | None = None
-) -> dict[str, Assessment]:
-    """Return the tests of all alleles by species: see `rises`. Species that had no generation yet are left
-    out, unless you name the species."""
-    if species is not None:
-        return {species: assess(follow(lineage, species, every))}
-    tests, reasons = (
-        {},
-        [
-            "no organism was born to recorded parents, so no allele can rise; "
-            "record a world in which a species reproduces"
-        ],
-    )
-    for name in _reproducing(lineage):
-        try:
-            tests[name] = assess(follow(lineage, name, every))
-        except ValueError as error:
-            reasons.append(str(error))
-    if not tests:
-        raise ValueError(reasons[-1])
-    return tests
-
-
-def sweeps_among(lineage: Pedigree, tests: Mapping[str, Assessment], fdr: float) -> list[Sweep]:
-    """Return the sweeps among tested alleles, in the order of their beginning: see `rises`."""
+def sweeps_and_tests(
+    lineage: Pedigree, species: str | None, fdr: float, every: int | None = None
+) -> tuple[list[Sweep], dict[str, Assessment]]:
+    """Return the sweeps of a run, and the tests of all alleles by species; see `rises`."""
     if not 0 < fdr < 1:
         raise ValueError(f"rises: fdr is {fdr}; expected a number between 0 and 1, such as 0.01")
-    chances = np.concatenate([of.p for of in tests.values()])
+    names = [species] if species is not None else _reproducing(lineage)
+    if not names:
+        raise ValueError(
+            "lineage: no organism was born to recorded parents, so no allele can rise; "
+            "record a world in which a species reproduces"
+        )
+    tests = [assess(follow(lineage, name, every)) for name in names]
+    chances = np.concatenate([of.p for of in tests])
     q = false_discovery_control(chances) if len(chances) else chances
-    parts = np.split(q, np.cumsum([len(of.p) for of in tests.values()])[:-1])
+    parts = np.split(q, np.cumsum([len(of.p) for of in tests])[:-1])
     sweeps = [
-        sweep
-        for of, part in zip(tests.values(), parts, strict=True)
-        for sweep in _events(lineage, of, part, fdr)
+        sweep for of, part in zip(tests, parts, strict=True) for sweep in _events(lineage, of, part, fdr)
     ]
-    return sorted(sweeps, key=lambda sweep: (sweep.begin, -sweep.s))
+    return sorted(sweeps, key=lambda sweep: (sweep.begin, -sweep.s)), dict(zip(names, tests, strict=True))
 
 
 def _reproducing(lineage: Pedigree) -> list[str]:
-    """Return species whose alleles can be tested: those with births to parents of the same species."""
+    """Return species whose alleles can be tested: those with births to older parents of the same species."""
     has = (lineage.mother >= 0) | (lineage.father >= 0)
     parent = np.where(lineage.mother >= 0, lineage.mother, lineage.father)
-    own = has & (lineage.species == lineage.species[parent]) if len(lineage) else has
+    if not len(lineage):
+        return []
+    own = has & (lineage.species == lineage.species[parent]) & (lineage.born > lineage.born[parent])
     return np.unique(lineage.species[own]).tolist()
 
 

@@ -90,7 +90,8 @@ def clades(paths: Paths, sweeps: Sequence[Sweep] = ()) -> Figure:
 @styled
 def effects(account: Account) -> Figure:
     """Draw the effects of taking alleles out, relative to the carriers that kept them, with 95% intervals."""
-    figure, axes = several(len(account.taken), 2, (4.6, 2.9), (0.4, 0.4))
+    figure, axes = several(len(account.taken), 2, (5.0, 2.9), (0.4, 0.4))
+    figure.set_layout_engine("constrained", w_pad=0.2)  # browsers may draw labels wider than they are here
     for ax, (allele, taken) in zip(axes.flat, account.taken, strict=False):
         rows = clearest(taken)
         y = -np.arange(len(rows))
@@ -102,7 +103,7 @@ def effects(account: Account) -> Figure:
             ax.plot(value, at, "o", color=hue, ms=5)
         ax.axvline(0, color=SOFT, lw=0.9)
         ax.set_yticks(y, [words(measure) for measure in rows])
-        ax.set(xlabel="change [%, or percentage points for shares]", title=allele.name)
+        ax.set(xlabel="change [% or points]", title=allele.name)
         ax.grid(visible=False, axis="y")
     return figure
 
@@ -131,7 +132,7 @@ def words(measure: str) -> str:
     """Return a measure in words."""
     kind, _, name = measure.partition(": ")
     plain = {"births": "young", "survival": "time lived", "energy": "energy taken in"}
-    long = {"died": f"death: {name}", "meals": f"{name} killed for food", "action": f"action {name}"}
+    long = {"died": f"death: {name}", "meals": f"{name} eaten", "action": f"action {name}"}
     return plain.get(kind) or long.get(kind, measure)
 
 
@@ -152,7 +153,7 @@ def way(account: Account, trait: str) -> Figure:
     ax.set_axis_off()
     places = (np.arange(len(boxes)) + 0.5) / len(boxes)
     for k, (x, box) in enumerate(zip(places, boxes, strict=True)):
-        text = box.replace(", ", ",\n").replace(": ", ":\n")
+        text = box.replace(", ", ",\n").replace(": ", ":\n").replace(" (", "\n(")
         ax.text(
             x,
             0.5,

@@ -19,10 +19,11 @@ from ecs_eco.analysis.genes import quantitative
 from ecs_eco.analysis.lineage import Lineage
 from ecs_eco.analysis.page import drawn, interval, number, page, table, verdict, write_text
 from ecs_eco.analysis.runs import read_manifest
+from ecs_eco.engine.arguments import whole_number
 from ecs_eco.explain import figures
 from ecs_eco.explain.account import Account, Options, Which, account, candidates, listed
 from ecs_eco.explain.alleles import Paths
-from ecs_eco.explain.events import Sweep, assessed, sweeps_among
+from ecs_eco.explain.events import Sweep, sweeps_and_tests
 from ecs_eco.record.archipelago import is_archipelago, read as read_archipelago
 from ecs_eco.record.parquet import write_part
 
@@ -45,8 +46,8 @@ WORDS = {
 }
 EFFECTS = (
     "Effects of taking each allele out: differences between carriers that lost it and carriers that kept it in the "
-    "same worlds, from the change to death or the end of the fork, with 95% intervals over forks. Gray: the "
-    "interval contains 0."
+    "same worlds, from the change to death or the end of the fork, with 95% intervals over forks. Shares of deaths "
+    "and actions: in percentage points; all others: in percent. Gray: the interval contains 0."
 )
 
 
@@ -98,7 +99,7 @@ def write_explanation(
     FileNotFoundError
         If the folder contains no run.
     ValueError
-        If no species was born to recorded parents.
+        If no organism was born to recorded parents, or the run has no such tick.
 
     Examples
     --------
@@ -109,15 +110,17 @@ def write_explanation(
     ['goat']
     """
     place, islands = Path(out or run), is_archipelago(Path(run))
+    manifest = read_archipelago(Path(run)) if islands else read_manifest(run)
+    if tick is not None and not islands:
+        whole_number("tick", tick, 0, manifest["done"])
     lineage = Lineage.read(run)
-    tests = assessed(lineage, species)
-    sweeps, paths = sweeps_among(lineage, tests, fdr), {name: of.paths for name, of in tests.items()}
+    sweeps, tests = sweeps_and_tests(lineage, species, fdr)
+    paths = {name: of.paths for name, of in tests.items()}
     some = [] if islands or not forks else sorted(sweeps, key=lambda sweep: sweep.p)[:MOST]
     options: Which = {"tick": tick, "forks": forks, "learned": learned}
     accounts = dict(zip(map(id, some), taken_out(run, some, options, how, progress), strict=True))
     told = [accounts.get(id(sweep), Account(sweep)) for sweep in sweeps]
     summary = opening(sweeps, lineage, list(paths), islands and bool(forks), bool(some))
-    manifest = read_archipelago(Path(run)) if islands else read_manifest(run)
     found = clean(
         {
             "format": 1,
@@ -211,7 +214,7 @@ def opening(
     if bare := [name for name in names if not lineage.genomes.get(name)]:
         lines.append(
             f"No genomes of {listed(bare)} are recorded, so only the clades of founders were followed. To follow "
-            "genes, give the species a section `genome`."
+            "genes, give the species a section “genome”."
         )
     if forked and len(sweeps) > MOST:
         lines.append(f"Only the {MOST} clearest were taken out in forks.")
@@ -263,7 +266,7 @@ def section(one: Account, paths: Paths, traits: Mapping[str, str], place: Path) 
     sweep = one.sweep
     caption = "Frequency over time; dashed: begin, half and end of the rise."
     blocks = [
-        f"<h2>{escape(sweep.lead.name)} ({escape(sweep.species)})</h2>",
+        f"<h2>{escape(sweep.species)}: {escape(sweep.lead.name)}</h2>",
         *(f"<p>{escape(line)}</p>" for line in one.sentences()),
         drawn(figures.frequency(sweep, paths), place.with_name(f"{place.name}-frequency.svg"), caption),
     ]

@@ -1,6 +1,7 @@
 """What a sweep was and did, in words and on a page: the numbers are those of the forks."""
 
 import json
+import sys
 from dataclasses import replace
 from html import escape
 from types import ModuleType
@@ -14,9 +15,11 @@ from ecs_eco import explain
 from ecs_eco.analysis.lineage import Lineage
 from ecs_eco.cli import app
 from ecs_eco.config import load
+from ecs_eco.engine.errors import ConfigError, RecordingError
 from ecs_eco.explain import Account, Allele, Edit, Sweep, TakenOut, follow, write_explanation
-from ecs_eco.explain.account import born_or_learned, candidates, rose, without
+from ecs_eco.explain.account import account, born_or_learned, candidates, rose, without
 from ecs_eco.explain.figures import birth, clearest, largest, neutral
+from ecs_eco.explain.page import opening
 from ecs_eco.record import run_to_folder
 from tests.explain.newts import recorded
 
@@ -72,6 +75,8 @@ def test_a_rise_is_told_with_its_numbers():
     )
     assert rose(sweep("passing", 0.1)).endswith("it was at 10%.")
     assert "stayed level" in rose(sweep("balanced", 0.6))
+    extinct = sweep("partial", path=np.append(sweep().path[:-1], np.nan))
+    assert rose(extinct).endswith("At the last sample before the species died out, it was at 97%.")
 
 
 def test_an_effect_is_told_with_its_interval_and_its_cause():
@@ -85,6 +90,8 @@ def test_an_effect_is_told_with_its_interval_and_its_cause():
 
 
 def test_what_cannot_be_told_is_said():
+    text = without(RED, taken(births=(-0.6, 0.6, 0.1), poisoned=(0.3, 0.9, 0.0), old=(0.1, 0.101, 0.099)))
+    assert "cause" not in text  # most additional deaths may or may not be by poison
     text = without(RED, taken(births=(-0.6, 0.6, 0.1)))
     assert "does not differ clearly" in text
     other = Allele("goat", "letter", "", 3, "C")
@@ -127,10 +134,39 @@ def test_two_by_two_tells_whether_an_advantage_is_inherited_or_learned():
     assert "in the genes and in learning; the two do not add up (interaction −1" in text
 
 
-def test_one_allele_of_each_gene_is_taken_out():
+def test_each_letter_is_taken_out_but_not_also_the_value_that_it_codes_for():
     linked = (Allele("goat", "value", "red", -1, "-1"), 1.0), (Allele("goat", "letter", "", 3, "C"), 0.9)
     more = (Allele("goat", "letter", "", 4, "C"), 0.8), (Allele("goat", "haplotype", "", -1, "TACC"), 0.8)
     assert [a.locus for a in candidates(sweep(linked=(*linked, *more)))] == [0, 3, 4]
+    second = Allele("goat", "letter", "red", 1, "G")
+    assert candidates(sweep(linked=((second, 0.9),))) == [RED, second]
+    assert candidates(sweep(lead=linked[0][0], linked=((RED, 1.0), (second, 0.9)))) == [linked[0][0]]
+
+
+def test_why_an_allele_could_not_be_taken_out_is_told_for_each(monkeypatch):
+    errors = iter([ValueError("no carriers."), RecordingError("no record"), ConfigError([])])
+
+    def fail(*_, **__):
+        raise next(errors)
+
+    monkeypatch.setattr(sys.modules["ecs_eco.explain.account"], "take_out", fail)
+    two = sweep(linked=((Allele("goat", "letter", "", 3, "C"), 0.9),))
+    assert account("run", two, forks=2).gap == (
+        "letter T at locus 0 (gene red) could not be taken out: no carriers. "
+        "letter C at locus 3 could not be taken out: no record."
+    )
+    with pytest.raises(ConfigError):  # code that is not trusted: the command says how to allow it
+        account("run", two, forks=2)
+
+
+def test_what_was_examined_is_told_first(pond):
+    lineage = replace(Lineage.read(pond), genomes={})
+    assert opening([], lineage, ["newt"], False, False) == [
+        "In 4 ticks, no alleles of newt rose by more than drift allows.",
+        "No genomes of newt are recorded, so only the clades of founders were followed. To follow genes, give the "
+        "species a section “genome”.",
+    ]
+    assert "Only the 8 clearest" in opening([sweep()] * 9, lineage, ["newt"], False, True)[-1]
 
 
 def test_figures_show_the_clearest_effects():
@@ -198,6 +234,7 @@ def pond(tmp_path_factory):
     [
         (["--species", "newd"], 'did you mean "newt"'),
         (["--fdr", "2"], "a number between 0 and 1"),
+        (["--tick", "5"], "from 0 to 4"),
         (["--on", "elsewhere"], "elsewhere"),
     ],
 )

@@ -101,6 +101,10 @@ def test_errors_say_what_is_missing():
     alone = family([(1, 0, 0, 0, -1, "A"), (2, 0, 0, 0, 3, "A")])
     with pytest.raises(ValueError, match="record a world in which a species reproduces"):
         rises(alone)
+    with pytest.raises(ValueError, match="record a world in which a species reproduces"):
+        rises(
+            family([(1, 0, 0, 0, -1, "A"), (2, 1, 0, 0, 3, "A")])
+        )  # in the tick in which its parent appears
     with pytest.raises(ValueError, match="no finch was born"):
         rises(alone, "finch")
     with pytest.raises(KeyError, match="cat"):
