@@ -39,7 +39,7 @@ class Options(TypedDict, total=False):
 
 
 class Which(TypedDict):
-    """What is taken out, and how often: see `account`."""
+    """The choice of what is taken out, and how often: see `account`."""
 
     tick: int | None
     forks: int
