@@ -23,7 +23,7 @@ LATER = {
     "complete": "",
     "partial": " {end}, it was at {last:.0%}.",
     "balanced": " It then stayed level. {end}, it was at {last:.0%}.",
-    "passing": " Later it was lost again. {end}, it was at {last:.0%}.",
+    "passing": " Later, it fell again. {end}, it was at {last:.0%}.",
 }
 ENDS = "At the end of the run", "At the last sample before the species died out"
 
@@ -56,9 +56,9 @@ class Account:
     taken : tuple of (Allele, TakenOut)
         The lead first, then linked alleles of other genes or loci.
     gap : str
-        Why nothing, or not everything, was taken out; "" if everything was.
+        The reason if an allele could not be taken out, or learning not undone; else "".
     learned : TakenOut or None
-        The lead taken out and learning undone, in a 2 × 2 comparison.
+        A 2 × 2 comparison: the lead (or the first allele that can be taken out) and learning.
     """
 
     sweep: Sweep
@@ -78,7 +78,7 @@ class Account:
         if self.taken:
             lines.append(without(*self.taken[0]))
         if len(self.taken) > 1:
-            lines.append(drove([allele.name for allele, _ in self.taken], self.driver))
+            lines.append(drove(self.taken, self.driver))
         if self.learned is not None:
             lines.append(born_or_learned(self.learned))
         return [*lines, self.gap] if self.gap else lines
@@ -95,7 +95,7 @@ class Account:
         }
 
     def effects(self) -> list[dict[str, Any]]:
-        """Return a row for each allele that was taken out and each measure: control, effect, low, high."""
+        """Return a row for each allele that was taken out and each measure, with control, effect, low and high."""
         return [
             {
                 "species": self.sweep.species,
@@ -120,7 +120,7 @@ def account(
     progress: Callable[[int, int], None] | None = None,
     **how: Unpack[Options],
 ) -> Account:
-    """Take the alleles of a sweep out of a recorded run, each separately.
+    """Take the alleles of a sweep out in forks of a recorded run, each separately.
 
     Parameters
     ----------
@@ -128,11 +128,11 @@ def account(
     sweep : Sweep
         From `rises`.
     tick : int, optional
-        Tick of the forks; default: at half of the rise.
+        Tick of the forks; default: when half of the rise is reached.
     forks : int, default 24
         0: take nothing out.
     learned : bool, default False
-        Whether to compare the allele with learning, too: other carriers get their policies' weights at birth back.
+        Whether to undo learning, too: in a 2 × 2 comparison, policies get back their weights at birth.
     progress : callable, optional
         Called as `progress(done, forks)`.
     **how
@@ -143,7 +143,7 @@ def account(
     Account
     """
     chosen = candidates(sweep) if forks else []
-    gaps = [f"{sweep.lead.name} is not a letter or gene that could be taken out."]
+    gaps = [f"No allele can be taken out: {sweep.lead.name} is not a letter, value or copy number of a gene."]
     gaps = gaps if forks and not chosen else []
     jobs: list[tuple[AlleleLike, ...]] = [(allele,) for allele in chosen]
     if learned and chosen:
@@ -162,12 +162,8 @@ def account(
         except ConfigError:  # for example, code that is not trusted: nothing can be taken out
             raise
         except ValueError as error:
-            what = (
-                "Learning could not be undone"
-                if i == len(chosen)
-                else f"{chosen[i].name} could not be taken out"
-            )
-            gaps.append(f"{what}: {str(error).rstrip('.')}.")
+            what = "Undoing learning" if i == len(chosen) else f"Taking out {chosen[i].name}"
+            gaps.append(f"{what} failed: {str(error).rstrip('.')}.")
             continue
         if i == len(chosen):
             two = found
@@ -177,8 +173,8 @@ def account(
 
 
 def candidates(sweep: Sweep) -> list[Allele]:
-    """Return the lead and linked alleles that can be taken out. Of a gene's value and the letters that code for
-    it, only the first is included."""
+    """Return the lead and up to 3 linked alleles that can be taken out. Of a gene's value and the letters that
+    code for it, only the first to appear is included."""
     chosen: list[Allele] = []
     for allele in (sweep.lead, *(allele for allele, _ in sweep.linked)):
         same = {one.kind for one in chosen if one.gene and one.gene == allele.gene}
@@ -196,65 +192,72 @@ def rose(sweep: Sweep) -> str:
     end = ENDS[gone]
     top = float(sweep.path[sweep.ticks <= sweep.end][-1])
     return (
-        f"In {sweep.species}, {sweep.lead.name} rose from {sweep.first:.0%} to {top:.0%}, mostly between ticks "
-        f"{sweep.begin:,} and {sweep.end:,}. Its selection coefficient is {number(sweep.s, 2)} "
-        f"({number(low, 2)} to {number(high, 2)}) per generation of {number(sweep.generation)} ticks."
+        f"In the species {sweep.species}, {sweep.lead.name} rose from {sweep.first:.0%} to {top:.0%}, mostly "
+        f"between ticks {sweep.begin:,} and {sweep.end:,}. Its selection coefficient is {number(sweep.s, 2)} (95% "
+        f"interval: {number(low, 2)} to {number(high, 2)}) per generation of {number(sweep.generation)} ticks."
         f"{LATER[sweep.kind].format(last=sweep.last, end=end) if gone or abs(sweep.last - top) >= 0.02 else ''}"
     )
 
 
 def rose_together(sweep: Sweep) -> list[str]:
     """Return the sentence on linked alleles, if there are any."""
-    names = [f"{allele.name} with r² = {r2:.2f}" for allele, r2 in sweep.linked[:MOST]]
+    names = [f"{allele.name} (r² = {r2:.2f})" for allele, r2 in sweep.linked[:MOST]]
     if (more := len(sweep.linked) - MOST) > 0:
         names.append(f"{more} more")
-    return [f"It is linked to {listed(names)}."] if names else []
+    return [f"It rose together with {listed(names)}."] if names else []
 
 
 def without(allele: Allele, taken: TakenOut) -> str:
     """Return the sentences on what changes if an allele is taken out."""
+    instead = replace(allele, value=taken.edits[0].was).name.partition(" at locus")[0]
     births, lived, usual = taken.effect("births"), taken.effect("survival"), taken.control("births").value
     many = round(float(taken.n.sum(axis=1).mean()))
     lines = [
-        f"In {len(taken.n)} fork{'s' * (len(taken.n) != 1)} at tick {taken.tick:,}, half of {many:,} carriers, "
-        f"drawn at random, received "
-        f"{replace(allele, value=taken.edits[0].was).name} instead."
+        f"In {len(taken.n)} fork{'s' * (len(taken.n) != 1)} at tick {taken.tick:,}, {instead} replaced "
+        f"{allele.name} in a random half of {many:,} carriers."
     ]
     if np.isnan(births.low):
         lines.append(
-            f"Their number of young differs from that of the others by {number(births.value, 2)}; one fork gives "
-            "no interval."
+            f"Their number of young after that differs from the other half's by {number(births.value, 2)}; one "
+            "fork gives no interval."
         )
     elif not clear(births):
         lines.append(
-            f"Their number of young does not differ clearly from that of the others: {signed(births)}."
+            "Their number of young after that does not differ clearly from the other half's; the difference is "
+            f"{signed(births)}."
         )
     else:
         word = "fewer" if births.value < 0 else "more"
-        lines.append(f"They had {sized(births)} {word} young each; the others had {number(usual, 2)}.")
+        lines.append(f"Then they had {sized(births)} {word} young each; the others had {number(usual, 2)}.")
     if clear(lived):
         lines.append(f"They lived {sized(lived)} ticks {'less' if lived.value < 0 else 'longer'}.")
     more = {m.removeprefix("died: "): taken.effect(m) for m in taken.means if m.startswith("died: ")}
-    whole = sum(max(x.value, 0.0) for x in more.values())
     cause, x = max(more.items(), key=lambda one: one[1].value, default=("", births))
     if cause and x.low > 0:
         value, low, high = (number(100 * part, 2) for part in x)
         lines.append(
-            f"The share that died of the cause “{cause}” was higher by {value} percentage points ({low} to "
-            f"{high}), {x.value / whole:.0%} of all additional deaths."
+            f"Among causes of death, “{cause}” increased most, by {value} percentage points ({low} to {high})."
         )
     return " ".join(lines)
 
 
-def drove(names: Sequence[str], found: Allele | None) -> str:
+def drove(taken: Sequence[tuple[Allele, TakenOut]], found: Allele | None) -> str:
     """Return the sentence on which of several alleles, each taken out separately, drove the rise."""
     if found is None:
+        names = listed([allele.name for allele, _ in taken])
         return (
-            f"Taken out alone, none of {listed(names)} clearly lowers the number of young: the forks do not show "
+            f"Separate removals of {names} do not clearly lower the number of young, so the forks do not show "
             "which one drove the rise."
         )
-    rest = listed([name for name in names if name != found.name])
-    return f"Taken out alone, {found.name} lowers the number of young most: it drove the rise of {rest}."
+    if also := [allele.name for allele, one in taken if allele != found and driver([one])]:
+        return (
+            f"Removing {found.name} lowers the number of young most, but removing {listed(also)} also lowers it "
+            "clearly: more than one allele may have driven the rise."
+        )
+    return (
+        f"Removing {found.name} clearly lowers the number of young, and no other removal does, so this allele "
+        "probably drove the rise."
+    )
 
 
 def born_or_learned(taken: TakenOut) -> str:
@@ -264,14 +267,17 @@ def born_or_learned(taken: TakenOut) -> str:
     young = [f"{signed(effects[of])} without {what}" for of, what in ways.items()]
     inherited, learned = (clear(effects[of]) and effects[of].value < 0 for of in ("first", "second"))
     where = {
-        (True, True): "The advantage is in the genes and in learning",
-        (True, False): "The advantage is in the genes; none of learning shows",
-        (False, True): "The advantage is in learning; none of the allele shows",
-        (False, False): "Neither advantage shows",
+        (True, True): "Both the allele and learning raise the number of young",
+        (True, False): "The allele raises the number of young; an effect of learning is not clear",
+        (False, True): "Learning raises the number of young; an effect of the allele is not clear",
+        (False, False): "Neither the allele nor learning clearly raises the number of young",
     }[inherited, learned]
     x = effects["interaction"]
-    adds = f"the two do {'not ' if clear(x) else ''}add up (interaction {signed(x)})"
-    return f"Compared with carriers that kept both, the difference in young was {listed(young)}. {where}; {adds}."
+    adds = "the two effects do not add up" if clear(x) else "no clear deviation from the sum of both effects"
+    return (
+        f"Compared with carriers that kept both, the number of young differed by {listed(young)}. {where}. The "
+        f"interaction is {signed(x)}: {adds}."
+    )
 
 
 def listed(names: Sequence[str]) -> str:

@@ -23,15 +23,21 @@ from ecs_eco.engine.arguments import whole_number
 from ecs_eco.explain import figures
 from ecs_eco.explain.account import Account, Options, Which, account, candidates, listed
 from ecs_eco.explain.alleles import Paths
-from ecs_eco.explain.events import Sweep, sweeps_and_tests
+from ecs_eco.explain.events import LEAST, Sweep, sweeps_and_tests
 from ecs_eco.record.archipelago import is_archipelago, read as read_archipelago
 from ecs_eco.record.parquet import write_part
 
 MOST = 8  # sweeps whose alleles are taken out, the clearest first
 HOW = (
-    "Of the rises listed, {fdr:.0%} or fewer are expected to be drift alone (false discovery rate). Drift is "
-    "measured from the births and deaths of the run. s is the slope of the log odds per generation, with its 95% "
-    "interval. A rise begins when a quarter of it is over, and ends at 95% of it."
+    "Drift is measured from the births and deaths of the run. The test treats organisms as exchangeable: if "
+    "relatives share a place and its risks, drift is stronger than measured. q is the p-value adjusted for the "
+    "number of alleles: of the alleles with q up to {fdr:g}, on average at most this fraction rose by drift only "
+    "(false discovery rate). Alleles that rose together are then combined into one sweep. s is the slope of the "
+    "log odds per generation in the part of the run in which the rise is clearest. Its 95% interval ignores this "
+    "choice, so s of weak sweeps is rather too high. A rise begins when a quarter of it is over, and ends at 95% "
+    "of it. At the end of the run, a complete sweep is at 95% or more, a balanced one has been level for a third "
+    "of the run (which does not prove balancing selection), and a passing one has lost at least three quarters of "
+    "its rise; all others are partial. r² is the squared correlation of two alleles among living organisms."
 )
 QUANTITATIVE = 4  # quantitative genes of a species with a section
 WORDS = {
@@ -46,8 +52,10 @@ WORDS = {
 }
 EFFECTS = (
     "Effects of taking each allele out: differences between carriers that lost it and carriers that kept it in the "
-    "same worlds, from the change to death or the end of the fork, with 95% intervals over forks. Shares of deaths "
-    "and actions: in percentage points; all others: in percent. Gray: the interval contains 0."
+    "same worlds, from the change to death or the end of the fork. Shares of deaths and actions are in percentage "
+    "points, all others in percent. Lines are 95% intervals over forks, gray if they contain 0. All forks begin "
+    "with the same organisms, so intervals describe this population at this tick; for other populations, use "
+    "several seeds. Both halves compete in the same worlds: if all organisms lose an allele, its effect can differ."
 )
 
 
@@ -63,7 +71,7 @@ def write_explanation(
     progress: Callable[[int, int], None] | None = None,
     **how: Unpack[Options],
 ) -> dict[str, Any]:
-    """Find the alleles that rose in a run, take them out in forks, and write what they do.
+    """Find the alleles that rose in a run, take them out in forks, and report their effects.
 
     Writes explain.html, explain.json, figures/explain-*.svg, and the Parquet files explain/frequencies.parquet
     and explain/effects.parquet. Forks that are already in RUN/explain/ are not run again.
@@ -77,13 +85,13 @@ def write_explanation(
     species : str, optional
         Default: every species that reproduces.
     fdr : float, default 0.01
-        Expected proportion of false rises among those reported.
+        Largest expected proportion of false positives among the alleles that pass the test; see `rises`.
     tick : int, optional
-        Tick of all forks; default: for each sweep, at half of its rise.
+        Tick of all forks; default: for each sweep, when half of its rise is reached.
     forks : int, default 24
         Forks for each allele; 0: none.
     learned : bool, default False
-        Whether to compare each leading allele with learning, too; see `account`.
+        Whether to undo learning, too, in a 2 × 2 comparison with each lead; see `account`.
     progress : callable, optional
         Called as `progress(done, forks)`.
     **how
@@ -145,9 +153,7 @@ def write_explanation(
     blocks += [overview(sweeps), f"<p class='under'>{escape(HOW.format(fdr=fdr))}</p>"] if sweeps else []
     pictures = place / "figures"
     for name, of in paths.items():
-        caption = (
-            f"Shares of the clades of founders of {name} along first parents; dashed: half of each rise."
-        )
+        caption = f"Fractions of living {name} by founder, through first parents. Dashed: half of each rise."
         own = [sweep for sweep in sweeps if sweep.species == name]
         if any(allele.kind == "clade" for allele in of.alleles):
             blocks += [
@@ -184,7 +190,7 @@ def taken_out(
 
 
 def bred(lineage: Lineage, species: str, place: Path) -> list[str]:
-    """Return a section on each quantitative gene: selection on its values, and the response."""
+    """Return sections on quantitative genes: selection on their values, and the response."""
     blocks, kept = [], lineage.genomes.get(species, {})
     for gene in quantitative(kept)[:QUANTITATIVE] if kept else ():
         found = lineage.breeding(species, gene)
@@ -209,18 +215,21 @@ def opening(
     sweeps: Sequence[Sweep], lineage: Lineage, names: Sequence[str], unforked: bool, forked: bool
 ) -> list[str]:
     """Return the first sentences of the page."""
-    many = f"{len(sweeps) or 'no'} allele{'s' * (len(sweeps) != 1)}"
-    lines = [f"In {lineage.end + 1:,} ticks, {many} of {listed(names)} rose by more than drift allows."]
+    many = "1 sweep was" if len(sweeps) == 1 else f"{len(sweeps) or 'no'} sweeps were"
+    lines = [
+        f"In {lineage.end + 1:,} ticks, {many} found in {listed(names)}. In a sweep, an allele rises by at least "
+        f"{100 * LEAST:.0f} percentage points and by more than drift allows."
+    ]
     if bare := [name for name in names if not lineage.genomes.get(name)]:
         lines.append(
             f"No genomes of {listed(bare)} are recorded, so only the clades of founders were followed. To follow "
             "genes, give the species a section “genome”."
         )
     if forked and len(sweeps) > MOST:
-        lines.append(f"Only the {MOST} clearest were taken out in forks.")
+        lines.append(f"Only alleles of the {MOST} clearest sweeps were taken out in forks.")
     if unforked:
         lines.append(
-            "Islands cannot be forked, because their immigrants would be missing: nothing was taken out."
+            "No allele was taken out, because islands cannot be forked: their immigrants would be missing."
         )
     return lines
 
@@ -228,17 +237,8 @@ def opening(
 def overview(sweeps: Sequence[Sweep]) -> str:
     """Return a table of all sweeps."""
     head = [
-        "what rose",
-        "species",
-        "kind",
-        "from",
-        "to",
-        "begin",
-        "half",
-        "end",
-        "s per generation",
-        "linked",
-        "q",
+        *("allele", "species", "kind", "before the rise", "at the end of the run", "begin", "half", "end"),
+        *("s per generation", "alleles with it", "q"),
     ]
     return table(
         head,
@@ -262,19 +262,25 @@ def overview(sweeps: Sequence[Sweep]) -> str:
 
 
 def section(one: Account, paths: Paths, traits: Mapping[str, str], place: Path) -> list[str]:
-    """Return the headings, sentences, figures and the table of a sweep; figures are `place`-*.svg."""
+    """Return the heading, sentences and figures of a sweep; figures are `place`-*.svg."""
     sweep = one.sweep
-    caption = "Frequency over time; dashed: begin, half and end of the rise."
+    caption = (
+        "Frequency over time. Dashed: begin, half and end of the rise. The band of drift begins with it. With two "
+        "parents, the band is too narrow, because it leaves out the random segregation of their alleles."
+    )
     blocks = [
         f"<h2>{escape(sweep.species)}: {escape(sweep.lead.name)}</h2>",
         *(f"<p>{escape(line)}</p>" for line in one.sentences()),
         drawn(figures.frequency(sweep, paths), place.with_name(f"{place.name}-frequency.svg"), caption),
     ]
     colour = f"&colour=gene:{sweep.lead.gene}" if sweep.lead.gene else ""
-    there = f"To see it, run ecs-eco watch on the folder and add #tick={sweep.half}{colour} to the address."
+    there = f"To watch it, run ecs-eco watch on the folder and add #tick={sweep.half}{colour} to the address."
     blocks.append(f"<p class='under'>{escape(there)}</p>")
     if one.taken:
-        way = "From the allele to the number of young: the action and the cause of death that change most."
+        way = (
+            "From the allele to the number of young: the action and the cause of death that change most. The forks "
+            "measure each change; that one causes the next is plausible, but not tested."
+        )
         blocks += [
             drawn(figures.effects(one), place.with_name(f"{place.name}-effects.svg"), EFFECTS),
             drawn(

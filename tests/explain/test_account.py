@@ -70,8 +70,8 @@ def taken(births=(-0.6, -0.8, -0.4), poisoned=(0.3, 0.31, 0.29), old=(-0.3, -0.3
 
 def test_a_rise_is_told_with_its_numbers():
     assert rose(sweep()) == (
-        "In goat, letter T at locus 0 (gene red) rose from 8% to 97%, mostly between ticks 300 and 700. Its "
-        "selection coefficient is 0.35 (0.3 to 0.41) per generation of 100 ticks."
+        "In the species goat, letter T at locus 0 (gene red) rose from 8% to 97%, mostly between ticks 300 and "
+        "700. Its selection coefficient is 0.35 (95% interval: 0.3 to 0.41) per generation of 100 ticks."
     )
     assert rose(sweep("passing", 0.1)).endswith("it was at 10%.")
     assert "stayed level" in rose(sweep("balanced", 0.6))
@@ -82,16 +82,15 @@ def test_a_rise_is_told_with_its_numbers():
 def test_an_effect_is_told_with_its_interval_and_its_cause():
     text = without(RED, taken())
     # the interval of −0.6 over three forks: 0.2 / √3 × 4.303
-    assert "They had 0.6 (0.1 to 1.1) fewer young each; the others had 2." in text
-    assert "half of 80 carriers" in text
-    assert "received letter A at locus 0 (gene red) instead" in text
+    assert "Then they had 0.6 (0.1 to 1.1) fewer young each; the others had 2." in text
+    assert "letter A replaced letter T at locus 0 (gene red) in a random half of 80 carriers." in text
     assert "lived 20 (18 to 22) ticks less" in text
-    assert "“poisoned” was higher by 30 percentage points (28 to 32), 100% of all additional deaths" in text
+    assert "Among causes of death, “poisoned” increased most, by 30 percentage points (28 to 32)." in text
 
 
 def test_what_cannot_be_told_is_said():
     text = without(RED, taken(births=(-0.6, 0.6, 0.1), poisoned=(0.3, 0.9, 0.0), old=(0.1, 0.101, 0.099)))
-    assert "cause" not in text  # most additional deaths may or may not be by poison
+    assert "cause" not in text  # the largest increase, of poison, is not clear
     text = without(RED, taken(births=(-0.6, 0.6, 0.1)))
     assert "does not differ clearly" in text
     other = Allele("goat", "letter", "", 3, "C")
@@ -105,7 +104,7 @@ def test_what_cannot_be_told_is_said():
     one = {name: values[:1] for name, values in taken().means.items()}
     text = without(RED, replace(taken(), n=taken().n[:1], means=one))
     assert "In 1 fork at tick" in text
-    assert "differs from that of the others by −0.6; one fork gives no interval." in text
+    assert "differs from the other half's by −0.6; one fork gives no interval." in text
     assert "lived" not in text
     assert "NaN" not in text
     assert "–" not in text
@@ -117,8 +116,17 @@ def test_the_driver_is_the_allele_whose_loss_costs_young():
     none = taken(births=(-0.1, 0.1, 0.0))
     told = Account(sweep(linked=((other, 0.9),)), ((other, none), (RED, taken())))
     assert told.driver == RED
-    assert told.sentences()[-1].endswith("it drove the rise of letter C at locus 3.")
+    assert told.sentences()[-1] == (
+        "Removing letter T at locus 0 (gene red) clearly lowers the number of young, and no other removal does, so "
+        "this allele probably drove the rise."
+    )
     assert told.to_json()["driver"] == RED.name
+    more = Account(told.sweep, ((other, taken(births=(-0.3, -0.31, -0.29))), (RED, taken())))
+    assert more.driver == RED
+    assert more.sentences()[-1].startswith(
+        "Removing letter T at locus 0 (gene red) lowers the number of young most"
+    )
+    assert "but removing letter C at locus 3 also lowers it clearly" in more.sentences()[-1]
 
 
 def test_two_by_two_tells_whether_an_advantage_is_inherited_or_learned():
@@ -128,10 +136,12 @@ def test_two_by_two_tells_whether_an_advantage_is_inherited_or_learned():
     text = born_or_learned(replace(taken(), means={"births": births}, n=np.full((3, 4), 40)))
     # intervals over three forks: 0.1 / √3 × 4.303
     assert "−0.5 (−0.75 to −0.25) without the allele, 0 (−0.25 to 0.25) without what they had learned" in text
-    assert text.endswith("in the genes; none of learning shows; the two do add up (interaction 0 (0 to 0)).")
+    assert "The allele raises the number of young; an effect of learning is not clear." in text
+    assert text.endswith("The interaction is 0 (0 to 0): no clear deviation from the sum of both effects.")
     both = np.array([[2.0, 1.5, 1.5 + x, 0.0 + x] for x in (-0.01, 0.0, 0.01)])
     text = born_or_learned(replace(taken(), means={"births": both}, n=np.full((3, 4), 40)))
-    assert "in the genes and in learning; the two do not add up (interaction −1" in text
+    assert "Both the allele and learning raise the number of young. The interaction is −1" in text
+    assert text.endswith("the two effects do not add up.")
 
 
 def test_each_letter_is_taken_out_but_not_also_the_value_that_it_codes_for():
@@ -152,8 +162,8 @@ def test_why_an_allele_could_not_be_taken_out_is_told_for_each(monkeypatch):
     monkeypatch.setattr(sys.modules["ecs_eco.explain.account"], "take_out", fail)
     two = sweep(linked=((Allele("goat", "letter", "", 3, "C"), 0.9),))
     assert account("run", two, forks=2).gap == (
-        "letter T at locus 0 (gene red) could not be taken out: no carriers. "
-        "letter C at locus 3 could not be taken out: no record."
+        "Taking out letter T at locus 0 (gene red) failed: no carriers. "
+        "Taking out letter C at locus 3 failed: no record."
     )
     with pytest.raises(ConfigError):  # code that is not trusted: the command says how to allow it
         account("run", two, forks=2)
@@ -162,11 +172,14 @@ def test_why_an_allele_could_not_be_taken_out_is_told_for_each(monkeypatch):
 def test_what_was_examined_is_told_first(pond):
     lineage = replace(Lineage.read(pond), genomes={})
     assert opening([], lineage, ["newt"], False, False) == [
-        "In 4 ticks, no alleles of newt rose by more than drift allows.",
+        "In 4 ticks, no sweeps were found in newt. In a sweep, an allele rises by at least 10 percentage points "
+        "and by more than drift allows.",
         "No genomes of newt are recorded, so only the clades of founders were followed. To follow genes, give the "
         "species a section “genome”.",
     ]
-    assert "Only the 8 clearest" in opening([sweep()] * 9, lineage, ["newt"], False, True)[-1]
+    assert (
+        "Only alleles of the 8 clearest sweeps" in opening([sweep()] * 9, lineage, ["newt"], False, True)[-1]
+    )
 
 
 def test_figures_show_the_clearest_effects():
