@@ -16,7 +16,7 @@ from ecs_eco.engine.errors import ConfigError
 from ecs_eco.explain.alleles import Allele
 from ecs_eco.explain.edits import AlleleLike, Edit
 from ecs_eco.explain.events import Sweep
-from ecs_eco.explain.taken_out import TakenOut, driver, take_out
+from ecs_eco.explain.taken_out import TakenOut, clear, driver, take_out
 
 MOST = 3  # linked alleles of a sweep that are also named and taken out
 LATER = {
@@ -284,11 +284,6 @@ def listed(names: Sequence[str]) -> str:
     """Return names as "a, b and c"."""
     *before, last = names
     return f"{', '.join(before)} and {last}" if before else last
-
-
-def clear(x: Interval) -> bool:
-    """Return whether an interval excludes 0; False if there is none."""
-    return x.low > 0 or x.high < 0
 
 
 def sized(x: Interval) -> str:

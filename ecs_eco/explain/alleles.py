@@ -61,10 +61,10 @@ class Paths:
     ----------
     ticks : array of int64, shape (samples,)
     alleles : tuple of Allele
-        Alleles of which at least 5 copies, and 5 of others, were alive at some sample.
+        Alleles of which at least 5 copies, and at least 5 copies of other alleles, were alive at some sample.
     p : array of float64, shape (samples, alleles)
-        Frequency among the copies of living organisms; for genes of which an organism has several copies in a
-        string, the mean over organisms of the share of their copies. NaN if none are alive.
+        Frequency among the copies of living organisms; for values of genes in genomes of variable length, the
+        mean over organisms of the share of their copies. NaN if no organism is alive.
     n : array of int64, shape (samples,)
         Gene copies: living organisms times ploidy.
     variance : array of float64, shape (samples, alleles)
@@ -72,8 +72,8 @@ class Paths:
     gain : array of float64, shape (samples − 1, alleles)
         Sum over organisms of share × excess contribution in each step, in newborns.
     used : array of bool, shape (samples − 1, alleles)
-        Steps with at least 5 copies of the allele and of others; for haplotypes and clades, from when they
-        first reach 5%.
+        Steps that begin with at least 5 copies of the allele and 5 of others; for haplotypes and clades, from
+        the sample at which they first reach 5%.
     steps : Steps
         Steps between samples.
     """
@@ -128,12 +128,12 @@ def follow(lineage: Pedigree, species: str, every: int | None = None) -> Paths:
     lineage : Lineage
     species : str
     every : int, optional
-        Ticks between samples; default: half a generation, or longer if there were more than 1,000 steps.
+        Ticks between samples; default: half a generation, or longer to have at most 1,000 steps.
 
     Returns
     -------
     Paths
-        Clades only, if the record contains no genomes of this species.
+        Only clades if the record contains no genomes of this species.
 
     Raises
     ------
@@ -199,7 +199,7 @@ def shares(lineage: Pedigree, allele: Allele) -> np.ndarray:
 
 
 def _path(site: Site, species: str, steps: Steps) -> tuple[Any, ...]:
-    """Return the alleles of a site that are common enough to test, with their columns of Paths."""
+    """Return the alleles of a site that are common enough for a test, with their columns of Paths."""
     samples, contributions = len(steps.ticks), steps.maternal if site.kind == "clade" else steps.both
     there = np.flatnonzero(steps.last > steps.first)
     came, went = steps.first[there], np.minimum(steps.last[there], samples)
@@ -252,7 +252,7 @@ class Carried:
         yield _common(self.site("clade", ""), steps)
 
     def site(self, kind: Kind, gene: str) -> Site:
-        """Return a site of any kind but a letter's."""
+        """Return a site of any kind except a letter's."""
         if (kind, gene) not in self.known:
             self.known[kind, gene] = READERS[kind](self.own, self.species, gene)
         return self.known[kind, gene]
@@ -333,7 +333,7 @@ def _haplotypes(own: Pedigree, species: str, _: str) -> Site:
 
 
 def _clades(own: Pedigree, *_: str) -> Site:
-    """Return the founders' descendants along first parents."""
+    """Return the clades of founders, through first parents."""
     line = np.where(own.mother >= 0, own.mother, own.father)
     root = np.where(line < 0, np.arange(len(own)), line)
     while not np.array_equal(root, up := root[root]):

@@ -18,9 +18,9 @@ class Contributions:
     """Excess contributions of organisms to the population in each step of their lives: `excess` f64[rows], in
     newborns.
 
-    `value` f64[steps] is the mean reproductive value of the population during a step, in newborns;
-    `square` f64[steps] and `cube` f64[steps] are the sums of the second and third powers of excesses over
-    organisms, each counted in the step in which the excess arose.
+    `value` f64[steps] is the mean reproductive value of the population during a step, in newborns. `square`
+    f64[steps] and `cube` f64[steps] are sums over organisms of the second and third powers of their excess in
+    the whole life, divided among steps in proportion to the excess in each.
     """
 
     excess: np.ndarray
@@ -69,8 +69,9 @@ class Steps:
         Returns
         -------
         array of float64, shape (steps,)
-            A step changes the frequency p of a neutral allele with variance p (1 − p) divided by this number.
-            NaN in steps with fewer than two organisms.
+            Unequal contributions in a step change the frequency p of a neutral allele with variance p (1 − p)
+            divided by this number. Random segregation of two parents' alleles adds to this variance. NaN in
+            steps without a positive estimate, for example if all contributions are equal.
 
         Examples
         --------
@@ -98,7 +99,7 @@ def steps_of(lineage: Pedigree, every: int | None = None) -> Steps:
     lineage : Lineage
         The lineage of a single species.
     every : int, optional
-        Length of a step [ticks]; default: half a generation, or longer if there were more than 1,000 steps.
+        Length of a step [ticks]; default: half a generation, or longer to have at most 1,000 steps.
 
     Returns
     -------
@@ -112,12 +113,14 @@ def steps_of(lineage: Pedigree, every: int | None = None) -> Steps:
     Notes
     -----
     An organism's contribution in a step is the number of its newborns, each counting 1/2 for each of two
-    parents, plus its reproductive value at the end of the step, 0 if it died, minus that at the beginning.
-    Reproductive value is the expected number of births still to come at an age (Fisher 1930), from the life
-    table of the whole run. It makes contributions in successive steps uncorrelated although generations
-    overlap (Engen, Lande and Sæther 2005, Genetics 170, 941–954). The sum of an allele's shares times
-    contributions is the first term of the Price equation (1970, Nature 227, 520–521): its change in frequency
-    without mutation and without the random segregation of two parents' alleles.
+    parents, plus its reproductive value at the end of the step (0 if it died). Its excess is this contribution
+    minus its value at the beginning of the step times the growth of the population's (or island's) total.
+    Reproductive value is the expected number of births still to come at an age, relative to a newborn's (Fisher
+    1930, without discounting for growth), from the life table of the whole run. It makes contributions in
+    successive steps uncorrelated although generations overlap (Engen, Lande and Sæther 2005, Genetics 170,
+    941–954). The sum of an allele's shares times excesses is the first term of the Price equation (1970, Nature
+    227, 520–521): its change in frequency without mutation and without the random segregation of two parents'
+    alleles.
 
     Examples
     --------
@@ -191,8 +194,8 @@ def _reproductive_values(
     survival, fecundity = np.clip(1 - deaths / exposure, 0, 1), births / exposure
     values = np.zeros(classes + 1)
     for j in range(classes - 1, -1, -1):
-        years = survival[j] ** np.arange(width)
-        values[j] = fecundity[j] * years.sum() + survival[j] ** width * values[j + 1]
+        alive = survival[j] ** np.arange(width)
+        values[j] = fecundity[j] * alive.sum() + survival[j] ** width * values[j + 1]
     return np.arange(classes + 1) * width, values / values[0]
 
 
@@ -251,11 +254,11 @@ def rise_test(
     -----
     The gain is normal with mean s × information under a Gaussian approximation of Wright–Fisher paths
     (Lacerda and Seoighe 2014, Genetics 198, 1237–1250; Feder et al. 2014, Genetics 196, 509–522). Births are
-    counts, so the gain of a rare allele is skewed: p is that of a Pearson type III distribution with its
-    skewness (0 if it is negative, as that of a common allele: such a distribution ends within reach). It is
-    doubled, because an allele that reaches fixation early has the more extreme ratio of gain to variance: a
-    random walk has passed a limit by some time twice as often as it is beyond it at that time
-    (reflection principle). The chi-squared test without this correction finds too many (Feder et al. 2014).
+    counts, so the gain of a rare allele is skewed. p is from a Pearson type III distribution with the same
+    skewness, or with 0 if it is negative, as for common alleles, because such a distribution has an upper limit.
+    p is doubled, because an allele that reaches fixation early has a more extreme ratio of gain to variance: by
+    a given time, a random walk has passed a limit twice as often as it is beyond it at that time (reflection
+    principle). A chi-squared test has too many false positives (Feder et al. 2014).
 
     Examples
     --------

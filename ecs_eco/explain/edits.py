@@ -51,7 +51,7 @@ class Edit:
     locus : int, default -1
         Locus of the letter, counted from 0 in each string.
     value : str, default ""
-        The allele. An organism carries "3" copies if it has at least three (if `was` is larger, at most).
+        The allele. An organism carries "3" copies if it has at least three or, if `was` is larger, at most three.
     was : str, default ""
         What replaces it.
     reverse : bool, default False

@@ -13,7 +13,7 @@ from ecs_eco.explain.drift import rise_test
 LINKED = 0.5  # r² of alleles that belong to one event
 WINDOW = 16  # minimum steps of a window within the run
 LEVELS = 4  # the smallest windows are a 16th of the run
-LEAST = 0.1  # rise of an allele that counts as an event
+LEAST = 0.1  # smallest rise that counts as a sweep
 Course = Literal["complete", "partial", "balanced", "passing"]
 
 
@@ -50,28 +50,31 @@ class Sweep:
     ----------
     species : str
     lead : Allele
-        The allele with the highest likelihood ratio; a letter, or a value of a gene, if one is linked.
+        The allele with the highest likelihood ratio, among letters and values of genes if there are any.
     linked : tuple of (Allele, float)
-        Other alleles that rose with it, and their r² with it: of at least 0.5, or less if they did not rise
-        by more than drift allows among organisms with as many copies of the lead.
+        Other alleles that rose with it, and their r² with it. They have an r² of at least 0.5, or did not rise
+        by more than drift allows among organisms with the same number of copies of the lead.
     ticks : array of int64, shape (samples,)
     path : array of float64, shape (samples,)
         Frequency of the lead.
     begin, half, end : int
-        Ticks at which a quarter of the rise is still to be left for good, half of it is reached, and 95%.
+        Last tick at which at most a quarter of the rise was over, and ticks at which half and 95% of it are
+        reached.
     first, last : float
-        Frequency before the rise, and at the end of the run.
+        Lowest frequency before the rise, and frequency at the end of the run or before the species died out.
     s : float
-        Selection coefficient per generation: the slope of the log odds.
+        Selection coefficient per generation and copy, the slope of the log odds, in the window of the run in
+        which the rise is clearest.
     interval : tuple of float
-        95% interval of s.
+        95% interval of s, not corrected for the choice of the window and of the allele.
     generation : float
         Generation time [ticks].
     p, q : float
-        p-value, and the same corrected for the number of alleles (Benjamini and Hochberg 1995).
+        p-value, and the same adjusted for the number of alleles tested (Benjamini and Hochberg 1995).
     kind : str
-        "complete": at 95% or more; "balanced": level during the last third of the run; "passing": rose and
-        fell again below a quarter of its rise; else "partial".
+        "complete": at 95% or more at the end of the run; "passing": fell again to a quarter of its rise or
+        less; "balanced": level during the last third of the run, which does not prove balancing selection;
+        else "partial".
     """
 
     species: str
@@ -106,10 +109,10 @@ def assess(paths: Paths) -> Assessment:
 
     Notes
     -----
-    Windows are the run and its halves, quarters, eighths and sixteenths, each of at least 16 steps. Half of
-    the error is spent on the run and half on the windows within it (Bonferroni). A step's expected gain is
-    s × generations × value × p (1 − p), its variance under drift the variance of shares among organisms times
-    the sum of squared excesses. The gain does not contain mutation and segregation, so they need no model.
+    Windows are the run and its halves, quarters, eighths and sixteenths, if these have at least 16 steps. Half
+    of the error is spent on the run and half on the windows within it (Bonferroni). A step's expected gain is
+    s × generations × value × p (1 − p); its variance under drift is the variance of shares among organisms times
+    the sum of squared excesses. The gain does not contain mutation or segregation, so they need no model.
 
     Examples
     --------
@@ -179,14 +182,15 @@ def rises(
     species : str, optional
         Default: every species of which organisms were born to recorded parents.
     fdr : float, default 0.01
-        Expected proportion of false ones among the alleles that are reported.
+        Largest expected proportion of false positives among the alleles that pass the test, before they are
+        combined into sweeps.
     every : int, optional
         Ticks between samples; default: half a generation.
 
     Returns
     -------
     list of Sweep
-        In the order of their beginning. If a species has no recorded genomes, the alleles are clades.
+        Ordered by `begin`. If a species has no recorded genomes, the alleles are clades.
 
     Raises
     ------
@@ -197,9 +201,10 @@ def rises(
 
     Notes
     -----
-    A rise is selection on the allele or on anything linked to it: forks in which it is taken out tell which.
-    The test takes organisms with and without the allele as exchangeable. If relatives share a patch of
-    habitat, or a policy, and with it their fate, drift is stronger than measured.
+    Sweeps are rises by at least 10 percentage points. A rise is caused by selection on the allele or on anything
+    linked to it; forks in which it is taken out show which. The test treats organisms with and without the
+    allele as exchangeable. If relatives share a patch of habitat or a policy, and therefore their fate, drift is
+    stronger than measured.
 
     Examples
     --------
@@ -259,7 +264,7 @@ def _reproducing(lineage: Pedigree) -> list[str]:
 
 
 def _events(lineage: Pedigree, of: Assessment, q: np.ndarray, fdr: float) -> list[Sweep]:
-    """Return the sweeps of a species, from the clearest to the least clear."""
+    """Return the sweeps of a species, the clearest first."""
     paths = of.paths
     rose = {int(j): _limits(paths.p[:, j], *of.window[j].tolist()) for j in np.flatnonzero(q <= fdr)}
     left = {j: at for j, at in rose.items() if paths.p[at[1], j] - paths.p[at[0], j] >= LEAST}
@@ -294,7 +299,7 @@ def _limits(path: np.ndarray, begin: int, end: int) -> tuple[int, int]:
 
 def _passengers(carried: Carried, of: Assessment, lead: int, others: list[int], fdr: float) -> list[int]:
     """Return the alleles that are linked to the lead: by r², or because they did not rise by more than drift
-    allows among organisms with as many copies of the lead."""
+    allows among organisms with the same number of copies of the lead."""
     paths, steps, n = of.paths, of.paths.steps, len(of.paths.ticks) - 1
     copies = np.rint(2 * carried.share(paths.alleles[lead])).astype(int)  # none, some, or most
     group = 3 * steps.step + copies[steps.organism]
@@ -309,7 +314,7 @@ def _passengers(carried: Carried, of: Assessment, lead: int, others: list[int], 
         if paths.alleles[j].kind == "clade":
             line = steps.maternal
         mean = np.bincount(group, with_j, 3 * n) / number
-        rest = with_j - mean[group]  # the part of its share that the lead does not tell
+        rest = with_j - mean[group]  # the part of its share that the lead does not predict
         gain = np.bincount(steps.step, line.excess * rest, n)
         variance = line.square * np.bincount(steps.step, rest**2, n) / total
         used = paths.used[:, j] & (np.arange(n) >= of.window[j, 0]) & (np.arange(n) < of.window[j, 1])

@@ -8,10 +8,10 @@ import numpy as np
 
 from ecs_eco.analysis.palette import BAND, GREY, INK, SOFT
 from ecs_eco.analysis.style import PALETTE, Figure, empty, panels, several, styled
-from ecs_eco.explain.account import Account, clear
+from ecs_eco.explain.account import Account
 from ecs_eco.explain.alleles import Paths
 from ecs_eco.explain.events import Sweep
-from ecs_eco.explain.taken_out import TakenOut
+from ecs_eco.explain.taken_out import TakenOut, clear
 
 SHOWN = ("births", "survival", "energy", "died", "meals", "action")  # measures of the forest plot, in order
 MOST = 12  # rows of a forest plot
@@ -19,15 +19,18 @@ MOST = 12  # rows of a forest plot
 
 @styled
 def frequency(sweep: Sweep, paths: Paths) -> Figure:
-    """Plot the frequency of a sweep's alleles, with the band in which drift alone keeps 95% of such alleles.
+    """Plot the frequency of a sweep's alleles, with a band that contains 95% of neutral alleles at each tick.
 
+    Notes
+    -----
     The band starts where the rise begins: p ± 1.96 √(p (1 − p) (1 − Π(1 − 1/Nₑ))), with Nₑ as measured in each
-    step (Crow and Kimura 1970, chapter 7, as a normal approximation).
+    step (Crow and Kimura 1970, chapter 7, as a normal approximation). Nₑ contains unequal contributions, but
+    not the random segregation of two parents' alleles, so the band is too narrow for species with two parents.
     """
     figure, ((ax,),) = panels(1, 1, 9, 3.2)
     names = [allele.name for allele in paths.alleles]
     low, high = neutral(sweep, paths)
-    ax.fill_between(sweep.ticks, low, high, color=BAND, lw=0, label="drift alone (95%)")
+    ax.fill_between(sweep.ticks, low, high, color=BAND, lw=0, label="drift only (95%)")
     for k, (allele, _) in enumerate(sweep.linked[:3]):
         if allele.name in names:
             path = paths.p[:, names.index(allele.name)]
@@ -57,7 +60,7 @@ def neutral(sweep: Sweep, paths: Paths) -> tuple[np.ndarray, np.ndarray]:
 
 @styled
 def clades(paths: Paths, sweeps: Sequence[Sweep] = ()) -> Figure:
-    """Draw the clades of founders that reach 5%, as shares of the living, one above the other (Muller plot)."""
+    """Draw a Muller plot: the clades of founders that reach 5%, as fractions of living organisms."""
     figure, ((ax,),) = panels(1, 1, 9, 3.2)
     own = [j for j, allele in enumerate(paths.alleles) if allele.kind == "clade"]
     own.sort(key=lambda j: np.nansum(paths.p[:, j]))
@@ -109,7 +112,7 @@ def effects(account: Account) -> Figure:
 
 
 def clearest(taken: TakenOut) -> list[str]:
-    """Return the measures to show: births, survival and energy, then those with the clearest effects."""
+    """Return the measures to show: births, survival and energy, then those with the most certain effects."""
     known = [m for m in taken.means if np.isfinite(taken.effect(m)).all() and np.ptp(taken.effect(m)) > 0]
     head = [m for m in ("births", "survival", "energy") if m in known]
 
@@ -138,8 +141,8 @@ def words(measure: str) -> str:
 
 @styled
 def way(account: Account, trait: str) -> Figure:
-    """Draw the path from an allele over what it codes for and the action and cause of death that change most,
-    to the number of young."""
+    """Draw the path from an allele through its trait and the action and cause of death that change most to the
+    number of young."""
     allele, taken = account.taken[0]
     boxes = [
         allele.name,
@@ -176,7 +179,7 @@ def way(account: Account, trait: str) -> Figure:
 
 
 def largest(taken: TakenOut, kind: str) -> str:
-    """Return the clearest effect on one kind of measure in words, "" if none excludes 0."""
+    """Return the largest effect on one kind of measure in words; "" if all intervals contain 0."""
     own = {m: taken.effect(m) for m in taken.means if m.startswith(kind)}
     own = {m: x for m, x in own.items() if clear(x)}
     if not own:

@@ -228,9 +228,7 @@ def opening(
     if forked and len(sweeps) > MOST:
         lines.append(f"Only alleles of the {MOST} clearest sweeps were taken out in forks.")
     if unforked:
-        lines.append(
-            "No allele was taken out, because islands cannot be forked: their immigrants would be missing."
-        )
+        lines.append("Islands cannot be forked, so no allele was taken out.")
     return lines
 
 

@@ -72,7 +72,7 @@ class TakenOut:
     lasted : array of int64, shape (forks,)
         Number of ticks that each fork ran.
     n : array of int64, shape (forks, groups)
-        Number of organisms: unchanged and changed; for two changes, with neither, the first, the second, both.
+        Number of organisms: unchanged and changed; for two changes, with neither, the first, the second and both.
     means : dict of str to array of float64, shape (forks, groups)
         Means per organism, from the change to death or the end of the fork: "births" (an offspring counts for
         each of its parents), "survival" [ticks], "alive" (at the end, a share), "died: CAUSE" (a share),
@@ -167,15 +167,15 @@ def take_out(
     forks : int, default 24
         Number of forks. Each has its own seed and its own random half.
     ticks : int, optional
-        Length of a fork; default: until all these organisms are dead, but at most the length of the run.
+        Maximum length of a fork; default: the length of the run. A fork ends when all these organisms are dead.
     seed : int, default 0
-        Fixes all forks.
+        Fixes the random draws of all forks.
     reverse : bool, default False
         Whether the allele is put into a random half of the organisms without it instead.
     workers, engine
         As for `ecs_eco.lab.executors.engine`; results do not depend on them.
     progress : callable, optional
-        Called with the number of finished forks and of all forks.
+        Called with the number of finished forks and the number of forks.
     trust : bool, default False
         Whether the run's own code is allowed to run.
 
@@ -192,8 +192,10 @@ def take_out(
 
     Notes
     -----
-    Each fork writes one file to `RUN/explain/`, so a call that was stopped continues where it was. The
-    intervals hold for the organisms that were alive at that tick.
+    Each fork writes one file to `RUN/explain/`, so a call that was stopped continues where it was. All forks
+    begin with the same organisms, so the intervals describe this population at this tick, not other populations
+    or runs. Changed and unchanged organisms compete in the same worlds, so a change of all organisms can have a
+    different effect.
 
     Examples
     --------
@@ -247,8 +249,6 @@ def take_out(
 def driver(taken: Sequence[TakenOut], measure: str = "births") -> TakenOut | None:
     """Return which of several linked alleles, each taken out separately, has the largest effect on a measure.
 
-    For births, only alleles that raise them count: no allele can rise because its carriers have fewer young.
-
     Parameters
     ----------
     taken : sequence of TakenOut
@@ -258,7 +258,12 @@ def driver(taken: Sequence[TakenOut], measure: str = "births") -> TakenOut | Non
     Returns
     -------
     TakenOut or None
-        None if all intervals contain 0, or if no allele clearly raises the number of births.
+        None if all intervals contain 0 or, for births, if no allele clearly raises them.
+
+    Notes
+    -----
+    Only effects whose interval excludes 0 count and, for births, only alleles that raise them. The largest
+    effect may not differ significantly from the second largest.
 
     Examples
     --------
@@ -272,10 +277,15 @@ def driver(taken: Sequence[TakenOut], measure: str = "births") -> TakenOut | Non
     >>> driver(taken).edits[0].value
     'T'
     """
-    clear = [one for one in taken if (x := one.effect(measure)).low > 0 or x.high < 0]
+    found = [one for one in taken if clear(one.effect(measure))]
     if measure == "births":
-        clear = [one for one in clear if (one.effect().value > 0) == one.edits[0].reverse]
-    return max(clear, key=lambda one: abs(one.effect(measure).value), default=None)
+        found = [one for one in found if (one.effect().value > 0) == one.edits[0].reverse]
+    return max(found, key=lambda one: abs(one.effect(measure).value), default=None)
+
+
+def clear(x: Interval) -> bool:
+    """Return whether an interval excludes 0; False if there is none."""
+    return x.low > 0 or x.high < 0
 
 
 # --- the world to fork --------------------------------------------------------------------------------------
