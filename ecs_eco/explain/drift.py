@@ -45,6 +45,8 @@ class Steps:
         Positions in `ticks` of the samples at which an organism lives: first ≤ k < last.
     organism, step : array of int64, shape (rows,)
         Row and step of each contribution.
+    pairs : array of int64, shape (steps,)
+        Newborns of two parents.
     both, maternal : Contributions
         Contributions by genes, which two parents pass on equally, and by the first parent's line.
     """
@@ -56,6 +58,7 @@ class Steps:
     last: np.ndarray
     organism: np.ndarray
     step: np.ndarray
+    pairs: np.ndarray
     both: Contributions
     maternal: Contributions
 
@@ -70,8 +73,13 @@ class Steps:
         -------
         array of float64, shape (steps,)
             Unequal contributions in a step change the frequency p of a neutral allele with variance p (1 − p)
-            divided by this number. Random segregation of two parents' alleles adds to this variance. NaN in
-            steps without a positive estimate, for example if all contributions are equal.
+            divided by this number. NaN in steps without a positive estimate, for example if all contributions
+            are equal.
+
+        Notes
+        -----
+        The random segregation of two parents' alleles adds p (1 − p) / (2 ploidy value²) for each of their
+        newborns if mating is random.
 
         Examples
         --------
@@ -163,8 +171,10 @@ def steps_of(lineage: Pedigree, every: int | None = None) -> Steps:
         there = at >= 0
         births = np.bincount((offset[parent] + at)[there], share[there], len(organism))
         measured.append(_contributions(lineage.born, died, ticks, organism, step, group, values, births))
+    two = (lineage.mother >= 0) & (lineage.father >= 0)
+    pairs = np.bincount(np.maximum(first[two] - 1, 0), minlength=len(ticks))[: len(ticks) - 1]
     living = lineage.living_sums(ticks)
-    return Steps(ticks, generation, living, first, last, organism, step, *measured)
+    return Steps(ticks, generation, living, first, last, organism, step, pairs, *measured)
 
 
 def _births(lineage: Pedigree, father_share: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

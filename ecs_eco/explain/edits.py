@@ -142,7 +142,8 @@ class Edit:
             found = [str(k) for k in self._number(layout, loci).tolist()]
         else:
             strings = loci.reshape(-1, layout.length)
-            found = [layout.alphabet.decode(row[row != _none(layout)]) for row in strings]
+            none = layout.blank if layout.longest else -1
+            found = [layout.alphabet.decode(row[row != none]) for row in strings]
         others, n = np.unique([word for word in found if word != self._name()], return_counts=True)
         _need(
             n.size > 0,
@@ -340,10 +341,6 @@ def _string(layout: Layout, text: str) -> np.ndarray:
 def _variable(layout: Layout) -> VariableLayout:
     assert isinstance(layout, VariableLayout)  # else `_check` has refused the change
     return layout
-
-
-def _none(layout: Layout) -> int:
-    return layout.blank if layout.longest else -1
 
 
 def _number(value: str) -> float:

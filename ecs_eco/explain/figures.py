@@ -23,9 +23,9 @@ def frequency(sweep: Sweep, paths: Paths) -> Figure:
 
     Notes
     -----
-    The band starts where the rise begins: p ± 1.96 √(p (1 − p) (1 − Π(1 − 1/Nₑ))), with Nₑ as measured in each
-    step (Crow and Kimura 1970, chapter 7, as a normal approximation). Nₑ contains unequal contributions, but
-    not the random segregation of two parents' alleles, so the band is too narrow for species with two parents.
+    The band starts where the rise begins: p ± 1.96 √(p (1 − p) (1 − Π(1 − 1/Nₑ))), with 1/Nₑ in each step from
+    unequal contributions and the random segregation of two parents' alleles (Crow and Kimura 1970, chapter 7, as
+    a normal approximation). It does not contain mutation.
     """
     figure, ((ax,),) = panels(1, 1, 9, 3.2)
     names = [allele.name for allele in paths.alleles]
@@ -50,8 +50,11 @@ def neutral(sweep: Sweep, paths: Paths) -> tuple[np.ndarray, np.ndarray]:
     low, high = np.full((2, len(sweep.ticks)), np.nan)
     begin = int(np.searchsorted(sweep.ticks, sweep.begin))
     ploidy = max(1, round(float(np.nanmax(paths.n / np.maximum(paths.steps.living, 1)))))
-    share = 1 / paths.steps.effective_size(ploidy)[begin:]
-    lost = 1 - np.concatenate([[1.0], np.cumprod(1 - np.clip(np.nan_to_num(share), 0, 1))])
+    of, pairs = paths.steps.both, paths.steps.pairs
+    if sweep.lead.kind == "clade":  # each organism has one, from its first parent
+        of, pairs, ploidy = paths.steps.maternal, 0 * pairs, 1
+    share = (of.square + pairs / 2) / (ploidy * np.maximum(of.value, 1e-9) ** 2)  # 0 if no organism is alive
+    lost = 1 - np.concatenate([[1.0], np.cumprod(1 - np.clip(share[begin:], 0, 1))])
     p = float(sweep.path[begin])
     width = 1.96 * np.sqrt(p * (1 - p) * lost)
     low[begin:], high[begin:] = np.clip(p - width, 0, 1), np.clip(p + width, 0, 1)
@@ -180,8 +183,7 @@ def way(account: Account, trait: str) -> Figure:
 
 def largest(taken: TakenOut, kind: str) -> str:
     """Return the largest effect on one kind of measure in words; "" if all intervals contain 0."""
-    own = {m: taken.effect(m) for m in taken.means if m.startswith(kind)}
-    own = {m: x for m, x in own.items() if clear(x)}
+    own = {m: x for m in taken.means if m.startswith(kind) and clear(x := taken.effect(m))}
     if not own:
         return ""
     measure = max(own, key=lambda m: abs(own[m].value))

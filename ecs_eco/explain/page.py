@@ -263,8 +263,7 @@ def section(one: Account, paths: Paths, traits: Mapping[str, str], place: Path) 
     """Return the heading, sentences and figures of a sweep; figures are `place`-*.svg."""
     sweep = one.sweep
     caption = (
-        "Frequency over time. Dashed: begin, half and end of the rise. The band of drift begins with it. With two "
-        "parents, the band is too narrow, because it leaves out the random segregation of their alleles."
+        "Frequency over time. Dashed: begin, half and end of the rise. The band of drift begins with it."
     )
     blocks = [
         f"<h2>{escape(sweep.species)}: {escape(sweep.lead.name)}</h2>",

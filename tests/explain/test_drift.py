@@ -37,6 +37,7 @@ def test_a_child_of_two_parents_counts_half_for_each_and_whole_for_its_mothers_l
     steps = steps_of(family(rows, end=1), every=1)
     assert steps.both.excess[:4].tolist() == [0.5, 0, 0, -0.5]
     assert steps.maternal.excess[:4].tolist() == [1, 0, 0, -1]
+    assert steps.pairs.tolist() == [1]
 
 
 def test_organisms_that_all_breed_once_at_the_same_age_do_not_drift():
@@ -110,8 +111,8 @@ def test_the_effective_size_predicts_the_spread_of_neutral_letters():
     p, after = letters[first].mean(axis=0), letters[last].mean(axis=0)
     spread = ((after - p) ** 2 / (p * (1 - p))).mean()
     # unequal contributions and, of two haploid parents, the toss between their letters: pq / 2 for each birth
-    births = int((lineage.parent > 0).sum())
-    drift = (1 / steps.effective_size()).sum() + births / 2 / steps.both.value.mean() ** 2
+    assert steps.pairs.sum() == (lineage.parent > 0)[lineage.born <= steps.ticks[-1]].sum()
+    drift = (1 / steps.effective_size() + steps.pairs / 2 / steps.both.value**2).sum()
     assert spread == pytest.approx(1 - np.exp(-drift), rel=0.35)  # 60 letters: 18% standard error
 
 
