@@ -451,16 +451,16 @@ class World(SpatialWorld):
         return _figures.plot(self, column, species)
 
     def explain(self, species: str | None = None, *, fdr: float = 0.01) -> Any:
-        """Return the alleles that rose by more than drift allows since this world's recorder was added.
+        """Return the sweeps since this world's recorder was added: alleles that rose by more than drift allows.
 
-        To see what they do, record the run in a folder and use `ecs-eco explain`, which takes them out in forks.
+        To see their effects, record the run in a folder and use `ecs-eco explain`, which takes them out in forks.
 
         Parameters
         ----------
         species : str, optional
             Default: every species that reproduces.
         fdr : float, default 0.01
-            Expected proportion of false rises among those returned.
+            Largest expected proportion of false positives among the alleles that pass the test.
 
         Returns
         -------
@@ -471,7 +471,7 @@ class World(SpatialWorld):
         RuntimeError
             If the world has no recorder that keeps events.
         ValueError
-            If no species was born to recorded parents.
+            If no organism was born to recorded parents, or the run is too short.
 
         Examples
         --------

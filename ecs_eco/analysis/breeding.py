@@ -113,7 +113,7 @@ def breeding(
         - response R: the mean value of the offspring minus the means of the cohorts in which their parents
           were born;
         - midparent: the slope of offspring on the mean of their parents (or on the only parent), within
-          cohorts, which estimates the heritability;
+          cohorts, which estimates the heritability (with only one parent, in the broad sense);
         - one_parent: the slope on each parent separately, half as large with two unrelated parents;
         - realized (whole run only): the slope through the origin of cumulated R on cumulated S.
 
@@ -132,10 +132,10 @@ def breeding(
     -----
     Opportunity: Crow (1958, Human Biology 30, 1–13). Realized heritability: Falconer and Mackay (1996,
     Introduction to quantitative genetics, chapter 11). Standard errors are from linearized estimates,
-    clustered by shared parents (Aronow, Samii and Assenova 2015, Political Analysis 23, 564–577); for
-    realized heritability, they sum the deviations of offspring from R = h² S, and so include drift, which
-    accumulates over cohorts (Hill 1972, Biometrics 28, 767–780). Intervals use Student's t. They describe the
-    organisms of one run; to generalize, compare runs.
+    clustered by shared parents (Aronow, Samii and Assenova 2015, Political Analysis 23, 564–577). For realized
+    heritability, they sum the deviations of offspring from R = h² S, so they include drift, which accumulates
+    over cohorts (Hill 1972, Biometrics 28, 767–780). Intervals use Student's t. They describe the organisms of
+    one run; to generalize, compare runs.
 
     Founders and immigrants belong to the cohort of the tick at which they appear. Organisms without the value
     count only as offspring. R includes changes in the environment if these change the value.

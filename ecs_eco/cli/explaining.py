@@ -25,23 +25,19 @@ def explain(
     ] = None,
     species: Of = None,
     forks: Annotated[
-        int, number("Forks in which each allele is taken out; 0: only find what rose.", least=0, most=10_000)
+        int, number("Forks for each allele; 0: only find what rose.", least=0, most=10_000)
     ] = 24,
     tick: Annotated[
         int | None, number("Tick of the forks. Default: when half of the rise is reached.", least=0)
     ] = None,
-    ticks: Annotated[
-        int | None, number("Length of a fork. Default: until all changed organisms are dead.")
-    ] = None,
+    ticks: Annotated[int | None, number("Maximum length of a fork. Default: the length of the run.")] = None,
     fdr: Annotated[
-        float, typer.Option(metavar="X", help="Expected proportion of false rises among those reported.")
+        float, typer.Option(metavar="X", help="False discovery rate of the alleles that rose.")
     ] = 0.01,
     seed: Annotated[int, number("Seed of the forks.", least=0, most=2**63 - 1)] = 0,
     learned: Annotated[
         bool,
-        typer.Option(
-            "--learned", help="Also undo what animals have learned: are advantages inherited or learned?"
-        ),
+        typer.Option("--learned", help="Also undo learning: is an advantage inherited, learned or both?"),
     ] = False,
     workers: Workers = None,
     on: On = LOCAL,

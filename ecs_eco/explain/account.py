@@ -218,12 +218,12 @@ def without(allele: Allele, taken: TakenOut) -> str:
     ]
     if np.isnan(births.low):
         lines.append(
-            f"Their number of young after that differs from the other half's by {number(births.value, 2)}; one "
-            "fork gives no interval."
+            f"Without the allele, the number of young differs by {number(births.value, 2)}; one fork gives no "
+            "interval."
         )
     elif not clear(births):
         lines.append(
-            "Their number of young after that does not differ clearly from the other half's; the difference is "
+            "Without the allele, the number of young does not differ clearly; the difference is "
             f"{signed(births)}."
         )
     else:

@@ -104,7 +104,7 @@ def test_what_cannot_be_told_is_said():
     one = {name: values[:1] for name, values in taken().means.items()}
     text = without(RED, replace(taken(), n=taken().n[:1], means=one))
     assert "In 1 fork at tick" in text
-    assert "differs from the other half's by −0.6; one fork gives no interval." in text
+    assert "Without the allele, the number of young differs by −0.6; one fork gives no interval." in text
     assert "lived" not in text
     assert "NaN" not in text
     assert "–" not in text
