@@ -293,5 +293,5 @@ def sized(x: Interval) -> str:
 
 
 def signed(x: Interval) -> str:
-    """Return an effect with its interval."""
-    return f"{number(x.value, 2)} ({number(x.low, 2)} to {number(x.high, 2)})"
+    """Return an effect with its interval, if there is one."""
+    return number(x.value, 2) + f" ({number(x.low, 2)} to {number(x.high, 2)})" * bool(np.isfinite(x.low))

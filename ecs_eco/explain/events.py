@@ -63,8 +63,8 @@ class Sweep:
     first, last : float
         Lowest frequency before the rise, and frequency at the end of the run or before the species died out.
     s : float
-        Selection coefficient per generation and copy, the slope of the log odds, in the window of the run in
-        which the rise is clearest.
+        Selection coefficient per generation and copy: the slope of the log odds that is due to unequal births and
+        deaths, without mutation, in the window of the run in which the rise is clearest.
     interval : tuple of float
         95% interval of s, not corrected for the choice of the window and of the allele.
     generation : float

@@ -33,11 +33,12 @@ HOW = (
     "relatives share a place and its risks, drift is stronger than measured. q is the p-value adjusted for the "
     "number of alleles: of the alleles with q up to {fdr:g}, on average at most this fraction rose by drift only "
     "(false discovery rate). Alleles that rose together are then combined into one sweep. s is the slope of the "
-    "log odds per generation in the part of the run in which the rise is clearest. Its 95% interval ignores this "
-    "choice, so s of weak sweeps is rather too high. A rise begins when a quarter of it is over, and ends at 95% "
-    "of it. At the end of the run, a complete sweep is at 95% or more, a balanced one has been level for a third "
-    "of the run (which does not prove balancing selection), and a passing one has lost at least three quarters of "
-    "its rise; all others are partial. r² is the squared correlation of two alleles among living organisms."
+    "log odds per generation that is due to unequal births and deaths, in the part of the run in which the rise is "
+    "clearest. Its 95% interval ignores this choice, so s of weak sweeps is rather too high. A rise begins when a "
+    "quarter of it is over, and ends at 95% of it. At the end of the run, a complete sweep is at 95% or more, a "
+    "balanced one has been level for a third of the run (which does not prove balancing selection), and a passing "
+    "one has lost at least three quarters of its rise; all others are partial. r² is the squared correlation of "
+    "two alleles among living organisms."
 )
 QUANTITATIVE = 4  # quantitative genes of a species with a section
 WORDS = {

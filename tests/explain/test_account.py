@@ -142,6 +142,8 @@ def test_two_by_two_tells_whether_an_advantage_is_inherited_or_learned():
     text = born_or_learned(replace(taken(), means={"births": both}, n=np.full((3, 4), 40)))
     assert "Both the allele and learning raise the number of young. The interaction is −1" in text
     assert text.endswith("the two effects do not add up.")
+    text = born_or_learned(replace(taken(), means={"births": both[:1]}, n=np.full((1, 4), 40)))
+    assert "–" not in text  # one fork gives no interval
 
 
 def test_each_letter_is_taken_out_but_not_also_the_value_that_it_codes_for():
