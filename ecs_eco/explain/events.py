@@ -364,7 +364,7 @@ def _sweep(
         generation=paths.steps.generation,
         p=float(of.p[j]),
         q=q,
-        kind=_kind(path[seen], float(first), float(rise), end),
+        kind=_kind(path[seen], float(first), float(rise), int(np.searchsorted(seen, end))),
     )
 
 

@@ -117,6 +117,7 @@ def effects(account: Account) -> Figure:
 def clearest(taken: TakenOut) -> list[str]:
     """Return the measures to show: births, survival and energy, then those with the most certain effects."""
     known = [m for m in taken.means if np.isfinite(taken.effect(m)).all() and np.ptp(taken.effect(m)) > 0]
+    known = [m for m in known if scale(taken, m) > 0]
     head = [m for m in ("births", "survival", "energy") if m in known]
 
     def clarity(measure: str) -> float:
@@ -128,10 +129,8 @@ def clearest(taken: TakenOut) -> list[str]:
 
 
 def scale(taken: TakenOut, measure: str) -> float:
-    """Return what counts as 100%: the mean of the unchanged organisms, or 1 for shares."""
-    if measure.startswith(("died", "action")):
-        return 1.0
-    return abs(taken.control(measure).value) or 1.0
+    """Return what counts as 100%: the mean of the unchanged organisms, which can be 0, or 1 for shares."""
+    return 1.0 if measure.startswith(("died", "action")) else abs(taken.control(measure).value)
 
 
 def words(measure: str) -> str:
@@ -195,4 +194,6 @@ def birth(taken: TakenOut) -> str:
     x = taken.effect("births")
     if not clear(x):
         return "young: no clear change"
-    return f"young, {100 * x.value / scale(taken, 'births'):+.0f}% without it".replace("-", "−")
+    usual = scale(taken, "births")
+    change = f"{100 * x.value / usual:+.0f}%" if usual else f"{x.value:+.2g} each"
+    return f"young, {change} without it".replace("-", "−")

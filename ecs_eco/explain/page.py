@@ -193,7 +193,9 @@ def taken_out(
 def bred(lineage: Lineage, species: str, place: Path) -> list[str]:
     """Return sections on quantitative genes: selection on their values, and the response."""
     blocks, kept = [], lineage.genomes.get(species, {})
-    for gene in quantitative(kept)[:QUANTITATIVE] if kept else ():
+    recorded = (lineage.genome[lineage.species == species] != "").any()
+    genes = quantitative(kept) if kept and recorded else []
+    for gene in genes[:QUANTITATIVE]:
         found = lineage.breeding(species, gene)
         rows = [[WORDS[name], interval(x)] for name, x in found.whole.estimates.items() if name in WORDS]
         caption = (
@@ -204,6 +206,10 @@ def bred(lineage: Lineage, species: str, place: Path) -> list[str]:
             table(["estimate for the whole run", "value (95% interval)"], rows),
             drawn(responses(found), place / f"explain-selection-{species}-{gene}.svg", caption),
         ]
+    if (more := len(genes) - QUANTITATIVE) > 0:
+        blocks.append(
+            f"<p class='under'>{more} more quantitative genes: Lineage.breeding examines any of them.</p>"
+        )
     return blocks
 
 

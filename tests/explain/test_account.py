@@ -262,3 +262,12 @@ def test_bad_input_is_refused(pond, arguments, said):
 
 def test_no_module_hides_a_public_name_of_the_package():
     assert not [name for name in explain.__all__ if isinstance(getattr(explain, name), ModuleType)]
+
+
+def test_measures_that_no_unchanged_organism_has_are_not_shown_in_percent():
+    none = replace(
+        taken(), means=taken().means | {"meals: red": np.array([[0.0, 0.2], [0.0, 0.3], [0.0, 0.4]])}
+    )
+    assert "meals: red" not in clearest(none)
+    childless = replace(taken(), means={"births": np.array([[0.0, 0.5], [0.0, 0.6], [0.0, 0.4]])})
+    assert birth(childless) == "young, +0.5 each without it"
