@@ -106,6 +106,15 @@ class TakenOut:
         -------
         Interval
             Value, low, high; NaN if there are no such organisms.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from ecs_eco.explain import Edit, TakenOut
+        >>> red, births = Edit("goat", "letter", "red", 0, "T", "A"), np.array([[2.0, 1.5], [2.0, 1.3]])
+        >>> taken = TakenOut((red,), 500, np.full(2, 90), np.full((2, 2), 40), {"births": births}, {})
+        >>> round(taken.effect("births").value, 3), round(taken.effect("births").low, 3)
+        (-0.6, -1.871)
         """
         weights = np.array(CONTRASTS[self.n.shape[1]][of], np.float64)
         return _interval(self._of(dose)[measure] @ weights)
