@@ -90,7 +90,13 @@ class Account:
             "lead": self.sweep.lead.name,
             "linked": [{"allele": allele.name, "r2": r2} for allele, r2 in self.sweep.linked],
             "driver": self.driver.name if self.driver else None,
-            "effects": list(self.effects()),
+            "effects": self.effects(),
+            "learned": None
+            if self.learned is None
+            else {
+                of: self.learned.effect("births", of)._asdict()
+                for of in ("first", "second", "both", "interaction")
+            },
             "sentences": self.sentences(),
         }
 

@@ -127,7 +127,7 @@ def write_explanation(
     paths = {name: of.paths for name, of in tests.items()}
     some = [] if islands or not forks else sorted(sweeps, key=lambda sweep: sweep.p)[:MOST]
     options: Which = {"tick": tick, "forks": forks, "learned": learned}
-    accounts = dict(zip(map(id, some), taken_out(run, some, options, how, progress), strict=True))
+    accounts = dict(zip(map(id, some), accounts_of(run, some, options, how, progress), strict=True))
     told = [accounts.get(id(sweep), Account(sweep)) for sweep in sweeps]
     summary = opening(sweeps, lineage, list(paths), islands and bool(forks), bool(some))
     found = clean(
@@ -153,24 +153,24 @@ def write_explanation(
     blocks = [f"<h1>{escape(title)}</h1>", verdict(summary, False)]
     blocks += [overview(sweeps), f"<p class='under'>{escape(HOW.format(fdr=fdr))}</p>"] if sweeps else []
     pictures = place / "figures"
-    for name, of in paths.items():
+    for i, (name, of) in enumerate(paths.items(), 1):  # names in a record may not be file names
         caption = f"Fractions of living {name} by founder, through first parents. Dashed: half of each rise."
         own = [sweep for sweep in sweeps if sweep.species == name]
         if any(allele.kind == "clade" for allele in of.alleles):
             blocks += [
                 f"<h2>Clades of {escape(name)}</h2>",
-                drawn(figures.clades(of, own), pictures / f"explain-clades-{name}.svg", caption),
+                drawn(figures.clades(of, own), pictures / f"explain-clades-{i}.svg", caption),
             ]
     traits = {name: traits_of(lineage.genomes.get(name, {})) for name in paths}
     for i, one in enumerate(told, 1):
         blocks += section(one, paths[one.sweep.species], traits[one.sweep.species], pictures / f"explain-{i}")
-    for name in paths:
-        blocks += bred(lineage, name, pictures)
+    for i, name in enumerate(paths, 1):
+        blocks += bred(lineage, name, pictures / f"explain-selection-{i}")
     write_text(place / "explain.html", page(title, *blocks))
     return found
 
 
-def taken_out(
+def accounts_of(
     run: Path | str,
     sweeps: Sequence[Sweep],
     which: Which,
@@ -191,11 +191,12 @@ def taken_out(
 
 
 def bred(lineage: Lineage, species: str, place: Path) -> list[str]:
-    """Return sections on quantitative genes: selection on their values, and the response."""
+    """Return sections on quantitative genes: selection on their values, and the response. Figures are
+    `place`-*.svg."""
     blocks, kept = [], lineage.genomes.get(species, {})
     recorded = (lineage.genome[lineage.species == species] != "").any()
     genes = quantitative(kept) if kept and recorded else []
-    for gene in genes[:QUANTITATIVE]:
+    for i, gene in enumerate(genes[:QUANTITATIVE], 1):
         found = lineage.breeding(species, gene)
         rows = [[WORDS[name], interval(x)] for name, x in found.whole.estimates.items() if name in WORDS]
         caption = (
@@ -204,7 +205,7 @@ def bred(lineage: Lineage, species: str, place: Path) -> list[str]:
         blocks += [
             f"<h2>Selection on {escape(gene)} ({escape(species)})</h2>",
             table(["estimate for the whole run", "value (95% interval)"], rows),
-            drawn(responses(found), place / f"explain-selection-{species}-{gene}.svg", caption),
+            drawn(responses(found), place.with_name(f"{place.name}-{i}.svg"), caption),
         ]
     if (more := len(genes) - QUANTITATIVE) > 0:
         blocks.append(

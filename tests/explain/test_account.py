@@ -133,7 +133,9 @@ def test_two_by_two_tells_whether_an_advantage_is_inherited_or_learned():
     births = np.array(
         [[2.0, 2.0 - a, 2.0 - b, 2.0 - a - b] for a, b in ((0.5, 0.1), (0.6, -0.1), (0.4, 0.0))]
     )
-    text = born_or_learned(replace(taken(), means={"births": births}, n=np.full((3, 4), 40)))
+    two = replace(taken(), means={"births": births}, n=np.full((3, 4), 40))
+    assert Account(sweep(), learned=two).to_json()["learned"]["first"]["value"] == pytest.approx(-0.5)
+    text = born_or_learned(two)
     # intervals over three forks: 0.1 / √3 × 4.303
     assert "−0.5 (−0.75 to −0.25) without the allele, 0 (−0.25 to 0.25) without what they had learned" in text
     assert "The allele raises the number of young; an effect of learning is not clear." in text
