@@ -146,26 +146,34 @@ def test_who_lies_still_is_an_animal_and_no_tuft(page):
     assert drawn == [[False, "circle"], [True, "polygon"], [False, "polygon"]]
 
 
-def test_silhouettes_follow_diet_and_place_and_tell_the_like_apart(page):
+def test_shapes_follow_names_or_diet_place_and_size_and_differ(page):
     made = page.evaluate("""async () => {
       const {kindsOf} = await import('/marks.js');
-      const animals = ['cow', 'hare', 'lynx', 'kite'].map((name) => ({name, color: '#123456', moves: true}));
-      const foods = {cow: ['grass'], hare: ['grass'], lynx: ['hare'], kite: ['carcass']};
-      const species = [{name: 'grass', sessile: true}, ...animals], objects = [{name: 'carcass'}];
-      const found = (size) => kindsOf({size, foods, species, objects}).filter(({moves}) => moves);
-      return [[9, 9], [9, 9, 9]].map((size) => found(size).map(({build, variant}) => [build, variant]));
+      const animals = ['muncher', 'nibbler', 'stalker', 'picker'].map((name) => ({name, radius: 0.5, moves: true}));
+      animals.push({name: 'midge', radius: 0.01, moves: true}, {name: 'red foxes', moves: true}, {name: 'Raven', moves: true});
+      const foods = {muncher: ['grass'], nibbler: ['grass'], stalker: ['nibbler'], picker: ['carcass']};
+      const plants = [{name: 'grass', sessile: true}, {name: 'young oak', sessile: true}];
+      const species = [...plants, ...animals], objects = [{name: 'carcass'}];
+      const found = (size) => kindsOf({size, foods, species, objects});
+      return [[9, 9], [9, 9, 9]].map((size) => found(size).map(({build, variant}) => [build ?? null, variant ?? null]));
     }""")
     land, water = made
-    assert land == [["grazer", 0], ["grazer", 1], ["hunter", 0], ["scavenger", 0]]
-    assert [build for build, _ in water] == [f"{build} water" for build, _ in land]
+    named = [["wolf", 0], ["bird", 0]]
+    assert land[:2] == water[:2] == [[None, 0], ["tree", 0]]
+    assert land[2:-1] == [["deer", 0], ["deer", 1], ["wolf", 0], ["bird", 0], ["insect", 0], *named]
+    assert water[2:-1] == [["copepod", 0], ["copepod", 1], ["fish", 0], ["krill", 0], ["copepod", 2], *named]
     forms = page.evaluate(
         """async (kinds) => {
       const {animal, outline} = await import('/body.js');
-      return kinds.map((kind) => [[...animal(...kind).corners].join(), JSON.stringify(outline(...kind))]);
+      return kinds.map((kind) => {
+        const {corners, normals, tones} = animal(...kind);
+        return [[...corners].join(), JSON.stringify(outline(...kind)), corners.length - normals.length, corners.length - 3 * tones.length];
+      });
     }""",
-        land + water,
+        land[2:7] + water[2:7],
     )
-    assert len({corners for corners, _ in forms}) == len({sign for _, sign in forms}) == 8
+    assert len({corners for corners, *_ in forms}) == len({sign for _, sign, *_ in forms}) == 10
+    assert {(left, other) for *_, left, other in forms} == {(0, 0)}
     assert page.locator("#legend .legend-row svg:first-child polygon").count() >= 4
 
 

@@ -1,80 +1,176 @@
-// The shapes of bodies. Each kind of animal has a silhouette that depends on its diet, habitat and variant. Lengths are in body radii.
-// Forward is +x. Capsules and boxes start as cubes from −1 to 1 along each axis; the shader moves their corners outward along `facing` by the rounding.
+// The shapes of bodies. A species looks like the animal or plant that it is named after; otherwise its diet, habitat and size choose a shape.
+// Lengths are in body radii: forward is +x, and on land the ground is at z = −1. Capsules and boxes start as cubes from −1 to 1 along each
+// axis; the shader moves their corners outward along `facing` by the rounding.
 
 /** @typedef {number[]} Corner x, y (left) and z (up) */
-/** @typedef {{girth: number[][], flat?: number, fins?: Corner[][]}} Build half width along the body from tail to nose; ratio of height to width; triangles */
+/**
+ * @typedef {{spine?: number[][], wide?: number, fin?: Corner[], tone?: number, pair?: boolean}} Part
+ * A tube around a line of points x, y, z and radius, `wide` times as wide as high, or a triangle; its brightness; and whether the other side has a copy.
+ */
 
-const both = (/** @type {Corner[][]} */ fins) => fins.flatMap((fin) => [fin, fin.map(([x, y, z]) => [x, -y, z])]);
+/** @param {number} x @param {number} y @param {number} hip @param {number} thick @returns {Part} */
+const leg = (x, y, hip, thick, tone = 0.8) => ({ spine: [[x, y, hip, thick], [x, y, -0.4, 0.62 * thick], [x, y, -1, 0.55 * thick]], tone, pair: true });
 
-/** @type {Record<string, Build>} */
-const BUILDS = {
-  // on land: hunters are slender, with a wide chest, ears and a tail; grazers are plump, with antlers; scavengers have wings
-  hunter: { girth: [[-1.3, 0.1], [-0.8, 0.34], [0.2, 0.5], [0.8, 0.3], [1.15, 0.36], [2.1, 0]],
-    fins: [[[-1.2, 0.2, 0.1], [-1.2, -0.2, 0.1], [-2.3, 0, 0.5]], ...both([[[0.75, 0.15, 0.3], [0.95, 0.62, 0.7], [1.2, 0.2, 0.3]], [[0.75, 0.3, -0.1], [-0.1, 0.4, -0.1], [-0.35, 1.15, -0.4]], [[-0.4, 0.3, -0.1], [-1.0, 0.3, -0.1], [-1.5, 0.95, -0.4]]])] },
-  grazer: { girth: [[-1.2, 0], [-0.95, 0.68], [-0.1, 0.92], [0.6, 0.62], [0.95, 0.3], [1.25, 0.34], [1.6, 0]], flat: 0.8,
-    fins: both([[[1.0, 0.16, 0.35], [0.95, 0.4, 0.4], [1.55, 1.05, 0.95]], [[1.2, 0.5, 0.6], [1.3, 0.75, 0.75], [0.75, 1.15, 0.9]]]) },
-  scavenger: { girth: [[-0.9, 0.1], [-0.3, 0.34], [0.4, 0.34], [0.9, 0.2], [1.4, 0]],
-    fins: [...both([[[0.55, 0.2, 0.25], [-0.45, 0.2, 0.25], [-0.55, 1.95, 0.45]]]), [[-0.7, 0, 0.1], [-1.6, 0.5, 0.1], [-1.6, -0.5, 0.1]]] },
-  // in water: fish with an upright tail; small grazers with long antennae
-  "hunter water": { girth: [[-1.25, 0.1], [-0.6, 0.42], [0.35, 0.55], [1.1, 0.34], [1.8, 0]], flat: 1.25,
-    fins: [[[-1.1, 0, 0], [-2.1, 0, 0.85], [-1.75, 0, 0]], [[-1.1, 0, 0], [-2.1, 0, -0.85], [-1.75, 0, 0]], [[0.4, 0, 0.6], [-0.5, 0, 1.15], [-0.5, 0, 0.5]], ...both([[[0.5, 0.4, -0.1], [-0.2, 1.0, -0.25], [-0.1, 0.4, -0.1]]])] },
-  "grazer water": { girth: [[-1.15, 0.1], [-0.6, 0.34], [0.1, 0.74], [0.75, 0.6], [1.15, 0]], flat: 0.85,
-    fins: both([[[0.95, 0.12, 0.1], [0.7, 0.3, 0.1], [-0.35, 1.75, 0.35]], [[-1.1, 0, 0], [-1.25, 0.06, 0], [-1.85, 0.5, 0]]]) },
-  "scavenger water": { girth: [[-1.1, 0.3], [-0.5, 0.85], [0.3, 0.9], [0.9, 0.5], [1.2, 0]], flat: 0.5,
-    fins: both([[[0.8, 0.5, 0.1], [1.1, 0.9, 0.1], [1.6, 0.55, 0.1]], [[0.0, 0.8, 0], [-0.4, 1.35, -0.3], [-0.3, 0.7, 0]]]) },
+/** @param {Corner} a @param {Corner} b @param {Corner} c @returns {Part} */
+const fin = (a, b, c, tone = 0.9, pair = true) => ({ fin: [a, b, c], tone, pair });
+
+/** @type {Record<string, Part[]>} */
+const SHAPES = {
+  deer: [
+    { spine: [[-1.12, 0, 0.45, 0.06], [-1, 0, 0.3, 0.4], [-0.45, 0, 0.2, 0.5], [0.2, 0, 0.2, 0.5], [0.65, 0, 0.38, 0.44], [0.95, 0, 0.85, 0.25], [1.12, 0, 1.28, 0.22], [1.32, 0, 1.42, 0.25], [1.62, 0, 1.3, 0.15], [1.88, 0, 1.2, 0.09]], wide: 0.85 },
+    { spine: [[-1.05, 0, 0.55, 0.12], [-1.32, 0, 0.4, 0.14], [-1.4, 0, 0.15, 0.03]], tone: 1.6 },
+    leg(0.55, 0.24, 0.1, 0.17), leg(-0.85, 0.26, 0.2, 0.2),
+    fin([1.2, 0.1, 1.6], [1.3, 0.16, 1.55], [1.0, 0.5, 1.75]),
+    { spine: [[1.25, 0.1, 1.6, 0.06], [1.1, 0.3, 2.1, 0.05], [1.4, 0.5, 2.6, 0.02]], tone: 1.5, pair: true },
+    { spine: [[1.12, 0.28, 2.05, 0.05], [0.75, 0.5, 2.5, 0.02]], tone: 1.5, pair: true },
+  ],
+  goat: [
+    { spine: [[-1.1, 0, 0.4, 0.08], [-1, 0, 0.25, 0.42], [-0.4, 0, 0.15, 0.55], [0.25, 0, 0.15, 0.52], [0.65, 0, 0.35, 0.42], [0.92, 0, 0.75, 0.26], [1.1, 0, 0.98, 0.26], [1.4, 0, 0.86, 0.17], [1.65, 0, 0.72, 0.1]] },
+    { spine: [[-1.05, 0, 0.55, 0.1], [-1.25, 0, 0.85, 0.04]] },
+    leg(0.55, 0.27, 0, 0.18), leg(-0.82, 0.28, 0.05, 0.2),
+    { spine: [[1.15, 0.12, 1.15, 0.1], [1, 0.2, 1.6, 0.08], [0.6, 0.32, 1.75, 0.02]], tone: 0.55, pair: true },
+    fin([1.02, 0.16, 1.12], [1.12, 0.2, 1], [0.9, 0.55, 0.85]), fin([1.6, 0, 0.66], [1.4, 0, 0.7], [1.45, 0, 0.3], 1.3, false),
+  ],
+  sheep: [
+    { spine: [[-1.12, 0, 0.2, 0.3], [-0.85, 0, 0.22, 0.64], [0, 0, 0.27, 0.74], [0.6, 0, 0.27, 0.64], [0.85, 0, 0.45, 0.35]] },
+    { spine: [[0.75, 0, 0.58, 0.26], [1.1, 0, 0.72, 0.27], [1.5, 0, 0.45, 0.14]], tone: 0.62 },
+    leg(0.5, 0.3, -0.2, 0.16, 0.62), leg(-0.7, 0.3, -0.2, 0.16, 0.62), fin([1, 0.2, 0.85], [1.12, 0.22, 0.75], [0.95, 0.62, 0.7], 0.62),
+  ],
+  rabbit: [
+    { spine: [[-1, 0, -0.4, 0.25], [-0.62, 0, -0.25, 0.62], [0, 0, -0.35, 0.58], [0.5, 0, -0.28, 0.42], [0.78, 0, 0.05, 0.33], [1.05, 0, 0.22, 0.32], [1.4, 0, 0.1, 0.12]] },
+    { spine: [[-1.05, 0, -0.3, 0.1], [-1.18, 0, -0.22, 0.2], [-1.35, 0, -0.15, 0.05]], tone: 1.6 },
+    { spine: [[0.9, 0.12, 0.42, 0.09], [0.72, 0.2, 0.95, 0.15], [0.6, 0.24, 1.4, 0.03]], tone: 0.85, pair: true },
+    leg(0.55, 0.22, -0.4, 0.15), { spine: [[-0.2, 0.38, -0.88, 0.1], [-0.85, 0.38, -0.85, 0.16]], tone: 0.8, pair: true },
+  ],
+  wolf: [
+    { spine: [[-1.2, 0, 0.32, 0.1], [-1, 0, 0.24, 0.34], [-0.4, 0, 0.16, 0.36], [0.3, 0, 0.14, 0.47], [0.75, 0, 0.3, 0.42], [1.05, 0, 0.62, 0.32], [1.3, 0, 0.8, 0.31], [1.52, 0, 0.76, 0.25], [1.64, 0, 0.68, 0.14], [1.98, 0, 0.6, 0.09]], wide: 0.8 },
+    { spine: [[-1.1, 0, 0.35, 0.12], [-1.5, 0, 0.15, 0.22], [-2, 0, -0.2, 0.04]], tone: 0.85 },
+    leg(0.62, 0.2, 0, 0.17), leg(-0.88, 0.2, 0.1, 0.19),
+    fin([1.2, 0.1, 1], [1.4, 0.22, 0.98], [1.24, 0.24, 1.42], 0.7), { spine: [[1.93, 0, 0.62, 0.1], [2.05, 0, 0.6, 0.05]], tone: 0.25 },
+  ],
+  bird: [
+    { spine: [[-0.95, 0, 0.6, 0.08], [-0.4, 0, 0.6, 0.3], [0.3, 0, 0.62, 0.34], [0.75, 0, 0.72, 0.24], [1, 0, 0.78, 0.2], [1.14, 0, 0.74, 0.09]] },
+    { spine: [[1.1, 0, 0.74, 0.09], [1.5, 0, 0.66, 0.02]], tone: 1.6 },
+    fin([0.5, 0.2, 0.75], [-0.4, 0.2, 0.7], [0.2, 1.1, 0.95]), fin([-0.4, 0.2, 0.7], [0.2, 1.1, 0.95], [-0.35, 1.1, 0.9], 0.8),
+    fin([0.2, 1.1, 0.95], [-0.35, 1.1, 0.9], [-0.4, 2, 0.85], 0.75), fin([-0.7, 0, 0.62], [-1.6, 0.5, 0.62], [-1.6, -0.5, 0.62], 0.75, false),
+  ],
+  fish: [
+    { spine: [[-1.25, 0, 0, 0.12], [-0.6, 0, 0, 0.42], [0.35, 0, 0, 0.55], [1.1, 0, 0, 0.34], [1.8, 0, 0, 0.03]], wide: 0.6 },
+    fin([-1.1, 0, 0], [-2.1, 0, 0.85], [-1.75, 0, 0], 0.8, false), fin([-1.1, 0, 0], [-2.1, 0, -0.85], [-1.75, 0, 0], 0.8, false),
+    fin([0.4, 0, 0.5], [-0.5, 0, 1.05], [-0.5, 0, 0.4], 0.8, false), fin([0.5, 0.3, -0.1], [-0.2, 0.85, -0.3], [-0.1, 0.3, -0.1], 0.8),
+  ],
+  krill: [
+    { spine: [[-1.75, 0, -0.6, 0.05], [-1.3, 0, -0.28, 0.2], [-0.6, 0, 0.05, 0.32], [0.2, 0, 0.15, 0.4], [0.9, 0, 0.08, 0.34], [1.35, 0, 0, 0.1]] },
+    fin([-1.6, 0, -0.5], [-2.2, 0.4, -0.75], [-2.1, 0, -0.9], 0.8), fin([1.2, 0.08, 0.1], [1.1, 0.14, 0.05], [2.5, 0.7, 0.3], 0.8),
+    ...[-0.9, -0.3, 0.3, 0.8].map((x) => fin([x, 0.1, -0.15], [x + 0.2, 0.14, -0.2], [x + 0.25, 0.2, -0.85], 0.7)), { spine: [[1.2, 0.16, 0.12, 0.02], [1.3, 0.26, 0.16, 0.13], [1.42, 0.28, 0.16, 0.02]], tone: 0.25, pair: true },
+  ],
+  copepod: [
+    { spine: [[-1.2, 0, 0, 0.1], [-0.6, 0, 0, 0.32], [0.1, 0, 0, 0.68], [0.75, 0, 0, 0.56], [1.15, 0, 0, 0.05]], wide: 1.15 },
+    fin([0.95, 0.12, 0.1], [0.7, 0.3, 0.1], [-0.35, 1.75, 0.35], 0.8), fin([-1.1, 0, 0], [-1.25, 0.06, 0], [-1.85, 0.5, 0], 0.8),
+  ],
+  insect: [
+    { spine: [[-1.3, 0, -0.2, 0.05], [-1, 0, -0.2, 0.4], [-0.3, 0, -0.15, 0.5], [0.1, 0, -0.2, 0.15], [0.5, 0, -0.15, 0.34], [0.75, 0, -0.2, 0.14], [1.1, 0, -0.15, 0.3], [1.35, 0, -0.25, 0.05]] },
+    ...[-0.2, 0.3, 0.7].map((x) => fin([x, 0.2, -0.2], [x + 0.15, 0.2, -0.2], [1.8 * x - 0.3, 1.1, -1], 0.6)), fin([1.2, 0.1, 0], [1.25, 0.16, 0], [1.9, 0.5, 0.5], 0.6),
+  ],
+  worm: [{ spine: [[-2, 0.3, -0.8, 0.04], [-1.3, -0.2, -0.75, 0.22], [-0.5, 0.2, -0.75, 0.26], [0.3, -0.2, -0.75, 0.26], [1.1, 0.15, -0.72, 0.24], [1.6, 0, -0.7, 0.06]] }],
+  turtle: [
+    { spine: [[-1.1, 0, -0.3, 0.3], [-0.5, 0, -0.1, 0.75], [0.3, 0, -0.1, 0.8], [0.9, 0, -0.3, 0.4]], wide: 1.3 }, { spine: [[0.8, 0, -0.3, 0.2], [1.2, 0, -0.1, 0.24], [1.5, 0, -0.15, 0.1]], tone: 1.3 },
+    { spine: [[0.55, 0.6, -0.5, 0.2], [0.75, 0.85, -1, 0.2]], tone: 1.3, pair: true }, { spine: [[-0.65, 0.6, -0.5, 0.2], [-0.85, 0.8, -1, 0.2]], tone: 1.3, pair: true },
+  ],
+  tree: [{ spine: [[0, 0, -1, 0.26], [0, 0, 1.2, 0.18]], tone: 0.5 }, { spine: [[0, 0, 0.7, 0.5], [0, 0, 1.4, 1.25], [0, 0, 2.4, 1.2], [0, 0, 3.3, 0.75], [0, 0, 3.8, 0.1]] }],
+  conifer: [{ spine: [[0, 0, -1, 0.22], [0, 0, 0.4, 0.18]], tone: 0.5 }, { spine: [[0, 0, 0, 1.1], [0, 0, 1.4, 0.5], [0, 0, 1.4, 0.9], [0, 0, 2.7, 0.35], [0, 0, 2.7, 0.6], [0, 0, 4.2, 0.02]] }],
+  shrub: [{ spine: [[0, 0, -1, 0.35], [0, 0, -0.5, 0.95], [0, 0, 0.2, 0.9], [0, 0, 0.75, 0.4], [0, 0, 0.9, 0.05]] }],
+};
+SHAPES.horse = SHAPES.deer.slice(0, -2); // without antlers
+
+/** Shapes of names that are not themselves shapes. */
+const NAMED = {
+  deer: "stag elk moose reindeer caribou", horse: "doe fawn antelope gazelle impala zebra donkey giraffe", goat: "ibex chamois kid cow cattle bison wildebeest", sheep: "ewe lamb ram pig boar",
+  rabbit: "hare vole mouse rat lemming squirrel marmot", wolf: "fox dog coyote hyena lion lioness lynx cat tiger leopard cheetah jackal weasel stoat bear predator",
+  bird: "raven crow gull kite hawk eagle owl vulture finch sparrow tit robin penguin duck goose swallow", fish: "cod herring trout salmon perch pike sardine anchovy shark tuna minnow guppy stickleback",
+  krill: "shrimp prawn", copepod: "daphnia zooplankton rotifer", insect: "ant bee beetle aphid fly bug moth butterfly grasshopper locust ladybird wasp mosquito cricket", worm: "earthworm nematode",
+  tree: "oak beech birch maple ash acacia", conifer: "pine spruce fir", shrub: "bush heather",
 };
 
-/** Corners and normals of facets, three each per facet. @param {number[][][]} facets */
-function faceted(facets) {
-  const corners = new Float32Array(facets.length * 9);
-  const normals = new Float32Array(facets.length * 9);
-  facets.forEach(([a, b, c], i) => {
-    const u = b.map((value, axis) => value - a[axis]);
-    const v = c.map((value, axis) => value - a[axis]);
-    const normal = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
-    const length = Math.hypot(...normal) || 1;
-    for (const [k, corner] of [a, b, c].entries()) {
-      corners.set(corner, 9 * i + 3 * k);
-      normals.set(normal.map((value) => value / length), 9 * i + 3 * k);
-    }
-  });
-  return { corners, normals };
-}
+/** @type {Record<string, string>} */
+const LOOKS = Object.fromEntries([["turtle", ""], ...Object.entries(NAMED)].flatMap(([shape, names]) => [shape, ...names.split(" ").filter(Boolean)].map((name) => [name, shape])));
 
-const AROUND = 6;
+/** The shape that a species is named after (its last word, singular or plural), or undefined. @param {string} name @returns {string | undefined} */
+export const lookOf = (name) => {
+  const word = name.toLowerCase().split(/[^a-z]+/).filter(Boolean).at(-1) ?? "";
+  return LOOKS[word] ?? LOOKS[word.replace(/s$/, "")] ?? LOOKS[word.replace(/es$/, "")] ?? LOOKS[{ wolves: "wolf", mice: "mouse" }[word] ?? ""];
+};
 
-/** Variants of a silhouette for kinds of the same type: the second is longer, the third broader, and so on. */
+/** How a shape moves: 1 with legs, 2 with wings, 3 with its tail, 0 rigidly. @param {string} shape */
+export const gaitOf = (shape) => (shape === "bird" ? 2 : ["fish", "krill", "copepod", "worm"].includes(shape) ? 3 : ["tree", "conifer", "shrub", "insect"].includes(shape) ? 0 : 1);
+
+const AROUND = 7;
+
+/** Variants of a shape for kinds that are not named after one: the second is longer, the third broader, and so on. */
 const VARIANTS = [[1, 1], [1.25, 0.78], [0.82, 1.18], [1.4, 0.62]];
 
-/**
- * The silhouette of a kind.
- * @param {string} build
- * @param {number} variant index among kinds of the same type
- */
-export function animal(build, variant = 0) {
-  const { girth, flat = 0.75, fins = [] } = BUILDS[build] ?? BUILDS.grazer;
-  const [long, wide] = VARIANTS[variant % VARIANTS.length];
-  const at = (/** @type {number} */ i, /** @type {number} */ k) => {
-    const angle = (2 * Math.PI * k) / AROUND;
-    const [x, r] = girth[i];
-    return [x, r * Math.cos(angle), flat * r * Math.sin(angle)];
-  };
-  const facets = [...fins];
-  for (let i = 0; i + 1 < girth.length; i++)
-    for (let k = 0; k < AROUND; k++) {
-      if (girth[i][1]) facets.push([at(i, k), at(i + 1, k), at(i, k + 1)]);
-      if (girth[i + 1][1]) facets.push([at(i, k + 1), at(i + 1, k), at(i + 1, k + 1)]);
-    }
-  return faceted(facets.map((facet) => facet.map(([x, y, z]) => [long * x, wide * y, wide * z])));
+/** The corners of a ring of a tube. @param {number[][]} spine @param {number} i @param {number} wide @param {number[]} angles */
+function ring(spine, i, wide, angles) {
+  const [a, b] = [spine[Math.max(0, i - 1)], spine[Math.min(spine.length - 1, i + 1)]];
+  const [dx, dz] = [b[0] - a[0], b[2] - a[2]], length = Math.hypot(dx, dz) || 1;
+  const [x, y, z, r] = spine[i];
+  return angles.map((angle) => [x - (dz / length) * r * Math.sin(angle), y + wide * r * Math.cos(angle), z + (dx / length) * r * Math.sin(angle)]);
 }
 
-/** The outline of a silhouette seen from above, as polygons of x and y, for icons. @param {string} build @param {number} variant */
-export function outline(build, variant = 0) {
-  const { girth, fins = [] } = BUILDS[build] ?? BUILDS.grazer;
-  const [long, wide] = VARIANTS[variant % VARIANTS.length];
-  const body = [...girth, ...girth.toReversed().map(([x, r]) => [x, -r])];
-  const upright = (/** @type {Corner[]} */ fin) => fin.every(([, y]) => y === 0); // a line when seen from above, so drawn lying flat
-  return [body, ...fins.map((fin) => fin.map(([x, y, z]) => [x, upright(fin) ? 0.8 * z : y]))].map((polygon) => polygon.map(([x, y]) => [long * x, wide * y]));
+const mirrored = (/** @type {Corner[]} */ corners) => corners.map(([x, y, z]) => [x, -y, z]).toReversed();
+
+/**
+ * Corners, normals and brightness of a shape, three each per facet.
+ * @param {string} shape
+ * @param {number} variant index among kinds of the same type
+ */
+export function animal(shape, variant = 0) {
+  const [long, broad] = VARIANTS[variant % VARIANTS.length];
+  const angles = Array.from({ length: AROUND }, (_, k) => (2 * Math.PI * k) / AROUND);
+  /** @type {{facet: Corner[], tone: number}[]} */
+  const facets = [];
+  for (const { spine, fin, wide = 1, tone = 1, pair } of SHAPES[shape]) {
+    /** @type {Corner[][]} */
+    const own = fin ? [fin] : [];
+    const rings = (spine ?? []).map((_, i, line) => ring(line, i, wide, angles));
+    if (rings.length) {
+      const cap = (/** @type {Corner[]} */ end) => end.slice(2).map((corner, k) => [end[0], end[k + 1], corner]);
+      own.push(...cap(rings[0]).map((facet) => facet.toReversed()), ...cap(rings[rings.length - 1]));
+    }
+    for (let i = 0; i + 1 < rings.length; i++)
+      for (let k = 0; k < AROUND; k++) {
+        const [a, b, c, d] = [rings[i][k], rings[i + 1][k], rings[i][(k + 1) % AROUND], rings[i + 1][(k + 1) % AROUND]];
+        own.push([a, b, c], [c, b, d]);
+      }
+    facets.push(...[...own, ...(pair ? own.map(mirrored) : [])].map((facet) => ({ facet, tone })));
+  }
+  const corners = new Float32Array(facets.length * 9), normals = new Float32Array(facets.length * 9), tones = new Float32Array(facets.length * 3);
+  facets.forEach(({ facet, tone }, i) => {
+    const scaled = facet.map(([x, y, z]) => [long * x, broad * y, z < 0 ? z : broad * z]);
+    const [a, b, c] = scaled;
+    const u = b.map((value, axis) => value - a[axis]), v = c.map((value, axis) => value - a[axis]);
+    const normal = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+    const length = Math.hypot(...normal) || 1;
+    corners.set(scaled.flat(), 9 * i);
+    for (let k = 0; k < 3; k++) normals.set(normal.map((value) => value / length), 9 * i + 3 * k);
+    tones.fill(tone, 3 * i, 3 * i + 3);
+  });
+  return { corners, normals, tones };
+}
+
+/** The outline of a shape seen from the right, as polygons of x and z, for icons. @param {string} shape @param {number} variant */
+export function outline(shape, variant = 0) {
+  const [long, broad] = VARIANTS[variant % VARIANTS.length];
+  return SHAPES[shape].map(({ spine, fin }) => {
+    const corners = fin ?? (spine ?? []).map((_, i, line) => ring(line, i, 1, [Math.PI / 2])[0]).concat((spine ?? []).map((_, i, line) => ring(line, i, 1, [-Math.PI / 2])[0]).toReversed());
+    return corners.map(([x, , z]) => [long * x, z < 0 ? z : broad * z]);
+  });
+}
+
+/** Corners and normals of a soft shadow: two triangles on the ground. */
+export function shadow() {
+  const [a, b, c, d] = [[-1.9, -1.3, -1], [1.9, -1.3, -1], [-1.9, 1.3, -1], [1.9, 1.3, -1]];
+  return new Float32Array([a, b, c, c, b, d].flat());
 }
 
 /** Corners and normals of a box, three each per facet. */
@@ -93,7 +189,7 @@ export function box() {
         corners.push(...corner);
         normals.push(...normal);
       }
-  return { corners: new Float32Array(corners), normals: new Float32Array(normals) };
+  return { corners: new Float32Array(corners), normals: new Float32Array(normals), tones: new Float32Array(corners.length / 3).fill(1) };
 }
 
 /** Corners and normals of a capsule: a sphere cut in half, with one half at each end. */
@@ -121,5 +217,5 @@ export function capsule(around = 12, along = 8) {
       put(i, j + 1, from);
     }
   }
-  return { corners: new Float32Array(corners), normals: new Float32Array(normals) };
+  return { corners: new Float32Array(corners), normals: new Float32Array(normals), tones: new Float32Array(corners.length / 3).fill(1) };
 }

@@ -55,7 +55,7 @@ export class Eye {
   /** The viewing direction of a preset. @param {Preset} preset */
   direction(preset) {
     if (preset === "top") return new Vector3(0, -0.012, 1).normalize();
-    return this.size.length > 2 ? new Vector3(0.34, -1, 0.3).normalize() : new Vector3(0, -0.82, 0.86).normalize();
+    return this.size.length > 2 ? new Vector3(0.34, -1, 0.3).normalize() : new Vector3(0, -0.86, 0.66).normalize();
   }
 
   /** The corners of the world and points along its edges. @param {number} parts segments per edge */

@@ -2,9 +2,9 @@
 
 import {
   BackSide, BoxGeometry, BufferAttribute, BufferGeometry, CircleGeometry, Color, DataTexture, DoubleSide, FloatType, Group, IcosahedronGeometry, LineBasicMaterial,
-  LineSegments, Mesh, MeshBasicMaterial, MeshLambertMaterial, NearestFilter, PlaneGeometry, RedFormat, ShaderMaterial,
+  LineSegments, Mesh, MeshBasicMaterial, MeshLambertMaterial, NearestFilter, PlaneGeometry, RedFormat, ShaderMaterial, Vector2,
 } from "./vendor.js";
-import { WATER_FRAGMENT, WATER_VERTEX } from "./shaders.js";
+import { LAND_FRAGMENT, WATER_FRAGMENT, WATER_VERTEX } from "./shaders.js";
 
 /** @typedef {import("./protocol.js").Hello} Hello */
 
@@ -66,7 +66,10 @@ export class Ground {
     this.borders = { harvest: new LineBasicMaterial({ color: "#d6454f" }), plant: new LineBasicMaterial({ color: "#3f9b4f" }) };
     this.lines = new LineBasicMaterial({ transparent: true });
     this.soil = new MeshLambertMaterial({ vertexColors: Boolean(relief.nx) });
-    this.flat = new MeshBasicMaterial({ side: DoubleSide });
+    this.flat = new ShaderMaterial({
+      vertexShader: WATER_VERTEX, fragmentShader: LAND_FRAGMENT, side: DoubleSide, transparent: true, depthWrite: false,
+      uniforms: { size: { value: new Vector2(...hello.size) }, colour: { value: new Color() }, beyond: { value: new Color() } },
+    });
     this.lake = new MeshLambertMaterial({ transparent: true, opacity: 0.86 });
     this.stone = new MeshLambertMaterial({ flatShading: true });
     this.surface = new MeshBasicMaterial({ transparent: true, opacity: 0.16, side: DoubleSide, depthWrite: false });
@@ -85,10 +88,10 @@ export class Ground {
     const [x, y] = this.hello.size;
     if (this.relief.nx) this.group.add(this.hills());
     else {
-      const plane = new Mesh(new PlaneGeometry(x, y), this.flat);
+      const plane = new Mesh(new PlaneGeometry(9 * x, 9 * y), this.flat); // the land around the world fades into the distance
       plane.position.set(x / 2, y / 2, -0.02 * Math.min(1, x / 100));
-      this.group.add(plane);
-      this.group.add(this.grid());
+      plane.renderOrder = -1;
+      this.group.add(plane, this.grid());
     }
     for (const lake of this.hello.terrain?.lakes ?? []) this.group.add(this.disc(lake));
     for (const [i, rock] of (this.hello.terrain?.rocks ?? []).entries()) this.group.add(this.rock(rock, i));
@@ -267,7 +270,8 @@ export class Ground {
   tint(dark, light) {
     const day = Math.min(1, Math.max(0, light));
     const mix = (/** @type {string} */ night, /** @type {string} */ noon) => new Color(night).lerp(new Color(noon), day);
-    this.flat.color.copy(dark ? mix("#10171a", "#1a2321") : mix("#b9c2cb", "#eef0e8"));
+    this.flat.uniforms.colour.value.copy(dark ? mix("#10171a", "#1c2620") : mix("#b4bfb9", "#e6ebd8"));
+    this.flat.uniforms.beyond.value.copy(dark ? mix("#0d1315", "#151c1a") : mix("#a3adab", "#ccd5bd"));
     this.lines.color.copy(dark ? new Color("#5b6f73") : new Color("#7d8a86"));
     this.lines.opacity = this.volume ? 0.55 : dark ? 0.28 : 0.26;
     this.dust.color.copy(dark ? mix("#2c2822", "#5a5041") : mix("#a89f8c", "#d8ccb4"));
@@ -290,7 +294,7 @@ export class Ground {
     this.painted = dark;
     const cells = this.hello.terrain?.colours;
     const land = cells && Uint8Array.from(atob(cells), (letter) => letter.charCodeAt(0));
-    const stops = (dark ? ["#20302a", "#2c3b2e", "#4a4a3c", "#77736a"] : ["#dbe5cf", "#e6e8d2", "#ddd3bb", "#f3f1ec"]).map((hex) => new Color(hex));
+    const stops = (dark ? ["#1d3226", "#2a3d2a", "#4a4a3c", "#77736a"] : ["#cde2b4", "#dde6bd", "#dccfa9", "#f3f1ec"]).map((hex) => new Color(hex));
     const [at, colour] = [geometry.getAttribute("position"), geometry.getAttribute("color")];
     const span = Math.max(1e-6, this.relief.highest - this.relief.lowest);
     const mixed = new Color();

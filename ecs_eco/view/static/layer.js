@@ -1,18 +1,18 @@
-// The organisms of one kind in the scene: up to a few thousand moving organisms are drawn as darts, and all
+// The organisms of one kind in the scene: up to a few thousand animals or trees are drawn as bodies, and all
 // other organisms as points.
 
 import {
   BufferAttribute, BufferGeometry, DoubleSide, DynamicDrawUsage, InstancedBufferGeometry, InstancedInterleavedBuffer, InterleavedBuffer,
   InterleavedBufferAttribute, Mesh, Points, ShaderMaterial,
 } from "./vendor.js";
-import { animal, box, capsule } from "./body.js";
+import { animal, box, capsule, gaitOf, shadow } from "./body.js";
 import { WORDS, rowOf, uidOf } from "./frame.js";
 import { match, still } from "./match.js";
-import { BODY_FRAGMENT, BODY_VERTEX, POINT_FRAGMENT, POINT_VERTEX, SOLID_VERTEX } from "./shaders.js";
+import { BODY_FRAGMENT, BODY_VERTEX, POINT_FRAGMENT, POINT_VERTEX, SHADOW_FRAGMENT, SHADOW_VERTEX, SOLID_VERTEX } from "./shaders.js";
 
-const DARTS = 3000; // maximum number of darts; beyond that, points are drawn
+const DARTS = 3000; // maximum number of bodies; beyond that, points are drawn
 const BOXES = 50000;
-const RIM = 0.24; // width of the dark rim of animals, in radii
+const RIM = 0.24; // width of the rim of animals in water, in radii
 const NOTHING = { n: 0, words: new Uint16Array(0), longs: new Uint32Array(0), upper: null };
 
 /** @typedef {import("./frame.js").Block} Block */
@@ -34,6 +34,7 @@ export class Layer {
     this.before = new Uint16Array(0);
     this.past = new Uint16Array(0);
     this.shown = true;
+    this.sea = shared.size.value.z > 0;
     this.own = {
       radius: { value: kind.size ? kind.size[2] / 2 : kind.radius || 0.3 },
       plain: { value: [0.5, 0.5, 0.5] },
@@ -42,15 +43,17 @@ export class Layer {
       rim: { value: 0 }, // size of the dark copy behind the body; 0: none
       nearer: { value: kind.hunts ? 2e-5 : 1e-5 }, // hunters are drawn in front of other animals
       pointed: { value: kind.moves || kind.rests ? 1 : 0 },
-      grows: { value: kind.sessile && !kind.inanimate && !shared.size.value.z ? 1 : 0 },
-      lying: { value: kind.inanimate && !kind.solid && !shared.size.value.z ? 1 : 0 },
+      gait: { value: kind.build ? gaitOf(kind.build) : 0 },
+      grows: { value: kind.sessile && !kind.inanimate && !this.sea ? 1 : 0 },
+      lying: { value: kind.inanimate && !kind.solid && !this.sea ? 1 : 0 },
     };
     const uniforms = { ...shared, ...this.own };
     this.pointed = new ShaderMaterial({ uniforms, vertexShader: POINT_VERTEX, fragmentShader: POINT_FRAGMENT, transparent: true });
     this.bodied = new ShaderMaterial({ uniforms, vertexShader: kind.shape ? SOLID_VERTEX : BODY_VERTEX, fragmentShader: BODY_FRAGMENT, side: DoubleSide });
     const behind = { ...uniforms, rim: { value: RIM } };
     this.edged = new ShaderMaterial({ uniforms: behind, vertexShader: BODY_VERTEX, fragmentShader: BODY_FRAGMENT, side: DoubleSide });
-    /** @type {{drawn: Points | Mesh, geometry: BufferGeometry, buffers: InterleavedBuffer[], darts: boolean} | null} */
+    this.shaded = new ShaderMaterial({ uniforms, vertexShader: SHADOW_VERTEX, fragmentShader: SHADOW_FRAGMENT, transparent: true, depthWrite: false, polygonOffset: true, polygonOffsetFactor: -3, polygonOffsetUnits: -3 });
+    /** @type {{drawn: Points | Mesh, geometry: BufferGeometry, shade: InstancedBufferGeometry, buffers: InterleavedBuffer[], darts: boolean} | null} */
     this.form = null;
   }
 
@@ -62,7 +65,7 @@ export class Layer {
    */
   take(block, share, jump) {
     const most = this.kind.shape === "box" ? BOXES : DARTS;
-    const darts = Boolean(this.kind.moves || this.kind.rests || this.kind.shape) && block.n <= (this.form?.darts ? most * 1.2 : most);
+    const darts = Boolean(this.kind.build || this.kind.shape) && block.n <= (this.form?.darts ? most * 1.2 : most);
     if (block.n > this.room || !this.form || this.form.darts !== darts) this.build(block.n, darts);
     [this.before, this.past] = [this.past, this.before];
     if (jump || !this.kind.moves) still(this.before, block);
@@ -96,7 +99,7 @@ export class Layer {
       buffer.addUpdateRange(0, block.n * (k ? 4 : WORDS));
       buffer.needsUpdate = true;
     }
-    if (form.darts) /** @type {InstancedBufferGeometry} */ (form.geometry).instanceCount = block.n;
+    if (form.darts) form.shade.instanceCount = /** @type {InstancedBufferGeometry} */ (form.geometry).instanceCount = block.n;
     else form.geometry.setDrawRange(0, block.n);
     form.drawn.visible = this.shown && block.n > 0;
   }
@@ -123,29 +126,32 @@ export class Layer {
     const Buffer = darts ? InstancedInterleavedBuffer : InterleavedBuffer;
     const buffers = [new Buffer(this.now, WORDS), new Buffer(this.before, 4)];
     const geometry = darts ? new InstancedBufferGeometry() : new BufferGeometry();
+    const shade = new InstancedBufferGeometry().setAttribute("corner", new BufferAttribute(shadow(), 3));
     for (const [k, name] of ["now", "before"].entries()) {
       buffers[k].setUsage(DynamicDrawUsage);
-      geometry.setAttribute(name, new InterleavedBufferAttribute(buffers[k], 4, 0));
+      for (const one of [geometry, shade]) one.setAttribute(name, new InterleavedBufferAttribute(buffers[k], 4, 0));
     }
+    shade.setAttribute("position", shade.getAttribute("corner"));
     if (darts) {
-      const { corners, normals } = this.kind.shape === "box" ? box() : this.kind.shape ? capsule() : animal(this.kind.build ?? "grazer", this.kind.variant);
+      const form = this.kind.shape === "box" ? box() : this.kind.shape ? capsule() : animal(this.kind.build ?? "deer", this.kind.variant);
       if (this.kind.shape) {
         const forms = new InstancedInterleavedBuffer(new Float32Array(4 * this.room), 4);
         geometry.setAttribute("form", new InterleavedBufferAttribute(forms, 4, 0));
       }
-      geometry.setAttribute("corner", new BufferAttribute(corners, 3));
-      geometry.setAttribute("facing", new BufferAttribute(normals, 3));
+      geometry.setAttribute("corner", new BufferAttribute(form.corners, 3));
+      geometry.setAttribute("facing", new BufferAttribute(form.normals, 3));
+      geometry.setAttribute("tone", new BufferAttribute(form.tones, 1));
       geometry.setAttribute("position", geometry.getAttribute("corner"));
     }
     const drawn = darts ? new Mesh(geometry, this.bodied) : new Points(geometry, this.pointed);
     drawn.frustumCulled = false;
     if (darts && !this.kind.shape) {
-      const edge = new Mesh(geometry, this.edged);
-      edge.frustumCulled = false;
-      drawn.add(edge);
+      const under = this.sea ? new Mesh(geometry, this.edged) : new Mesh(shade, this.shaded);
+      under.frustumCulled = false;
+      drawn.add(under);
     }
     this.group.add(drawn);
-    this.form = { drawn, geometry, buffers, darts };
+    this.form = { drawn, geometry, shade, buffers, darts };
   }
 
   /** @param {boolean} shown */

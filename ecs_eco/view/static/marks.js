@@ -1,6 +1,6 @@
-// Icons of kinds (the silhouette of an animal, a disc for plants, a square for objects), and line samples for charts.
+// Icons of kinds (the silhouette of an animal or tree, a disc for other plants, the form of objects), and line samples for charts.
 
-import { outline } from "./body.js";
+import { lookOf, outline } from "./body.js";
 import { s } from "./dom.js";
 
 /**
@@ -9,12 +9,16 @@ import { s } from "./dom.js";
  */
 export function sign(kind, colour) {
   const shapes = kind.inanimate
-    ? [s("rect", { x: 4, y: 4, width: 8, height: 8, rx: 1.5, fill: colour })]
-    : kind.moves || kind.rests
-      ? outline(kind.build ?? "grazer", kind.variant).map((polygon) => s("polygon", { points: polygon.map(([x, y]) => `${(8 + 3.6 * x).toFixed(1)},${(8 - 3.6 * y).toFixed(1)}`).join(" "), fill: colour }))
+    ? [kind.shape === "box" ? s("rect", { x: 3, y: 4, width: 10, height: 8, fill: colour }) : s("ellipse", { cx: 8, cy: 8, rx: 6, ry: kind.solid && !kind.shape ? 6 : 3.6, fill: colour })]
+    : kind.build
+      ? outline(kind.build, kind.variant).map((polygon) => s("polygon", { points: polygon.map(([x, y]) => `${(7.8 + 3.6 * x).toFixed(1)},${(10.6 - 3.6 * y).toFixed(1)}`).join(" "), fill: colour }))
       : [s("circle", { cx: 8, cy: 8, r: 4.6, fill: colour })];
   return s("svg", { viewBox: "0 0 16 16", "aria-hidden": "true" }, ...shapes);
 }
+
+const TREES = ["tree", "conifer", "shrub"];
+/** Shapes of species that are not named after one: hunters, scavengers, small grazers, grazers. */
+const OTHERS = { land: ["wolf", "bird", "insect", "deer"], water: ["fish", "krill", "copepod", "copepod"] };
 
 /**
  * Species and objects in order, with their silhouettes and whether they hunt (eat animals).
@@ -29,10 +33,12 @@ export function kindsOf({ species, objects, foods, size }) {
   /** @type {Record<string, number>} */
   const like = {};
   const animals = species.map((kind) => {
-    const build = `${hunts(kind.name) ? "hunter" : dead(kind.name) ? "scavenger" : "grazer"}${(size?.length ?? 2) > 2 ? " water" : ""}`;
     const rests = !kind.moves && kind.sessile === false;
-    if (kind.moves || rests) like[build] = (like[build] ?? -1) + 1;
-    return { ...kind, rests, hunts: hunts(kind.name), build, variant: like[build] ?? 0 };
+    const named = lookOf(kind.name), still = named && TREES.includes(named);
+    const shape = () => (hunts(kind.name) ? 0 : dead(kind.name) ? 1 : kind.radius < 0.03 ? 2 : 3);
+    const build = kind.moves || rests ? (!still && named) || OTHERS[(size?.length ?? 2) > 2 ? "water" : "land"][shape()] : still ? named : undefined;
+    const variant = build && build !== named ? (like[build] = (like[build] ?? -1) + 1) : 0;
+    return { ...kind, rests, hunts: hunts(kind.name), build, variant };
   });
   return [...animals, ...(objects ?? []).map((kind) => ({ ...kind, inanimate: true }))];
 }

@@ -147,34 +147,81 @@ void main() {
   gl_FragColor = vec4(mix(lit, vColour * 0.66, 0.6 * rim), cover);
 }`;
 
+/** The pose of a body on land: enlarged bodies stand on the ground. */
+const POSE = /* glsl */ `
+float scaled(inout vec3 at) {
+  float scale = max(radius, least * -(viewMatrix * vec4(at, 1.0)).z / lens) * grown();
+  if (size.z <= 0.0) at.z += scale - radius;
+  return scale;
+}
+`;
+
 export const BODY_VERTEX = /* glsl */ `
 ${COMMON}
+${POSE}
 attribute vec3 corner;    // corner of the body in radii; forward is +x
 attribute vec3 facing;
+attribute float tone;     // brightness of the part
 uniform vec3 sun;
-uniform float rim;        // 0 for the body, or the margin of its dark copy in radii
+uniform float gait;       // 1: legs, 2: wings, 3: tail
+uniform float rim;        // 0 for the body, or the margin of its rim in water, in radii
 uniform vec3 edge;        // color of the rim
 uniform float nearer;     // shift toward the viewer, as a share of the depth
 
+// A body in motion: the phase of its stride depends on the place alone, so equal frames are equal pictures.
+vec3 moving(vec3 form, vec2 at, vec2 ahead, float scale) {
+  vec2 d = (now.xy - before.xy) / 65535.0;
+  float quick = smoothstep(0.0, 0.2 * radius, length((d - wrap.xy * floor(d + 0.5)) * size.xy));
+  float stride = sin(6.2832 * dot(at, ahead) / (2.6 * scale) + (gait < 1.5 && form.x * form.y > 0.0 ? 3.1416 : 0.0));
+  if (gait < 0.5) return form;
+  if (gait < 1.5) form.x += 0.5 * quick * stride * max(0.0, -0.15 - form.z);
+  else if (gait < 2.5) form.z += quick * stride * 0.45 * max(0.0, abs(form.y) - 0.3);
+  else form.y += quick * stride * 0.22 * max(0.0, 0.3 - form.x);
+  return form;
+}
+
 void main() {
   vec3 at = place();
-  vec4 centre = viewMatrix * vec4(at, 1.0);
-  float scale = max(radius, least * -centre.z / lens) * grown();
-  bool sea = size.z > 0.0;  // in water the rim is behind the body; on land it lies flat below the body
-  vec3 form = rim <= 0.0 ? corner : sea ? corner * (1.0 + rim / max(0.3, length(corner)))
-    : vec3(corner.xy * (1.0 + rim / max(0.3, length(corner.xy))), 0.1 * corner.z);
-  float h = heading(), c = cos(h), s = sin(h);
+  float scale = scaled(at), h = heading(), c = cos(h), s = sin(h);
+  float margin = rim * min(1.0, 1.5 * least * -(viewMatrix * vec4(at, 1.0)).z / (lens * scale)); // close up, rims are thinner
+  vec3 form = moving(corner, at.xy, vec2(c, s), scale) * (1.0 + margin / max(0.3, length(corner)));
   mat3 turn = mat3(c, s, 0.0, -s, c, 0.0, 0.0, 0.0, 1.0);
   vec3 light = turn * facing;
-  float lit = 0.66 + 0.24 * dot(light, sun) + 0.16 * light.z;
-  vColour = rim > 0.0 ? edge * mix(0.75, 1.0, day) : colour(at.z) * clamp(lit, 0.88, 1.06);
+  float lit = tone * (0.9 + 0.5 * max(0.0, dot(light, sun)) + 0.12 * light.z);
+  vColour = rim > 0.0 ? edge * mix(0.75, 1.0, day) : colour(at.z) * lit;
   vec4 seen = viewMatrix * vec4(at + turn * form * scale, 1.0);
   gl_Position = projectionMatrix * seen;
-  if (rim > 0.0 && sea) {
+  if (rim > 0.0) {
     vec4 behind = projectionMatrix * (seen - vec4(0.0, 0.0, 2.5 * scale, 0.0));
     gl_Position.z = behind.z / behind.w * gl_Position.w;
   }
   gl_Position.z -= nearer * gl_Position.w;
+}`;
+
+/** A soft shadow below a body on land. */
+export const SHADOW_VERTEX = /* glsl */ `
+${COMMON}
+${POSE}
+attribute vec3 corner;
+uniform vec3 sun;
+varying vec2 vFrom;       // distance from the center, 1 at the edge
+
+void main() {
+  vec3 at = place();
+  float scale = scaled(at), h = heading(), c = cos(h), s = sin(h);
+  vFrom = corner.xy / vec2(1.9, 1.3);
+  vec2 away = -0.6 * sun.xy / max(0.35, sun.z);
+  gl_Position = projectionMatrix * viewMatrix * vec4(at + scale * vec3(mat2(c, s, -s, c) * corner.xy + away, corner.z), 1.0);
+}`;
+
+export const SHADOW_FRAGMENT = /* glsl */ `
+${HIDES}
+uniform float day;
+varying vec2 vFrom;
+void main() {
+  if (hides()) discard;
+  float dark = 0.42 * mix(0.6, 1.0, day) * (1.0 - smoothstep(0.25, 1.0, length(vFrom)));
+  gl_FragColor = vec4(0.02, 0.05, 0.03, dark);
 }`;
 
 /** Capsules and boxes: a box enlarged on all sides by a rounding. */
@@ -224,4 +271,26 @@ void main() {
   vec3 colour = mix(night * (0.75 + 0.25 * light), lit, clamp(day, 0.0, 1.0));
   float grain = fract(sin(dot(gl_FragCoord.xy, vec2(12.9898, 78.233))) * 43758.5453);
   gl_FragColor = vec4(colour + (grain - 0.5) / 128.0, 1.0);
+}`;
+
+/** Flat ground with soft patches; beyond the world's edges it fades. */
+export const LAND_FRAGMENT = /* glsl */ `
+varying vec3 vAt;
+uniform vec2 size;
+uniform vec3 colour, beyond;
+
+float lot(vec2 p) { return fract(sin(dot(p, vec2(127.1, 311.7))) * 43758.5453); }
+
+float patches(vec2 p) {
+  vec2 low = floor(p), part = smoothstep(0.0, 1.0, p - low);
+  return mix(mix(lot(low), lot(low + vec2(1.0, 0.0)), part.x), mix(lot(low + vec2(0.0, 1.0)), lot(low + 1.0), part.x), part.y);
+}
+
+void main() {
+  float span = max(size.x, size.y);
+  vec2 p = vAt.xy / span, out2 = max(abs(vAt.xy - 0.5 * size) - 0.5 * size, 0.0) / span;
+  float tint = 0.55 * patches(9.0 * p) + 0.3 * patches(31.0 * p) + 0.15 * patches(140.0 * p) - 0.5;
+  float away = length(out2);
+  vec3 shade = mix(colour, beyond, step(1e-5, away)) * (1.0 + 0.16 * tint);
+  gl_FragColor = vec4(shade, 1.0 - smoothstep(0.15, 3.2, away));
 }`;
