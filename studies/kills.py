@@ -5,6 +5,7 @@ import os
 import signal
 import tempfile
 import time
+import traceback
 from pathlib import Path
 from typing import Any
 
@@ -37,16 +38,23 @@ def live(world: dict[str, Any], seed: int, ticks: int, every: int, out: Path) ->
 
 def kill_once(work: Any, wait: float) -> bool:
     """Fork a process to do the work, and kill it after `wait` seconds; return whether it had already
-    ended."""
+    ended. Raise RuntimeError if it ended with an error."""
     child = os.fork()
     if child == 0:
+        code = 1
         try:
             work()
+            code = 0
+        except BaseException:
+            traceback.print_exc()
         finally:
-            os._exit(0)
+            os._exit(code)
     deadline = time.monotonic() + wait
     while time.monotonic() < deadline:
-        if os.waitpid(child, os.WNOHANG)[0]:
+        ended, status = os.waitpid(child, os.WNOHANG)
+        if ended and status:
+            raise RuntimeError("the work failed; its error is above")
+        if ended:
             return True
         time.sleep(0.0005)
     os.kill(child, signal.SIGKILL)

@@ -147,7 +147,6 @@ class Archipelago:
             "wall_seconds": 0.0,
         }
         with claimed(out) as claim:
-            (claim.path / ISLANDS).mkdir(exist_ok=True)
             keep_copies(sources(config), claim.path)
             container.begin(claim.path, Manifest, manifest)
             return cls(claim.path)

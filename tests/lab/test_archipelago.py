@@ -16,8 +16,9 @@ from ecs_eco.engine.errors import CheckpointError, ConfigError, RecordingError
 from ecs_eco.lab import island
 from ecs_eco.lab.archipelago import Archipelago
 from ecs_eco.lab.pool import Pool
-from ecs_eco.record import resume
+from ecs_eco.record import container, resume
 from ecs_eco.record.archipelago import digest_of, read
+from ecs_eco.record.claim import Claim
 
 TICKS = 20
 OPTIONS = {"ticks": TICKS, "policies": "untrained", "learn": True, "snapshot_every": 5}
@@ -126,6 +127,22 @@ def test_it_goes_on_where_a_shorter_one_ended_and_after_a_stop_anywhere(
     assert halted.tick == 10  # the island a is further already, and is run again
     halted.run(report=False)
     assert halted.digest == whole.digest
+
+
+class Killed(BaseException):
+    """The end of a process: nothing is released or removed."""
+
+
+def test_a_beginning_killed_before_the_manifest_begins_again(menagerie, tmp_path, monkeypatch):
+    def killed(*_):
+        raise Killed
+
+    with monkeypatch.context() as patch, pytest.raises(Killed):
+        patch.setattr(container, "begin", killed)
+        patch.setattr(Claim, "release", lambda claim: os.close(claim._handle))
+        Archipelago.from_config(config(menagerie), out=tmp_path / "run", **OPTIONS)
+    assert (tmp_path / "run").is_dir()
+    assert Archipelago.from_config(config(menagerie), out=tmp_path / "run", **OPTIONS).tick == 0
 
 
 @pytest.mark.slow
