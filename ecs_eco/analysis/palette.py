@@ -19,6 +19,8 @@ SAFE = (
 )
 """Colors on a light and on a dark background, and the hue [degrees] that they represent."""
 GREY = "#7f888d"
+UNSET = "#4477aa"
+"""The default of `color` in world files."""
 INK, SOFT, AXIS, BAND, GRID = "#1b1f23", "#57606a", "#7a838c", "#dfe3e8", "#e6eaee"
 """Colors on a light background: primary text, secondary text, axes, a band behind curves, and the grid."""
 NIGHT, SUN = "#a9b4c2", "#b58900"
@@ -38,7 +40,8 @@ ON_CELL = "#fefefe", "#010101"
 def safe(
     colours: Mapping[str, str], things: Mapping[str, str] | None = None, dark: bool = False
 ) -> dict[str, str]:
-    """Return the safe color nearest to the hue of each species, then of each object type; grays stay gray."""
+    """Return the safe color nearest to the hue of each species, then of each object type; grays stay gray, and
+    those with the default color take the remaining safe colors in order, green first."""
     own = {**colours, **(things or {})}
     out = {name: GREY for name, colour in own.items() if max(rgb(colour)) - min(rgb(colour)) < 24}
     choice = [(on_dark if dark else on_light, hue) for on_light, on_dark, hue in SAFE]
@@ -47,9 +50,11 @@ def safe(
         while remaining := [name for name in group if name not in out]:
             if not offers:
                 offers = [(_paler(colour, dark), hue) for colour, hue in choice]
+            pairs = ((n, o) for n in remaining if own[n] != UNSET for o in offers)
             name, offer = min(
-                ((n, o) for n in remaining for o in offers),
+                pairs,
                 key=lambda pair: abs((_hue(own[pair[0]]) - pair[1][1] + 180) % 360 - 180),
+                default=(remaining[0], offers[0]),
             )
             out[name] = offer[0]
             offers.remove(offer)

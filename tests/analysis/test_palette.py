@@ -5,10 +5,14 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from ecs_eco.analysis.palette import GREY, SAFE, safe
+from ecs_eco.analysis.palette import GREY, SAFE, UNSET, safe
 from ecs_eco.analysis.style import colors
+from ecs_eco.config.models.species import Species
 
-GROUNDS = {False: ["#f3f5f3", "#ffffff", "#eef0e8"], True: ["#0e1315", "#161c1f", "#1a2321"]}
+GROUNDS = {
+    False: ["#f3f5f3", "#ffffff", "#e4f3d6", "#f6efdf"],  # the last two: land
+    True: ["#0e1315", "#161c1f", "#14251a", "#22221a"],
+}
 DEUTERANOPIA = np.array(
     [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]]
 )  # Machado, Oliveira & Fernandes 2009, severity 1
@@ -52,15 +56,16 @@ def test_any_two_colours_differ_to_everybody(dark, sees):
 
 @THEMES
 def test_a_shaded_deer_is_no_wolf(dark):
-    """The page shades facets down to 0.88 of their colour."""
+    """The page shades a body's facets from 0.84 to 1.16 of its colour; they differ from facets in the same light
+    (shapes differ, too)."""
     hues = safe({"grass": "#4d9221", "deer": "#b8860b", "wolf": "#67001f"}, dark=dark)
     for sees in (np.eye(3), DEUTERANOPIA):
         levels = {
-            name: [lab(sees @ (linear(hue) * share**2.2)) for share in (0.88, 1.0)]
+            name: [lab(sees @ (linear(hue) * share**2.2)) for share in (0.84, 1.0, 1.16)]
             for name, hue in hues.items()
         }
         for a, b in combinations(levels, 2):
-            assert min(np.linalg.norm(x - y) for x in levels[a] for y in levels[b]) > 12, (a, b)
+            assert min(np.linalg.norm(x - y) for x, y in zip(levels[a], levels[b], strict=True)) > 12, (a, b)
 
 
 def test_each_gets_the_colour_nearest_to_its_own_and_greys_stay_grey():
@@ -69,6 +74,13 @@ def test_each_gets_the_colour_nearest_to_its_own_and_greys_stay_grey():
     many = safe({f"s{i}": "#d7191c" for i in range(10)})
     assert len(set(many.values())) == 10
     assert {light for light, _, _ in SAFE} < set(many.values())
+
+
+def test_those_without_a_colour_take_the_rest_in_order_and_plants_come_first():
+    assert safe({"grass": UNSET, "rabbit": UNSET}) == {"grass": "#069b6d", "rabbit": "#6f3e00"}
+    hues = safe({"grass": UNSET, "fox": "#67001f", "moss": "#4d9221"}, {"stone": UNSET})
+    assert hues == {"grass": "#6f3e00", "fox": "#de640a", "moss": "#069b6d", "stone": "#2992c2"}
+    assert Species.model_fields["color"].default == UNSET
 
 
 def test_things_take_no_colour_from_a_species():

@@ -4,7 +4,7 @@ import { DataTexture, LinearFilter, NoColorSpace, RGBAFormat, UnsignedByteType }
 
 /** Colors on light and dark backgrounds, with the hue [degrees] that each represents, as in ecs_eco/analysis/palette.py. @type {[string, string, number][]} */
 const SAFE = [["#069b6d", "#049662", 125], ["#6f3e00", "#e7a002", 38], ["#de640a", "#c85300", 2], ["#2992c2", "#60bef2", 198], ["#bd6fa5", "#cc79a7", 308], ["#888e3b", "#fffa5f", 58], ["#005396", "#0072b2", 225]];
-const GREY = "#7f888d";
+const GREY = "#7f888d", UNSET = "#4477aa"; // the default of `color` in world files
 
 /** Gene colors on light and dark backgrounds, distinct from all species colors (Tol 2021, "muted", and its grays). */
 const GENES = [["#332288", "#882255", "#117733", "#8a6d1f", "#AA4499", "#555555"], ["#b0a4ff", "#ff9ecb", "#9be3a5", "#DDCC77", "#88e0e8", "#c8c8c8"]];
@@ -27,7 +27,7 @@ const hexOf = (colour) => "#" + colour.map((part) => Math.round(part).toString(1
 
 /**
  * Assigns each kind the safe color nearest to its own hue: species before objects, closest pairs first.
- * If there are more kinds than colors, repeated colors are shifted toward the ink color.
+ * Kinds with the default color take the remaining ones in order, green first. If there are more kinds than colors, repeated colors are shifted toward the ink color.
  * @param {import("./protocol.js").Kind[]} kinds
  * @param {boolean} dark
  * @returns {string[]}
@@ -41,8 +41,8 @@ export function safe(kinds, dark) {
     const wanting = () => kinds.map((_, k) => k).filter((k) => !found[k] && Boolean(kinds[k].inanimate) === things);
     for (let left = wanting(); left.length; left = wanting()) {
       if (!offers.length) offers = choice.map(({ hex, hue }) => ({ hex: hexOf(rgb(hex).map((part) => Math.floor(0.6 * part + (dark ? 102 : 0) + 0.5))), hue }));
-      const pairs = left.flatMap((k) => offers.map((offer) => ({ k, offer, gap: gap(hueOf(rgb(kinds[k].color)), offer.hue) })));
-      const best = pairs.reduce((a, b) => (b.gap < a.gap ? b : a));
+      const pairs = left.filter((k) => kinds[k].color !== UNSET).flatMap((k) => offers.map((offer) => ({ k, offer, gap: gap(hueOf(rgb(kinds[k].color)), offer.hue) })));
+      const best = pairs.reduce((a, b) => (b.gap < a.gap ? b : a), { k: left[0], offer: offers[0], gap: pairs.length ? Infinity : 0 });
       found[best.k] = best.offer.hex;
       offers = offers.filter((offer) => offer !== best.offer);
     }

@@ -12,8 +12,9 @@ export class Eye {
    * @param {HTMLCanvasElement} canvas
    * @param {number[]} size of the world [m]
    * @param {[number, number]} levels lowest and highest point [m]
+   * @param {number} largest radius of the largest body [m], which the camera does not enter
    */
-  constructor(canvas, size, levels) {
+  constructor(canvas, size, levels, largest) {
     this.size = size;
     this.levels = levels;
     this.span = Math.hypot(size[0], size[1], levels[1] - levels[0]);
@@ -24,7 +25,7 @@ export class Eye {
     this.controls.dampingFactor = 0.18;
     this.controls.zoomToCursor = true;
     this.controls.maxDistance = this.span * 4;
-    this.controls.minDistance = this.span / 600;
+    this.controls.minDistance = Math.max(this.span / 600, 5 * largest);
     this.controls.mouseButtons = { LEFT: MOUSE.PAN, MIDDLE: MOUSE.DOLLY, RIGHT: MOUSE.ROTATE };
     this.controls.touches = { ONE: TOUCH.PAN, TWO: TOUCH.DOLLY_ROTATE };
     this.controls.maxPolarAngle = size.length > 2 ? Math.PI * 0.92 : Math.PI * 0.49;
@@ -132,7 +133,7 @@ export class Eye {
     if (preset === "follow" && this.followed) {
       target = this.followed.clone();
       shift = [0, 0];
-      distance = Math.min(distance, Math.max(this.span * 0.14, this.controls.minDistance * 4));
+      distance = Math.min(distance, Math.max(this.span * 0.08, this.controls.minDistance * 3));
     }
     this.move(shift);
     const to = [target.clone().addScaledVector(direction, distance), target];

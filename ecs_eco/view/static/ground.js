@@ -68,7 +68,7 @@ export class Ground {
     this.soil = new MeshLambertMaterial({ vertexColors: Boolean(relief.nx) });
     this.flat = new ShaderMaterial({
       vertexShader: WATER_VERTEX, fragmentShader: LAND_FRAGMENT, side: DoubleSide, transparent: true, depthWrite: false,
-      uniforms: { size: { value: new Vector2(...hello.size) }, colour: { value: new Color() }, beyond: { value: new Color() } },
+      uniforms: { size: { value: new Vector2(...hello.size) }, grassy: { value: new Color() }, bare: { value: new Color() }, beyond: { value: 1 } },
     });
     this.lake = new MeshLambertMaterial({ transparent: true, opacity: 0.86 });
     this.stone = new MeshLambertMaterial({ flatShading: true });
@@ -270,8 +270,10 @@ export class Ground {
   tint(dark, light) {
     const day = Math.min(1, Math.max(0, light));
     const mix = (/** @type {string} */ night, /** @type {string} */ noon) => new Color(night).lerp(new Color(noon), day);
-    this.flat.uniforms.colour.value.copy(dark ? mix("#10171a", "#1c2620") : mix("#b4bfb9", "#e6ebd8"));
-    this.flat.uniforms.beyond.value.copy(dark ? mix("#0d1315", "#151c1a") : mix("#a3adab", "#ccd5bd"));
+    const land = this.flat.uniforms; // two colors of equal luminance, so that organisms stand out everywhere
+    land.grassy.value.copy(dark ? mix("#101a15", "#14251a") : mix("#b3c0b4", "#e4f3d6"));
+    land.bare.value.copy(dark ? mix("#161816", "#22221a") : mix("#bcbcb0", "#f6efdf"));
+    land.beyond.value = dark ? 0.72 : 0.87;
     this.lines.color.copy(dark ? new Color("#5b6f73") : new Color("#7d8a86"));
     this.lines.opacity = this.volume ? 0.55 : dark ? 0.28 : 0.26;
     this.dust.color.copy(dark ? mix("#2c2822", "#5a5041") : mix("#a89f8c", "#d8ccb4"));

@@ -187,7 +187,7 @@ void main() {
   vec3 form = moving(corner, at.xy, vec2(c, s), scale) * (1.0 + margin / max(0.3, length(corner)));
   mat3 turn = mat3(c, s, 0.0, -s, c, 0.0, 0.0, 0.0, 1.0);
   vec3 light = turn * facing;
-  float lit = tone * (0.9 + 0.5 * max(0.0, dot(light, sun)) + 0.12 * light.z);
+  float lit = tone * (0.88 + 0.24 * max(0.0, dot(light, sun)) + 0.04 * light.z);
   vColour = rim > 0.0 ? edge * mix(0.75, 1.0, day) : colour(at.z) * lit;
   vec4 seen = viewMatrix * vec4(at + turn * form * scale, 1.0);
   gl_Position = projectionMatrix * seen;
@@ -277,7 +277,8 @@ void main() {
 export const LAND_FRAGMENT = /* glsl */ `
 varying vec3 vAt;
 uniform vec2 size;
-uniform vec3 colour, beyond;
+uniform vec3 grassy, bare;
+uniform float beyond;      // brightness of the land around the world
 
 float lot(vec2 p) { return fract(sin(dot(p, vec2(127.1, 311.7))) * 43758.5453); }
 
@@ -288,9 +289,8 @@ float patches(vec2 p) {
 
 void main() {
   float span = max(size.x, size.y);
-  vec2 p = vAt.xy / span, out2 = max(abs(vAt.xy - 0.5 * size) - 0.5 * size, 0.0) / span;
-  float tint = 0.55 * patches(9.0 * p) + 0.3 * patches(31.0 * p) + 0.15 * patches(140.0 * p) - 0.5;
-  float away = length(out2);
-  vec3 shade = mix(colour, beyond, step(1e-5, away)) * (1.0 + 0.16 * tint);
+  vec2 p = vAt.xy / span, beside = max(abs(vAt.xy - 0.5 * size) - 0.5 * size, 0.0) / span;
+  float tint = 0.55 * patches(9.0 * p) + 0.3 * patches(31.0 * p) + 0.15 * patches(140.0 * p), away = length(beside);
+  vec3 shade = mix(grassy, bare, smoothstep(0.25, 0.75, tint)) * mix(1.0, beyond * (0.94 + 0.12 * tint), step(1e-5, away));
   gl_FragColor = vec4(shade, 1.0 - smoothstep(0.15, 3.2, away));
 }`;

@@ -39,7 +39,7 @@ export class Stage {
     this.relief = new Relief(hello);
     this.ground = new Ground(hello, this.relief);
     const top = hello.size.length > 2 ? hello.size[2] : Math.max(this.relief.highest, 0);
-    this.eye = new Eye(canvas, hello.size, [Math.min(0, this.relief.lowest), top]);
+    this.eye = new Eye(canvas, hello.size, [Math.min(0, this.relief.lowest), top], Math.max(0, ...this.kinds.map(({ radius }) => radius)));
     this.sun = new DirectionalLight(0xffffff, 2.2);
     this.sky = new AmbientLight(0xffffff, 1.6);
     const group = new Group();
