@@ -6,6 +6,7 @@ import { REPORT, append, extremes, grouped, meanRate, nights, recalled, remember
 import { saves } from "./save.js";
 import { genes } from "./colours.js";
 import { FIGURES, Figures } from "./figures.js";
+import { round } from "./ground.js";
 import { DASHES, stroke } from "./marks.js";
 import { soon } from "./pace.js";
 import { css, isDark } from "./theme.js";
@@ -14,6 +15,7 @@ import { css, isDark } from "./theme.js";
 /** @typedef {(number | null)[]} Line */
 
 const [PLAIN, THIN, THICK] = [1.8, 1.1, 2.6]; // line widths [px]; the last two apply if there is a second world
+const LANE = 58; // height of each population's lane [px]
 const SPARK = 40; // number of points in a sparkline, evenly spaced in time
 const WIDE = 1500; // ticks in a sparkline
 const [RECENT, LATELY] = [10, 60]; // last ticks over which births and deaths, and causes of death, are averaged
@@ -32,6 +34,16 @@ const CHARTS = [
   { key: "births", title: "Births", unit: "per tick", heading: "per tick" },
   { key: "energy", title: "Energy", unit: "per tick, taken in and burned", heading: "energy per tick" },
 ];
+
+/** Range and labels of a lane of the chart of populations, from 0 to the highest value. @param {number} at position of the lane, from below @param {number} lanes */
+function lane(at, lanes) {
+  const range = (/** @type {unknown} */ _, /** @type {number} */ _low, /** @type {number} */ high) => {
+    const most = high > 0 ? high * (lanes > 1 ? 1.25 : 1.06) : 1;
+    return /** @type {[number, number]} */ ([-at * most, (lanes - at) * most]);
+  };
+  const splits = (/** @type {unknown} */ _, /** @type {number} */ _i, /** @type {number} */ _low, /** @type {number} */ top) => [0, round((0.9 * top) / (lanes - at))];
+  return { range, splits };
+}
 
 export class Charts {
   /**
@@ -304,17 +316,26 @@ export class Charts {
     const after = this.charts.slice(this.charts.findIndex((chart) => chart.key === key) + 1).map((chart) => this.plots.get(chart.key)).find(Boolean);
     this.body.insertBefore(place, after?.plot.root.closest(".chart") ?? null);
     const axis = { stroke: css("--soft"), font: "11px " + css("--font"), ticks: { show: false }, grid: { stroke: css("--line"), width: 1 } };
+    const shared = key !== "n" || this.log || names.length < 2; // otherwise each population has a lane with its own scale
+    const scaleOf = (/** @type {number} */ i) => (shared ? "y" : `y${i}`);
+    const lanes = shared ? [] : names.map((_, i) => lane(names.length - 1 - i, names.length));
     const plot = new uPlot({
-      width: Math.max(200, this.body.clientWidth), height: (key === "n" ? 148 : 112) + (lowest ? 32 : 0),
+      width: Math.max(200, this.body.clientWidth), height: (shared ? (key === "n" ? 148 : 112) : LANE * names.length + 12) + (lowest ? 32 : 0),
       padding: [6, 8, 0, 0],
       cursor: { sync: { key: "ecs" }, y: false, points: { size: 6 }, drag: { x: true, y: false, setScale: false, dist: 4 } },
       legend: { show: false },
-      scales: { x: { time: false, range: () => this.range() }, y: { distr: key === "n" && this.log ? 3 : 1, range: key === "n" && !this.log ? (_, _low, high) => [0, high > 0 ? high * 1.06 : 1] : undefined } },
+      scales: {
+        x: { time: false, range: () => this.range() },
+        y: { distr: key === "n" && this.log ? 3 : 1, range: key === "n" && !this.log ? lane(0, 1).range : undefined },
+        ...Object.fromEntries(lanes.map(({ range }, i) => [scaleOf(i), { range }])),
+      },
       axes: [
         { ...axis, size: lowest ? 38 : 6, space: 70, label: lowest ? "tick" : "", labelSize: lowest ? 14 : 0, labelFont: axis.font, values: (_, splits) => splits.map((v) => (lowest ? number(v) : "")) },
-        { ...axis, size: 46, space: 30, values: (_, splits) => splits.map((v) => (v === null ? "" : number(v))) },
+        ...(shared ? [{}] : lanes.map(({ splits }, i) => ({ scale: scaleOf(i), splits, size: i + 1 < names.length ? 0 : 46 }))).map((own) => ({
+          ...axis, size: 46, space: 30, values: (/** @type {unknown} */ _, /** @type {(number | null)[]} */ splits) => splits.map((v) => (v === null ? "" : number(v))), ...own,
+        })),
       ],
-      series: [{}, ...(this.other ? [THIN, THICK] : [PLAIN]).flatMap((width) => names.map((name, i) => ({ label: name, stroke: colours[i], width, alpha: width === THIN ? 0.6 : 1, dash: dashes[i], points: { show: false }, spanGaps: true })))],
+      series: [{}, ...(this.other ? [THIN, THICK] : [PLAIN]).flatMap((width) => names.map((name, i) => ({ label: name, scale: scaleOf(i), stroke: colours[i], width, alpha: width === THIN ? 0.6 : 1, dash: dashes[i], points: { show: false }, spanGaps: true })))],
       hooks: { drawClear: [(u) => nights(u, this.ticks, this.light)], draw: [(u) => this.cursor(u), (u) => this.other?.mark(u)], setCursor: [() => this.values()], setSelect: [(u) => this.dragged(u)] },
     }, [[]], place);
     plot.over.addEventListener("click", () => this.clicked(plot));
