@@ -83,8 +83,11 @@ def still(page: Any) -> None:
 
 
 def deer(page: Any) -> None:
-    """Show one deer and its curves, from the side."""
+    """Follow one deer, with its curves."""
     survivor(page, "deer")
+    page.keyboard.press("f")
+    page.wait_for_timeout(1500)  # [ms] of the flight
+    until(page, "ecs.still")
 
 
 def family(page: Any) -> None:

@@ -6,7 +6,7 @@ import { HIDES } from "./shaders.js";
 
 const AROUND = 2.5; // radius of fading, relative to the organism's radius on the screen
 const LEAST = 16; // [px]
-const OWN = 1.5; // depth margin, relative to the organism's radius, so that it does not hide itself
+const OWN = 3; // depth margin, relative to the organism's radius, so that it does not hide itself
 
 /**
  * Sets where elements fade. Called before a picture is drawn.
