@@ -217,7 +217,7 @@ def test_the_reverse_and_two_sweeps_are_told_with_their_doses():
     ]
     for line in (put_in(back), text):
         assert line in told.sentences()
-    assert "<td>letter T at locus 0 (gene red) put in</td>" in births_of(told)
+    assert ">letter T at locus 0 (gene red) put in</td>" in births_of(told)
 
 
 def test_each_letter_is_taken_out_but_not_also_the_value_that_it_codes_for():
