@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from ecs_eco.cli.folders import pages
-from ecs_eco.cli.options import Of, On, Quiet, Run, Trust, Workers, new_folder, number
+from ecs_eco.cli.options import Of, Quiet, Run, Trust, Workers, new_folder, number, option
 from ecs_eco.cli.terminal import exits, progress, recorded, refuse, say
 from ecs_eco.engine.errors import CheckpointError, ConfigError, RecordingError
 from ecs_eco.explain.account import MOMENTS
@@ -56,7 +56,14 @@ def explain(
         ),
     ] = False,
     workers: Workers = None,
-    on: On = LOCAL,
+    on: Annotated[
+        str,
+        option(
+            "Where to run forks: in processes on this machine, on a Ray cluster, or on a SLURM cluster.",
+            "--on",
+            metavar="local|ray|slurm",
+        ),
+    ] = LOCAL,
     json_: Annotated[bool, typer.Option("--json", help="Print explain.json instead of sentences.")] = False,
     quiet: Quiet = False,
     trust: Trust = False,
