@@ -124,6 +124,8 @@ class Account:
         return sweep | {
             "lead": self.sweep.lead.name,
             "linked": [{"allele": allele.name, "r2": r2} for allele, r2 in self.sweep.linked],
+            "gene": self.sweep.lead.gene,
+            "edit": asdict(self.taken[0][1].edits[0]) if self.taken else None,
             "driver": self.driver.name if self.driver else None,
             "effects": self.effects(),
             "learned": None
