@@ -312,7 +312,10 @@ def section(one: Account, paths: Paths, traits: Mapping[str, str], place: Path) 
         drawn(figures.frequency(sweep, paths), place.with_name(f"{place.name}-frequency.svg"), caption),
     ]
     colour = f"&colour=gene:{sweep.lead.gene}" if sweep.lead.gene else ""
-    there = f"To watch it, run ecs-eco watch on the folder and add #tick={sweep.half}{colour} to the address."
+    there = (
+        "To watch it, run ecs-eco watch on the folder and choose the sweep in the tab Why, or add "
+        f"#tick={sweep.half}{colour} to the address."
+    )
     blocks.append(f"<p class='under'>{escape(there)}</p>")
     if one.taken:
         way = (
