@@ -79,7 +79,7 @@ def effect(told: Mapping[str, Any] | None, measure: str = "births") -> list[Any]
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return the verdicts, a table of genes, and what is said of them."""
+    """Return the verdicts, a table of genes, and the sentences on them."""
     all_genes = {(e["case"]["world"], gene): one for e in cases for gene, one in e["result"].items()}
     told = {key: one for key, one in all_genes.items() if one}
     red = told.get(("reflexes", "goat red"))

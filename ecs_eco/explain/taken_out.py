@@ -11,6 +11,7 @@ import json
 import time
 from collections.abc import Callable, Collection, Iterator, Sequence
 from concurrent.futures import Executor
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -24,7 +25,6 @@ from ecs_eco.analysis.runs import load_series
 from ecs_eco.analysis.seed_grid import mean_interval
 from ecs_eco.analysis.survival import Interval
 from ecs_eco.components import Metabolism, Policy
-from ecs_eco.config import WorldConfig
 from ecs_eco.ecosystem import World
 from ecs_eco.engine import files
 from ecs_eco.engine.arguments import whole_number
@@ -243,13 +243,18 @@ def take_out(
     outs = [_file(place, i) for i in range(whole_number("forks", forks, 1))]
     allowed = [source.sha256 for source in world.config._code.sources if world.config._code.allowed]
     missing = [i for i, out in enumerate(outs) if not out.exists()]
-    if engine == SLURM:
-        finished = _on_slurm(place, missing, allowed, workers)
-    else:
-        finished = _on_executor(place, missing, allowed, engine, workers, world.config)
-    for done, _ in enumerate(finished, len(outs) - len(missing) + 1):
-        if progress is not None:
-            progress(done, len(outs))
+    local: AbstractContextManager[Executor | None] = nullcontext()
+    if missing and engine != SLURM:
+        local = engine_of(engine, workers)
+    with local as pool:
+        if pool is None:
+            finished = _on_slurm(place, missing, allowed, workers)
+        else:
+            prepare(pool, place, world.config)
+            finished = _on_executor(pool, place, missing, allowed)
+        for done, _ in enumerate(finished, len(outs) - len(missing) + 1):
+            if progress is not None:
+                progress(done, len(outs))
     return _collected(edits, tick, [json.loads(out.read_text(encoding="utf-8")) for out in outs])
 
 
@@ -415,20 +420,12 @@ def _candidates(table: Table, edits: Sequence[Edit], known: Weights | None) -> t
 
 
 def _on_executor(
-    place: Path,
-    numbers: Sequence[int],
-    allowed: Sequence[str],
-    engine: str | Executor,
-    workers: int | None,
-    config: WorldConfig,
+    pool: Executor, place: Path, numbers: Sequence[int], allowed: Sequence[str]
 ) -> Iterator[int]:
     """Run forks on an executor; yield their numbers as they end."""
-    if numbers:
-        with engine_of(engine, workers) as pool:
-            prepare(pool, place, config)
-            for number, future in completed(pool, run_fork, {n: (place, n, allowed) for n in numbers}):
-                future.result()
-                yield number
+    for number, future in completed(pool, run_fork, {n: (place, n, allowed) for n in numbers}):
+        future.result()
+        yield number
 
 
 def _on_slurm(
