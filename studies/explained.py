@@ -1,13 +1,11 @@
 """What does `ecs-eco explain` say of the genes in worlds of the evidence?
 
 Each world runs once, with seed 41, chosen before the first run. For each gene named in a claim, the allele of the
-clearest sweep is taken out of a random half of its carriers, in forks when half of the rise is reached. One run
-cannot show that a gene spreads, which the worlds' own studies test: it shows what the allele did in this run.
-
-`reflexes`, `innate` and `happiness` are as shipped, gene_duplication is the world of its study, and arms_race that
-of its study with genes and with the frozen policies of `predator-prey`. Runs are shorter than in these studies. The
-only goal was set before the first run: without the reflex against red grass, more goats die by it,
-and they have fewer young.
+clearest sweep is taken out of a random half of its carriers, in forks at half of the rise. One run cannot show that
+a gene spreads, which the worlds' own studies test: it shows what the allele did in this run. arms_race is the world
+of its study with genes and with the frozen policies of `predator-prey`. The only goal was set before the first run:
+without the reflex against red grass, more goats die by it, and they have fewer young. The first runs of arms_race
+and gene_duplication had no sweep of these genes, so we added runs as long as in their studies, with the same seed.
 """
 
 import tempfile
@@ -29,6 +27,7 @@ WORLDS: dict[str, dict[str, Any]] = {  # length of the run [ticks], and the gene
     "gene_duplication": {"ticks": 1500, "genes": {"goat": ["red", "yellow"]}},
     "innate": {"ticks": 2500, "genes": {"goat": ["brain"]}},
 }
+LONGER = {"gene_duplication": 5000, "arms_race": 6000}  # [ticks]
 
 
 def world(name: str) -> Any:
@@ -42,7 +41,7 @@ def world(name: str) -> Any:
 
 
 def run(config: dict[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
-    """Run one world and explain its genes: {species gene: what is said of it}."""
+    """Run one world and explain its genes: {species gene: its account, or None}."""
     from ecs_eco.analysis.lineage import Lineage
     from ecs_eco.explain import rises
     from ecs_eco.explain.account import account
@@ -51,7 +50,7 @@ def run(config: dict[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
     how, found = config["worlds"][case["world"]], {}
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "run"
-        ticks = config.get("most ticks", how["ticks"])
+        ticks = config.get("most ticks", case.get("ticks", how["ticks"]))
         run_to_folder(world(case["world"]), seed=case["seed"], ticks=ticks, out=out, report=False)
         lineage = Lineage.read(out)
         for species, genes in how["genes"].items():
@@ -80,7 +79,9 @@ def effect(told: Mapping[str, Any] | None, measure: str = "births") -> list[Any]
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     """Return the verdicts, a table of genes, and the sentences on them."""
-    all_genes = {(e["case"]["world"], gene): one for e in cases for gene, one in e["result"].items()}
+    names = [e["case"]["world"] + ", longer" * ("ticks" in e["case"]) for e in cases]
+    both = zip(names, cases, strict=True)
+    all_genes = {(name, gene): one for name, e in both for gene, one in e["result"].items()}
     told = {key: one for key, one in all_genes.items() if one}
     red = told.get(("reflexes", "goat red"))
     low, high = effect(red, "died: poisoned by red")[1], effect(red)[2]
@@ -90,8 +91,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         "verdicts": [
             verdict("reflexes, red: more deaths by red grass without it, lower end", low, "> 0", low > 0),
             verdict("reflexes, red: young without it, upper end of the change", high, "< 0", high < 0),
-            verdict(f"genes with a sweep, of {len(all_genes)}", len(told), "reported", True),
-            verdict("genes whose removal clearly lowers the number of young", clear, "reported", True),
+            verdict(f"genes whose loss clearly costs young, of {len(told)}", clear, "reported", True),
         ],
         "table": {
             "head": ["world", "gene", "allele", "from", "to", "s", "change in young without it"],
@@ -109,7 +109,8 @@ STUDY = Study(
     name="explained",
     claim="`ecs-eco explain` names the letters that spread in worlds of the evidence, and what they did.",
     config={"worlds": WORLDS, "forks": 8, "fork ticks": 500},
-    cases=[{"world": name, "seed": SEED} for name in WORLDS],
+    cases=[{"world": name, "seed": SEED} for name in WORLDS]
+    + [{"world": name, "seed": SEED, "ticks": ticks} for name, ticks in LONGER.items()],
     run=run,
     summarise=summarise,
     short_config={"forks": 2, "fork ticks": 20, "most ticks": 300},
