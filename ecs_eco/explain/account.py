@@ -376,11 +376,11 @@ def elsewhere(taken: Sequence[tuple[Allele, TakenOut]]) -> list[str]:
 def put_in(taken: TakenOut) -> str:
     """Return the sentence on what changes if an allele is put into organisms without it."""
     births, many = taken.effect("births"), round(float(taken.n.sum(axis=1).mean()))
-    clearly = "clearly" if clear(births) else "not clearly"
+    differs = "differed clearly" if clear(births) else "did not differ clearly"
     return (
         f"In reverse, {named(taken.edits[0])} was put into a random half of {many:,} organisms without it, in "
-        f"forks at tick {taken.tick:,}: their number of young differed {clearly} from that of the others, by "
-        f"{signed(births)}."
+        f"forks at tick {taken.tick:,}: their number of young {differs} from that of the others; the "
+        f"difference is {signed(births)}."
     )
 
 

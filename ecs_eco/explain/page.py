@@ -140,6 +140,8 @@ def write_explanation(
     accounts = accounts_of(run, some, options, how, together, progress)
     told = [accounts.get(id(sweep), Account(sweep)) for sweep in sweeps]
     summary = opening(sweeps, lineage, list(paths), islands and bool(forks), bool(some))
+    if together and some and not with_another(some):
+        summary.append("No species has two sweeps whose alleles can be taken out together.")
     contents: dict[str, Any] = {"format": 1, "species": list(paths), "fdr": fdr, "forks": forks}
     found = clean(contents | {"summary": summary, "sweeps": [one.to_json() for one in told]})
     place, name = Path(out or run), manifest.get("title") or manifest.get("world", "a run")

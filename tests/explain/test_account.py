@@ -188,7 +188,8 @@ def test_the_reverse_and_two_sweeps_are_told_with_their_doses():
     back = replace(taken(births=(0.6, 0.8, 0.4)), edits=(replace(taken().edits[0], reverse=True),))
     assert put_in(back) == (
         "In reverse, letter T at locus 0 (gene red) was put into a random half of 80 organisms without it, in "
-        "forks at tick 500: their number of young differed clearly from that of the others, by 0.6 (0.1 to 1.1)."
+        "forks at tick 500: their number of young differed clearly from that of the others; the difference is "
+        "0.6 (0.1 to 1.1)."
     )
     births = np.array([[2.0, 1.5, 1.5 + x, 0.0 + x] for x in (-0.01, 0.0, 0.01)])
     edits = (taken().edits[0], Edit("goat", "letter", "", 3, "C", "A"))
@@ -287,6 +288,7 @@ def run(tmp_path_factory):
 def test_page_files_and_command_have_the_same_numbers(run):
     how = {"forks": 2, "ticks": 8, "workers": 1, "reverse": True, "together": True}
     found = write_explanation(run, species="goat", tick=[120, "within"], **how)
+    assert "No species has two sweeps" in found["summary"][-1]
     assert found["sweeps"][0]["lead"] == "green = 0"
     assert json.loads((run / "explain.json").read_text(encoding="utf-8")) == found
     page = (run / "explain.html").read_text(encoding="utf-8")
@@ -329,6 +331,21 @@ def test_the_band_of_drift_begins_at_the_rise_and_widens(run):
 @pytest.fixture(scope="module")
 def pond(tmp_path_factory):
     return recorded(tmp_path_factory.mktemp("pond") / "run", ticks=4)
+
+
+def test_all_comparisons_of_a_sweep_are_made_in_forks(pond):
+    leads = [Allele("newt", "letter", gene, at, "B") for at, gene in enumerate(("hunger", "fertile"))]
+    first, other = (sweep(species="newt", lead=lead) for lead in leads)
+    how = {"tick": [0, 1], "forks": 2, "ticks": 6, "workers": 1}
+    found = account(pond, first, other=other, reverse=True, **how)
+    assert found.gap == ""
+    assert [(allele, taken.tick) for allele, taken in found.taken] == [(leads[0], 0), (leads[0], 1)]
+    assert found.reverse.edits[0] == Edit("newt", "letter", "hunger", 0, "B", "A", reverse=True)
+    assert found.reverse.effect("survival").value < 0 < found.taken[0][1].effect("survival").value
+    assert found.together[0] == leads[1]
+    assert found.together[1].tick == 0
+    assert found.together[1].n.shape == (2, 4)
+    assert len(found.sentences()) == 5
 
 
 @pytest.mark.parametrize(
