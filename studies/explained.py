@@ -4,8 +4,7 @@ Each world runs once, with seed 41, chosen before the first run. For each gene n
 clearest sweep is taken out of a random half of its carriers, in forks at half of the rise. One run cannot show that
 a gene spreads, which the worlds' own studies test: it shows what the allele did in this run. arms_race is the world
 of its study with genes and with the frozen policies of `predator-prey`. The only goal was set before the first run:
-without the reflex against red grass, more goats die by it, and they have fewer young. The first runs of arms_race
-and gene_duplication had no sweep of these genes, so we added runs as long as in their studies, with the same seed.
+without the reflex against red grass, more goats die by it, and they have fewer young.
 """
 
 import tempfile
@@ -100,7 +99,8 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
                 for key, one in told.items()
             ],
         },
-        "notes": f"Without a sweep: {missing}.\n\n"
+        "notes": "The first runs of arms_race and gene_duplication had no sweep of these genes, so we added runs "
+        f"as long as in their studies, with the same seed. Without a sweep: {missing}.\n\n"
         + "\n\n".join(f"{' '.join(key)}: {' '.join(one['sentences'])}" for key, one in told.items()),
     }
 
