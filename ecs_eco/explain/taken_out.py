@@ -433,7 +433,8 @@ def _on_slurm(
 ) -> Iterator[int]:
     """Run forks as tasks of SLURM arrays; yield their numbers as they end. Tasks that an earlier call has
     submitted are not submitted again."""
-    task = (
+    task = (  # a fork has no checkpoint: at its time limit, it fails and is not queued again
+        "import signal; signal.signal(signal.SIGTERM, lambda *_: sys.exit(1)); "
         "from ecs_eco.explain.taken_out import Path, run_fork; "
         "run_fork(Path(sys.argv[1]), int(sys.argv[-1]), sys.argv[2:-1])"
     )

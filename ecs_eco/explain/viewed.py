@@ -28,9 +28,9 @@ def _swept(one: dict[str, Any]) -> Swept:
         "n": 0,
         "text": f"{one['lead']} of {one['species']} rose from {one['first']:.0%} to {one['last']:.0%}",
         "cause": " ".join(map(str, one["sentences"][1:])),
-        "colour": f"gene:{one['gene']}" if one["gene"] else "species",
+        "colour": f"gene:{one['gene']}" if one.get("gene") else "species",
     }
-    if one["edit"] is None:
+    if one.get("edit") is None:  # no allele was taken out, or by an earlier version
         return Swept(entry)
     edit = Edit(**one["edit"])
 
