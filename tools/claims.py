@@ -14,7 +14,7 @@ from cells import shown, table
 
 CLAIMS = Path(__file__).parent.parent / "studies" / "claims.toml"
 HEAD = ["kind", "training seeds × world seeds", "effect (95% interval)", "goal", "outcome"]
-KEYS = ("id", "says", "study", "line", "of", "kind", "failed")
+KEYS = ("id", "says", "study", "line", "of", "kind", "failed", "explained")
 
 
 def read(path: Path = CLAIMS) -> list[dict[str, Any]]:
@@ -47,7 +47,8 @@ def section(claim: Mapping[str, Any], record: Mapping[str, Any]) -> str:
         line["goal"] if "registered" in line else shown(line["goal"]),
         "passed" if line["met"] else "**failed**",
     ]
-    return f"### Claim: {claim['id']}\n\n{claim['says']}{note}\n\n{table(HEAD, [row])}"
+    link = f"\n\n[One run, explained](explained.md): {claim['explained']}." if "explained" in claim else ""
+    return f"### Claim: {claim['id']}\n\n{claim['says']}{note}\n\n{table(HEAD, [row])}{link}"
 
 
 def line_of(claim: Mapping[str, Any], record: Mapping[str, Any]) -> Mapping[str, Any]:

@@ -18,6 +18,7 @@ from ecs_eco.cli.trust import allow
 from ecs_eco.compiled import portable
 from ecs_eco.config import load
 from ecs_eco.ecosystem import World
+from ecs_eco.explain.viewed import sweeps_in
 from ecs_eco.lab.arm import check_policies
 from ecs_eco.record.archipelago import is_archipelago, read
 from ecs_eco.view.branch import Start
@@ -90,7 +91,7 @@ def watch(
         elif isinstance(first, Live):
             source = options.pair(first, world, options.picker(first, world))
         else:
-            source = Pair(first)
+            source = Pair(first, sweeps=sweeps_in(world))
         _show(serve, source, source.hello()["title"], port, browser)
 
 

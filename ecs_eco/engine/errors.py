@@ -33,6 +33,12 @@ def listed(names: Iterable[str], most: int = 12) -> str:
     return ", ".join(names[:most]) + (f", … ({len(names)} in all)" if len(names) > most else "") or "none"
 
 
+def in_words(names: Iterable[str]) -> str:
+    """Return names as "a, b and c", for sentences."""
+    *first, last = [*names] or [""]
+    return f"{', '.join(first)} and {last}" if first else last
+
+
 def how_many(n: int) -> str:
     """ "3 problems", or "more than 200 problems"."""
     return f"more than {MOST} problems" if n > MOST else f"{n} problem{'s' * (n != 1)}"

@@ -3,7 +3,8 @@
 `drift` measures how unequal organisms' contributions to the next generation are, `alleles` follows the
 frequencies of all alleles, and `events` tests them and groups linked alleles into sweeps. `edits` changes living
 organisms, and `taken_out` compares changed and unchanged organisms in forks of the run. `account`, `figures` and
-`page` present the results. Statistics of a single gene that you choose belong in `ecs_eco.analysis`.
+`page` present the results, and `viewed` passes sweeps to the viewer. Statistics of a single gene that you choose
+belong in `ecs_eco.analysis`.
 """
 
 from typing import TYPE_CHECKING

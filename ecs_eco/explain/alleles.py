@@ -12,6 +12,7 @@ import pyarrow.compute as pc
 from ecs_eco.analysis.carriers import alleles_of, gene_of, has_few_values, words_of_strings
 from ecs_eco.analysis.pedigree import Pedigree
 from ecs_eco.explain.drift import Steps, steps_of
+from ecs_eco.explain.edits import limit_of
 
 COMMON = 0.05  # frequency that a haplotype or a clade must reach
 FEWEST = 5  # copies of an allele, and of all others, below which a step is left out
@@ -22,15 +23,16 @@ Kind = Literal["letter", "value", "copies", "haplotype", "clade"]
 class Allele:
     """A variant that organisms of a species carry.
 
-    `gene` is "" if there is none, and `locus` −1. The `value` of a clade is the uid of its founder.
+    `gene` is "" if there is none, and `locus` −1. The `value` of a clade is the uid of its founder, and that of
+    copies a limit, "2 or more" or "1 or fewer".
 
     Examples
     --------
     >>> from ecs_eco.explain import Allele
     >>> Allele("goat", "letter", "red", 12, "T").name, Allele("goat", "value", "red", -1, "-1").name
     ('letter T at locus 12 (gene red)', 'red = −1')
-    >>> Allele("goat", "copies", "shy", -1, "2").name, Allele("goat", "clade", "", -1, "17").name
-    ('2 copies of shy', 'clade of organism 17')
+    >>> Allele("goat", "copies", "shy", -1, "2 or more").name, Allele("goat", "clade", "", -1, "17").name
+    ('2 or more copies of shy', 'clade of organism 17')
     """
 
     species: str
@@ -47,7 +49,8 @@ class Allele:
         if self.kind == "value":
             return f"{self.gene} = {self.value.replace('-', '−')}"
         if self.kind == "copies":
-            return f"{self.value} {'copy' if self.value == '1' else 'copies'} of {self.gene}"
+            number = "0" if self.value == "0 or fewer" else self.value
+            return f"{number} {'copy' if number == '1' else 'copies'} of {self.gene}"
         if self.kind == "clade":
             return f"clade of organism {self.value}"
         return f"haplotype {self.value if len(self.value) <= 24 else self.value[:23] + '…'}"
@@ -241,7 +244,8 @@ class Carried:
         """Yield all sites, with haplotypes and clades that may be common."""
         if self.kept and (self.own.genome != "").any():
             if self.kept.get("longest"):
-                yield from (self.site("copies", gene["name"]) for gene in self.kept["genes"])
+                for gene in self.kept["genes"]:
+                    yield from _limits(self.site("copies", gene["name"]))
             else:
                 for locus in range(self.matrix.shape[1] // self.kept.get("ploidy", 1)):
                     yield from _letters(self.matrix, locus, self.kept)
@@ -259,6 +263,9 @@ class Carried:
 
     def share(self, allele: Allele, rows: np.ndarray | slice = slice(None)) -> np.ndarray:
         """Return the share of copies of these organisms that are an allele: f64[rows]."""
+        if allele.kind == "copies":
+            number, (k, way) = self.site("copies", allele.gene).codes[0][rows], limit_of(allele.value)
+            return np.asarray(number <= k if way == "fewer" else number >= k, np.float64)
         if allele.kind != "letter":
             return self.site(allele.kind, allele.gene).share(allele.value, rows)
         width = self.matrix.shape[1] // self.kept.get("ploidy", 1)
@@ -309,6 +316,13 @@ def _copies(own: Pedigree, species: str, gene: str) -> Site:
         texts.indices.to_numpy(zero_copy_only=False)
     ]
     return Site("copies", gene, -1, tuple(str(k) for k in range(number.max() + 1)), [number], 1.0)
+
+
+def _limits(copies: Site) -> Iterator[Site]:
+    """Yield a site with the alleles "at most k copies" and "more copies" for each k."""
+    for k in range(1, len(copies.values)):
+        codes = [np.asarray(number >= k, np.int64) for number in copies.codes]
+        yield replace(copies, values=(f"{k - 1} or fewer", f"{k} or more"), codes=codes)
 
 
 def _haplotypes(own: Pedigree, species: str, _: str) -> Site:

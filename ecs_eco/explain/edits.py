@@ -51,7 +51,7 @@ class Edit:
     locus : int, default -1
         Locus of the letter, counted from 0 in each string.
     value : str, default ""
-        The allele. An organism carries "3" copies if it has at least three or, if `was` is larger, at most three.
+        The allele. Of copies, "3 or more" or "3 or fewer"; "3" means the latter if `was` is larger.
     was : str, default ""
         What replaces it.
     reverse : bool, default False
@@ -139,7 +139,8 @@ class Edit:
         elif self.kind == "value":
             found = [f"{v:g}" for v in self._values(layout, loci)[3]]
         elif self.kind == "copies":
-            found = [str(k) for k in self._number(layout, loci).tolist()]
+            (k, way), numbers = limit_of(self.value), self._number(layout, loci).tolist()
+            found = [str(n) for n in numbers if n != k and way in ("", "fewer" if n > k else "more")]
         else:
             strings = loci.reshape(-1, layout.length)
             none = layout.blank if layout.longest else -1
@@ -166,6 +167,9 @@ class Edit:
             _need(not weights, f"gene {self.gene!r}: network weights have no single value")
         if self.kind == "copies":
             _need(not fixed, f"gene {self.gene!r}: only variable-length genomes have copies (max_length)")
+            k, way = limit_of(self.value)
+            wrong = self.was and way and (int(self.was) > k) != (way == "fewer")
+            _need(not wrong, f"{self.was} copies cannot replace {self.value}")
         words = [self.value] if was is None or self.reverse else [self.value, self.was]
         if self.kind == "letter":
             _need(
@@ -198,9 +202,10 @@ class Edit:
     def _copies_to_change(self, layout: Layout, loci: np.ndarray, has: np.ndarray) -> np.ndarray:
         """Return how many copies of the gene are removed or added: i64[n]. Copies are added only to genomes
         that have one, up to the maximum length."""
-        value, was = int(self.value), int(self.was or -1)
-        fewer = (has <= value) if was > value else (has < value)  # with the allele, if it is a loss
-        adds, target = (was > value) != self.reverse, value if self.reverse else was
+        (value, way), was = limit_of(self.value), int(self.was or -1)
+        loss = way == "fewer" or (way == "" and was > value)
+        fewer = has <= value if loss else has < value  # with the allele, if it is a loss
+        adds, target = loss != self.reverse, value if self.reverse else was
         change = np.where(fewer if adds else ~fewer, np.abs(target - has), 0)
         if not adds:
             return change
@@ -229,7 +234,8 @@ class Edit:
             some = np.ones(len(string), np.bool_) if self.reverse else _same(values, self.value)
             loci.reshape(-1, layout.length)[string[some, None], places[some]] = letters[some]
         else:
-            return np.asarray(layout.rows([self._with_copies(layout, row, int(new)) for row in loci]))
+            n = limit_of(new)[0]
+            return np.asarray(layout.rows([self._with_copies(layout, row, n) for row in loci]))
         return loci
 
     def _values(self, layout: Layout, loci: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -341,6 +347,12 @@ def _string(layout: Layout, text: str) -> np.ndarray:
 def _variable(layout: Layout) -> VariableLayout:
     assert isinstance(layout, VariableLayout)  # else `_check` has refused the change
     return layout
+
+
+def limit_of(copies: str) -> tuple[int, str]:
+    """Return the number in "2 or more", "2 or fewer" or "2", and "more", "fewer" or ""."""
+    number, _, way = copies.partition(" or ")
+    return int(number), way
 
 
 def _number(value: str) -> float:

@@ -24,8 +24,9 @@ def frequency(sweep: Sweep, paths: Paths) -> Figure:
     Notes
     -----
     The band starts where the rise begins: p ± 1.96 √(p (1 − p) (1 − Π(1 − 1/Nₑ))), with 1/Nₑ in each step from
-    unequal contributions and the random segregation of two parents' alleles (Crow and Kimura 1970, chapter 7, as
-    a normal approximation). It does not contain mutation.
+    unequal contributions, by the variance of the lead's share among organisms when its rise begins, and the
+    random segregation of two parents' alleles (Crow and Kimura 1970, chapter 7, as a normal approximation). It
+    does not contain mutation.
     """
     figure, ((ax,),) = panels(1, 1, 9, 3.2)
     names = [allele.name for allele in paths.alleles]
@@ -52,10 +53,13 @@ def neutral(sweep: Sweep, paths: Paths) -> tuple[np.ndarray, np.ndarray]:
     ploidy = max(1, round(float(np.nanmax(paths.n / np.maximum(paths.steps.living, 1)))))
     of, pairs = paths.steps.both, paths.steps.pairs
     if sweep.lead.kind == "clade":  # each organism has one, from its first parent
-        of, pairs, ploidy = paths.steps.maternal, 0 * pairs, 1
-    share = (of.square + pairs / 2) / (ploidy * np.maximum(of.value, 1e-9) ** 2)  # 0 if no organism is alive
-    lost = 1 - np.concatenate([[1.0], np.cumprod(1 - np.clip(share[begin:], 0, 1))])
+        of, pairs = paths.steps.maternal, 0 * pairs
     p = float(sweep.path[begin])
+    # of p (1 − p), which is 1 / ploidy if the copies in an organism are independent, and 1 if all are the same
+    between = paths.variance[begin, paths.alleles.index(sweep.lead)] / max(p * (1 - p), 1e-9)
+    gained = np.maximum(of.square, 0) * between + pairs / (2 * ploidy)
+    share = gained / np.maximum(of.value, 1e-9) ** 2  # 0 if no organism is alive
+    lost = 1 - np.concatenate([[1.0], np.cumprod(1 - np.clip(share[begin:], 0, 1))])
     width = 1.96 * np.sqrt(p * (1 - p) * lost)
     low[begin:], high[begin:] = np.clip(p - width, 0, 1), np.clip(p + width, 0, 1)
     return low, high
@@ -96,6 +100,7 @@ def clades(paths: Paths, sweeps: Sequence[Sweep] = ()) -> Figure:
 @styled
 def effects(account: Account) -> Figure:
     """Draw the effects of taking alleles out, relative to the carriers that kept them, with 95% intervals."""
+    several_ticks = len(account.first) < len(account.taken)
     figure, axes = several(len(account.taken), 2, (5.0, 2.9), (0.4, 0.4))
     figure.set_layout_engine("constrained", w_pad=0.2)  # browsers may draw labels wider than they are here
     for ax, (allele, taken) in zip(axes.flat, account.taken, strict=False):
@@ -109,7 +114,8 @@ def effects(account: Account) -> Figure:
             ax.plot(value, at, "o", color=hue, ms=5)
         ax.axvline(0, color=SOFT, lw=0.9)
         ax.set_yticks(y, [words(measure) for measure in rows])
-        ax.set(xlabel="change [% or points]", title=allele.name)
+        title = f"{allele.name}, tick {taken.tick:,}" if several_ticks else allele.name
+        ax.set(xlabel="change [% or points]", title=title)
         ax.grid(visible=False, axis="y")
     return figure
 

@@ -20,8 +20,9 @@ from ecs_eco.analysis.lineage import Lineage
 from ecs_eco.analysis.page import drawn, interval, number, page, table, verdict, write_text
 from ecs_eco.analysis.runs import read_manifest
 from ecs_eco.engine.arguments import whole_number
+from ecs_eco.engine.errors import in_words
 from ecs_eco.explain import figures
-from ecs_eco.explain.account import Account, Options, Which, account, candidates, listed
+from ecs_eco.explain.account import Account, Options, When, Which, account, candidates, jobs_of, moments
 from ecs_eco.explain.alleles import Paths
 from ecs_eco.explain.events import LEAST, Sweep, sweeps_and_tests
 from ecs_eco.record.archipelago import is_archipelago, read as read_archipelago
@@ -66,9 +67,11 @@ def write_explanation(
     *,
     species: str | None = None,
     fdr: float = 0.01,
-    tick: int | None = None,
+    tick: When = None,
     forks: int = 24,
     learned: bool = False,
+    reverse: bool = False,
+    together: bool = False,
     progress: Callable[[int, int], None] | None = None,
     **how: Unpack[Options],
 ) -> dict[str, Any]:
@@ -87,12 +90,18 @@ def write_explanation(
         Default: every species that reproduces.
     fdr : float, default 0.01
         Largest expected proportion of false positives among the alleles that pass the test; see `rises`.
-    tick : int, optional
-        Tick of all forks; default: for each sweep, when half of its rise is reached.
+    tick : int or {"before", "within", "after"}, or a sequence of them, optional
+        Ticks of the forks: a number, or when the rise begins, is half over and ends. Default: "within". Only the
+        effects of single alleles are measured at more than the first of several ticks.
     forks : int, default 24
         Forks for each allele; 0: none.
     learned : bool, default False
         Whether to undo learning, too, in a 2 × 2 comparison with each lead; see `account`.
+    reverse : bool, default False
+        Whether to put each lead into organisms without it, too.
+    together : bool, default False
+        Whether to take out the leads of the two clearest sweeps of a species together, too, in a 2 × 2
+        comparison.
     progress : callable, optional
         Called as `progress(done, forks)`.
     **how
@@ -108,7 +117,7 @@ def write_explanation(
     FileNotFoundError
         If the folder contains no run.
     ValueError
-        If no organism was born to recorded parents, or the run has no such tick.
+        If no organism was born to recorded parents, or a tick is invalid or outside the run.
 
     Examples
     --------
@@ -118,41 +127,54 @@ def write_explanation(
     >>> write_explanation("herd", species="goat", forks=0)["species"]
     ['goat']
     """
-    place, islands = Path(out or run), is_archipelago(Path(run))
+    islands = is_archipelago(Path(run))
     manifest = read_archipelago(Path(run)) if islands else read_manifest(run)
-    if tick is not None and not islands:
-        whole_number("tick", tick, 0, manifest["done"])
+    for at in moments(tick):
+        if not isinstance(at, str) and not islands:
+            whole_number("tick", at, 0, manifest["done"])
     lineage = Lineage.read(run)
     sweeps, tests = sweeps_and_tests(lineage, species, fdr)
     paths = {name: of.paths for name, of in tests.items()}
     some = [] if islands or not forks else sorted(sweeps, key=lambda sweep: sweep.p)[:MOST]
-    options: Which = {"tick": tick, "forks": forks, "learned": learned}
-    accounts = dict(zip(map(id, some), accounts_of(run, some, options, how, progress), strict=True))
+    options: Which = {"tick": tick, "forks": forks, "learned": learned, "reverse": reverse}
+    accounts = accounts_of(run, some, options, how, together, progress)
     told = [accounts.get(id(sweep), Account(sweep)) for sweep in sweeps]
     summary = opening(sweeps, lineage, list(paths), islands and bool(forks), bool(some))
-    found = clean(
-        {
-            "format": 1,
-            "species": list(paths),
-            "fdr": fdr,
-            "forks": forks,
-            "summary": summary,
-            "sweeps": [one.to_json() for one in told],
-        }
-    )
-    write_text(
-        place / "explain.json", json.dumps(found, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
-    )
+    if together and some and not with_another(some):
+        summary.append("No species has two sweeps whose alleles can be taken out together.")
+    contents: dict[str, Any] = {"format": 1, "species": list(paths), "fdr": fdr, "forks": forks}
+    found = clean(contents | {"summary": summary, "sweeps": [one.to_json() for one in told]})
+    place, name = Path(out or run), manifest.get("title") or manifest.get("world", "a run")
+    write_data(place, found, told, paths)
+    write_page(place, f"What evolved: {name}", summary, told, lineage, paths, fdr)
+    return found
+
+
+def write_data(
+    place: Path, found: dict[str, Any], told: Sequence[Account], paths: Mapping[str, Paths]
+) -> None:
+    """Write explain.json and the Parquet files into a folder."""
+    text = json.dumps(found, indent=1, ensure_ascii=False, allow_nan=False)
+    write_text(place / "explain.json", text + "\n")
     (place / "explain").mkdir(exist_ok=True)
     write_part(frequencies(paths), place / "explain" / "frequencies.parquet")
-    write_part(
-        pa.Table.from_pylist([row for one in told for row in one.effects()]),
-        place / "explain" / "effects.parquet",
-    )
-    title = f"What evolved: {manifest.get('title') or manifest.get('world', 'a run')}"
+    effects = [row for one in told for row in one.effects()]
+    write_part(pa.Table.from_pylist(effects), place / "explain" / "effects.parquet")
+
+
+def write_page(
+    place: Path,
+    title: str,
+    summary: Sequence[str],
+    told: Sequence[Account],
+    lineage: Lineage,
+    paths: Mapping[str, Paths],
+    fdr: float,
+) -> None:
+    """Write explain.html and its figures into a folder."""
+    sweeps, pictures = [one.sweep for one in told], place / "figures"
     blocks = [f"<h1>{escape(title)}</h1>", verdict(summary, False)]
     blocks += [overview(sweeps), f"<p class='under'>{escape(HOW.format(fdr=fdr))}</p>"] if sweeps else []
-    pictures = place / "figures"
     for i, (name, of) in enumerate(paths.items(), 1):  # names in a record may not be file names
         caption = f"Fractions of living {name} by founder, through first parents. Dashed: half of each rise."
         own = [sweep for sweep in sweeps if sweep.species == name]
@@ -167,7 +189,6 @@ def write_explanation(
     for i, name in enumerate(paths, 1):
         blocks += bred(lineage, name, pictures / f"explain-selection-{i}")
     write_text(place / "explain.html", page(title, *blocks))
-    return found
 
 
 def accounts_of(
@@ -175,19 +196,33 @@ def accounts_of(
     sweeps: Sequence[Sweep],
     which: Which,
     how: Options,
+    together: bool,
     progress: Callable[[int, int], None] | None,
-) -> list[Account]:
-    """Take the alleles of several sweeps out of a run, with one progress for all of them."""
-    jobs = [len(found) + which["learned"] if (found := candidates(sweep)) else 0 for sweep in sweeps]
-    accounts = []
+) -> dict[int, Account]:
+    """Take the alleles of several sweeps, the clearest first, out of a run, with one progress for all of them;
+    return the accounts by the sweeps' ids."""
+    others = with_another(sweeps) if together else {}
+    rest = which["tick"], which["learned"], which["reverse"]
+    jobs = [len(jobs_of(sweep, *rest, others.get(id(sweep)))) for sweep in sweeps]
+    accounts = {}
     for i, sweep in enumerate(sweeps):
 
         def show(done: int, _: int, before: int = sum(jobs[:i])) -> None:
             if progress is not None:
                 progress(before * which["forks"] + done, sum(jobs) * which["forks"])
 
-        accounts.append(account(run, sweep, progress=show, **which, **how))
+        other = others.get(id(sweep))
+        accounts[id(sweep)] = account(run, sweep, other=other, progress=show, **which, **how)
     return accounts
+
+
+def with_another(sweeps: Sequence[Sweep]) -> dict[int, Sweep]:
+    """Return the second sweep of each species, by the id of its first, of those that can be taken out."""
+    found: dict[int, Sweep] = {}
+    for name in dict.fromkeys(sweep.species for sweep in sweeps):
+        own = [sweep for sweep in sweeps if sweep.species == name and candidates(sweep)]
+        found |= {id(own[0]): own[1]} if len(own) > 1 else {}
+    return found
 
 
 def bred(lineage: Lineage, species: str, place: Path) -> list[str]:
@@ -225,12 +260,12 @@ def opening(
     """Return the first sentences of the page."""
     many = "1 sweep was" if len(sweeps) == 1 else f"{len(sweeps) or 'no'} sweeps were"
     lines = [
-        f"In {lineage.end + 1:,} ticks, {many} found in {listed(names)}. In a sweep, an allele rises by at least "
+        f"In {lineage.end + 1:,} ticks, {many} found in {in_words(names)}. In a sweep, an allele rises by at least "
         f"{100 * LEAST:.0f} percentage points and by more than drift allows."
     ]
     if bare := [name for name in names if not lineage.genomes.get(name)]:
         lines.append(
-            f"No genomes of {listed(bare)} are recorded, so only the clades of founders were followed. To follow "
+            f"No genomes of {in_words(bare)} are recorded, so only the clades of founders were followed. To follow "
             "genes, give the species a section “genome”."
         )
     if forked and len(sweeps) > MOST:
@@ -279,7 +314,10 @@ def section(one: Account, paths: Paths, traits: Mapping[str, str], place: Path) 
         drawn(figures.frequency(sweep, paths), place.with_name(f"{place.name}-frequency.svg"), caption),
     ]
     colour = f"&colour=gene:{sweep.lead.gene}" if sweep.lead.gene else ""
-    there = f"To watch it, run ecs-eco watch on the folder and add #tick={sweep.half}{colour} to the address."
+    there = (
+        "To watch it, run ecs-eco watch on the folder and choose the sweep in the tab Why, or add "
+        f"#tick={sweep.half}{colour} to the address."
+    )
     blocks.append(f"<p class='under'>{escape(there)}</p>")
     if one.taken:
         way = (
@@ -287,6 +325,7 @@ def section(one: Account, paths: Paths, traits: Mapping[str, str], place: Path) 
             "measure each change; that one causes the next is plausible, but not tested."
         )
         blocks += [
+            births_of(one),
             drawn(figures.effects(one), place.with_name(f"{place.name}-effects.svg"), EFFECTS),
             drawn(
                 figures.way(one, traits.get(sweep.lead.gene, "")),
@@ -295,6 +334,18 @@ def section(one: Account, paths: Paths, traits: Mapping[str, str], place: Path) 
             ),
         ]
     return blocks
+
+
+def births_of(one: Account) -> str:
+    """Return a table of the effects of all comparisons on the number of young."""
+    head = ["change", "tick", "copies changed", "number of young, unchanged", "difference (95% interval)"]
+    rows = [
+        [row["change"], f"{row['tick']:,}", row["dose"] or "any", number(row["control"], 2)]
+        + [interval([row["effect"], row["low"], row["high"]])]
+        for row in one.effects()
+        if row["measure"] == "births"
+    ]
+    return table(head, rows)
 
 
 def frequencies(paths: Mapping[str, Paths]) -> pa.Table:

@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Collection, Sequence
+import time
+from collections.abc import Callable, Collection, Iterator, Sequence
 from concurrent.futures import Executor
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -28,11 +30,13 @@ from ecs_eco.engine import files
 from ecs_eco.engine.arguments import whole_number
 from ecs_eco.engine.errors import RecordingError
 from ecs_eco.engine.hooks import listening
+from ecs_eco.engine.processes import python
 from ecs_eco.engine.table import Table
 from ecs_eco.engine.versions import versions
 from ecs_eco.explain.edits import AlleleLike, Edit, edit_of
 from ecs_eco.inputs.trust import allow
-from ecs_eco.lab.executors import LOCAL, engine as engine_of, prepare
+from ecs_eco.lab import slurm
+from ecs_eco.lab.executors import LOCAL, SLURM, engine as engine_of, prepare
 from ecs_eco.lab.work import completed
 from ecs_eco.life.births import rows_of
 from ecs_eco.life.reconfigure import reseed
@@ -44,6 +48,7 @@ from ecs_eco.runs.requests import repeat_requests
 
 FOLDER = "explain"  # in the run's folder
 FORMAT = 1
+POLL = 5.0  # [s] between looks at the queue of SLURM
 SPARSE = ("died: ", "meals: ")  # measures that are 0 in forks where they do not occur
 CONTRASTS: dict[int, dict[str, tuple[int, ...]]] = {
     2: {"first": (-1, 1)},
@@ -182,7 +187,7 @@ def take_out(
     reverse : bool, default False
         Whether the allele is put into a random half of the organisms without it instead.
     workers, engine
-        As for `ecs_eco.lab.executors.engine`; results do not depend on them.
+        As for `ecs_eco.lab.executors.engine`, or "slurm"; results do not depend on them.
     progress : callable, optional
         Called with the number of finished forks and the number of forks.
     trust : bool, default False
@@ -221,9 +226,8 @@ def take_out(
     tick = _tick(run, manifest, tick)
     world, base = world_at(run, manifest, tick, trust)
     edits = _edits(world, allele, was, reverse)
-    known = None
-    if any(edit.kind == "policy" for edit in edits):
-        known = base.with_name(f"{base.stem}-born-{edits[0].species}.safetensors")
+    known = _weights_at_birth(base, edits)
+    if known is not None:
         _keep_birth_weights(run, manifest, world, edits[0].species, known, trust)
     n = _candidates(world.table(edits[0].species), edits, _read_weights(known))[0].size
     if n < 2 ** len(edits):
@@ -236,22 +240,21 @@ def take_out(
     place = run / FOLDER / hashlib.sha256(json.dumps(what).encode()).hexdigest()[:16]
     place.mkdir(parents=True, exist_ok=True)
     files.write_json(place / "what.json", what)
-    outs = [place / f"fork-{i:04d}.json" for i in range(whole_number("forks", forks, 1))]
+    outs = [_file(place, i) for i in range(whole_number("forks", forks, 1))]
     allowed = [source.sha256 for source in world.config._code.sources if world.config._code.allowed]
-    missing = {
-        i: (base, known, edits, manifest.get("asked", []), i, seed, most, out, allowed)
-        for i, out in enumerate(outs)
-        if not out.exists()
-    }
-    done = len(outs) - len(missing)
-    if missing:
-        with engine_of(engine, workers) as pool:
+    missing = [i for i, out in enumerate(outs) if not out.exists()]
+    local: AbstractContextManager[Executor | None] = nullcontext()
+    if missing and engine != SLURM:
+        local = engine_of(engine, workers)
+    with local as pool:
+        if pool is None:
+            finished = _on_slurm(place, missing, allowed, workers)
+        else:
             prepare(pool, place, world.config)
-            for _, future in completed(pool, run_fork, missing):
-                future.result()
-                done += 1
-                if progress is not None:
-                    progress(done, len(outs))
+            finished = _on_executor(pool, place, missing, allowed)
+        for done, _ in enumerate(finished, len(outs) - len(missing) + 1):
+            if progress is not None:
+                progress(done, len(outs))
     return _collected(edits, tick, [json.loads(out.read_text(encoding="utf-8")) for out in outs])
 
 
@@ -378,6 +381,13 @@ def _read_weights(path: Path | None) -> Weights | None:
     return dict(zip(arrays["uid"].tolist(), arrays["weights"], strict=True))
 
 
+def _weights_at_birth(base: Path, edits: Sequence[Edit]) -> Path | None:
+    """Return the file of weights at birth for a checkpoint; None if no edit needs it."""
+    if not any(edit.kind == "policy" for edit in edits):
+        return None
+    return base.with_name(f"{base.stem}-born-{edits[0].species}.safetensors")
+
+
 def _edits(
     world: World, allele: AlleleLike | Sequence[AlleleLike], was: str | Sequence[str] | None, reverse: bool
 ) -> tuple[Edit, ...]:
@@ -409,23 +419,54 @@ def _candidates(table: Table, edits: Sequence[Edit], known: Weights | None) -> t
 # --- one fork -----------------------------------------------------------------------------------------------
 
 
-def run_fork(
-    base: Path,
-    known: Path | None,
-    edits: tuple[Edit, ...],
-    asked: list[Any],
-    number: int,
-    seed: int,
-    ticks: int,
-    out: Path,
-    allowed: Collection[str] = (),
-) -> None:
+def _on_executor(
+    pool: Executor, place: Path, numbers: Sequence[int], allowed: Sequence[str]
+) -> Iterator[int]:
+    """Run forks on an executor; yield their numbers as they end."""
+    for number, future in completed(pool, run_fork, {n: (place, n, allowed) for n in numbers}):
+        future.result()
+        yield number
+
+
+def _on_slurm(
+    place: Path, numbers: Sequence[int], allowed: Sequence[str], workers: int | None
+) -> Iterator[int]:
+    """Run forks as tasks of SLURM arrays; yield their numbers as they end. Tasks that an earlier call has
+    submitted are not submitted again."""
+    task = (  # a fork has no checkpoint: at its time limit, it fails and is not queued again
+        "import signal; signal.signal(signal.SIGTERM, lambda *_: sys.exit(1)); "
+        "from ecs_eco.explain.taken_out import Path, run_fork; "
+        "run_fork(Path(sys.argv[1]), int(sys.argv[-1]), sys.argv[2:-1])"
+    )
+    jobs = slurm.Jobs(f"ecs-eco-{place.name}", place / slurm.FOLDER, python(task, str(place), *allowed))
+    if numbers:
+        waiting, options = slurm.queued_jobs(jobs), slurm.Options(limit=workers or slurm.Options.limit)
+        slurm.submit_jobs(jobs, [n for n in numbers if n not in waiting], options)
+    left, empty = list(numbers), 0
+    while left:
+        empty = 0 if slurm.queued_jobs(jobs) else empty + 1
+        ended = [n for n in left if _file(place, n).exists()]
+        left = [n for n in left if n not in ended]
+        yield from ended
+        if left and empty > 2:  # file servers show new files late
+            raise RecordingError(f"{len(left)} forks ended without a result: see the logs in {jobs.place}")
+        time.sleep(POLL if left else 0)
+
+
+def _file(place: Path, number: int) -> Path:
+    return place / f"fork-{number:04d}.json"
+
+
+def run_fork(place: Path, number: int, allowed: Collection[str] = ()) -> None:
     """Fork a checkpoint, change a random part of the organisms, follow all of them, and write their means,
-    unless another process has."""
+    unless another process has. `place` contains what.json."""
+    out = _file(place, number)
     if out.exists():
         return
     allow(allowed)
-    world, weights = World.restore(base, record=False), _read_weights(known)
+    run, (*_, changes, tick, ticks, seed) = place.parents[1], json.loads((place / "what.json").read_bytes())
+    base, edits = place.with_name(checkpoint.name_of(tick)), tuple(Edit(**change) for change in changes)
+    world, weights = World.restore(base, record=False), _read_weights(_weights_at_birth(base, edits))
     rng = np.random.default_rng([seed, number])
     reseed(world, int(rng.integers(2**31)))
     table = world.table(edits[0].species)
@@ -434,7 +475,7 @@ def run_fork(
     followed = Followed(world, table, table.uid[rows])
     for bit, edit in enumerate(edits):
         edit.apply(table, rows[group >> bit & 1 == 1], weights)
-    followed.run(ticks, {"asked": asked})
+    followed.run(ticks, {"asked": read_manifest(run).get("asked", [])})
     size = 2 ** len(edits)
     doses = {} if len(edits) > 1 or np.unique(dose).size < 2 else {int(d): dose == d for d in np.unique(dose)}
     result = {

@@ -1,4 +1,5 @@
-"""SLURM (sbatch, squeue, scontrol): jobs of a sweep as arrays that write checkpoints and are requeued."""
+"""SLURM (sbatch, squeue, scontrol): arrays of numbered jobs, such as those of a sweep, which write checkpoints
+and are requeued."""
 
 import os
 import re
@@ -7,7 +8,7 @@ import subprocess
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 from pydantic import Field
 
@@ -51,6 +52,15 @@ class Options:
     more: tuple[str, ...] = ()  # further options for sbatch: "--time=2:00:00", "--mem=4G"
 
 
+class Jobs(NamedTuple):
+    """Numbered jobs: the name of their arrays in the queue, a folder for scripts and logs, and the command, which
+    receives a job's number as its last argument."""
+
+    name: str
+    place: Path
+    command: Sequence[str]
+
+
 def submit(folder: str | Path, numbers: Sequence[int], options: Options = Options()) -> list[str]:
     """Submit jobs of a sweep as an array, or as several consecutive arrays if there are too many; return the
     ids of the arrays.
@@ -60,19 +70,21 @@ def submit(folder: str | Path, numbers: Sequence[int], options: Options = Option
     it or its node fails. Raises ConfigError if SLURM is missing or rejects the jobs.
     """
     sweep = read_sweep(folder)
-    place = inside(sweep.folder, sweep.folder / FOLDER)
-    place.mkdir(exist_ok=True)
-    arrays, before = _arrays(place), ""
-    ids = []
-    numbers, size = sweep.evenly(numbers), array_size()
-    for jobs in (numbers[at : at + size] for at in range(0, len(numbers), size)):
-        text = script(sweep, jobs, options, before)
-        path = write(place / f"array-{len(arrays) + 1}.sh", text)
+    return submit_jobs(jobs_of(sweep), sweep.evenly(numbers), options)
+
+
+def submit_jobs(jobs: Jobs, numbers: Sequence[int], options: Options = Options()) -> list[str]:
+    """Submit jobs with these numbers, in this order; see `submit`."""
+    jobs.place.mkdir(exist_ok=True)
+    arrays, before = _arrays(jobs.place), ""
+    ids, size = [], array_size()
+    for some in (numbers[at : at + size] for at in range(0, len(numbers), size)):
+        path = write(jobs.place / f"array-{len(arrays) + 1}.sh", script(jobs, some, options, before))
         path.chmod(0o755)
         before = _slurm("sbatch", "--parsable", str(path)).strip().partition(";")[0]
         ids.append(before)
-        arrays.append({"id": before, "jobs": jobs})
-        write_manifest(place, {"arrays": arrays}, SUBMITTED)
+        arrays.append({"id": before, "jobs": list(some)})
+        write_manifest(jobs.place, {"arrays": arrays}, SUBMITTED)
     return ids
 
 
@@ -88,31 +100,31 @@ def resume(
 def queued(folder: str | Path) -> set[int]:
     """Return the numbers of queued and running jobs. Raises ConfigError if SLURM is missing."""
     sweep = read_sweep(folder)
+    return queued_jobs(jobs_of(sweep), len(sweep.jobs))
+
+
+def queued_jobs(own: Jobs, n: int = 0) -> set[int]:
+    """Return the numbers of queued and running jobs; see `queued`. Notes of earlier versions require the total
+    number of jobs."""
     jobs = {
-        array["id"]: array.get("jobs") or range(array.get("offset", 0), len(sweep.jobs))
-        for array in _arrays(sweep.folder / FOLDER)
+        array["id"]: array.get("jobs") or range(array.get("offset", 0), n) for array in _arrays(own.place)
     }
     if not jobs:
         return set()
     lines = _slurm(
-        "squeue",
-        "--noheader",
-        "--array",
-        f"--user={os.getuid()}",
-        f"--name={name_of(sweep)}",
-        "--format=%F %K",
+        "squeue", "--noheader", "--array", f"--user={os.getuid()}", f"--name={own.name}", "--format=%F %K"
     ).splitlines()
     words = [line.split() for line in lines]
     return {jobs[one[0]][int(one[1])] for one in words if one and one[0] in jobs}
 
 
-def script(sweep: Sweep, jobs: Sequence[int], options: Options, after: str = "") -> str:
-    """Return the batch script of an array with a task for each job; the array starts after the array `after`
+def script(jobs: Jobs, numbers: Sequence[int], options: Options, after: str = "") -> str:
+    """Return the batch script of an array with a task for each number; the array starts after the array `after`
     has ended. Raises ConfigError if an option contains a line break."""
-    logs = str(sweep.folder / FOLDER).replace("%", "%%") + "/%A_%a.log"  # SLURM expands %
+    logs = str(jobs.place).replace("%", "%%") + "/%A_%a.log"  # SLURM expands %
     wanted = {
-        "job-name": name_of(sweep),
-        "array": f"0-{len(jobs) - 1}%{options.limit}",
+        "job-name": jobs.name,
+        "array": f"0-{len(numbers) - 1}%{options.limit}",
         "ntasks": 1,
         "cpus-per-task": 1,
         "signal": f"B:TERM@{options.notice}",
@@ -120,7 +132,7 @@ def script(sweep: Sweep, jobs: Sequence[int], options: Options, after: str = "")
         "output": logs,
         "dependency": f"afterany:{after}" if after else None,
     }
-    for source, word in [("DIR", str(sweep.folder)), *(("--sbatch", word) for word in options.more)]:
+    for source, word in [("DIR", str(jobs.place)), *(("--sbatch", word) for word in options.more)]:
         if not word.isprintable():
             raise refusal(
                 (), "cannot be a line of a batch script", word, "printable characters", source=source
@@ -130,20 +142,20 @@ def script(sweep: Sweep, jobs: Sequence[int], options: Options, after: str = "")
         *(shlex.quote(f"--{key}={value}") for key, value in wanted.items() if value is not None),
         *options.more,
     ]
-    own = "from ecs_eco.cli import main; sys.argv[0] = 'ecs-eco'; main()"
-    command = python(own, "sweep", "job", str(sweep.folder))
     return SCRIPT.format(
         options="\n".join(f"#SBATCH {line}" for line in lines),
-        jobs=" ".join(map(str, jobs)),
+        jobs=" ".join(map(str, numbers)),
         unfinished=UNFINISHED,
         pins="export " + " ".join(f"{name}=1" for name in PINS),
-        command=shlex.join(command),
+        command=shlex.join(jobs.command),
     )
 
 
-def name_of(sweep: Sweep) -> str:
-    """Return the name of a sweep's arrays in the SLURM queue."""
-    return f"ecs-eco-{sweep.hash[:8]}"
+def jobs_of(sweep: Sweep) -> Jobs:
+    """Return the jobs of a sweep."""
+    own = "from ecs_eco.cli import main; sys.argv[0] = 'ecs-eco'; main()"
+    command = python(own, "sweep", "job", str(sweep.folder))
+    return Jobs(f"ecs-eco-{sweep.hash[:8]}", inside(sweep.folder, sweep.folder / FOLDER), command)
 
 
 def array_size() -> int:

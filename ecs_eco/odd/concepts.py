@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 
 from ecs_eco.config.features.feature import of_each
 from ecs_eco.config.models.nerves import Reflex
 from ecs_eco.config.models.species import Species
+from ecs_eco.engine.errors import in_words
 from ecs_eco.odd.document import Block, Heading, Items, grid
 from ecs_eco.odd.model import Model, is_built_in
 from ecs_eco.odd.values import shown, values_of
@@ -24,12 +25,6 @@ def _species(model: Model) -> dict[str, Species]:
     return {} if model.config is None else model.config.species
 
 
-def _listed(words: Iterable[str]) -> str:
-    """Join words into a list for use in a sentence."""
-    *first, last = [*words] or [""]
-    return f"{', '.join(first)} and {last}" if first else last
-
-
 def _principles(model: Model) -> Iterator[Block]:
     if minds := [name for name, species in _species(model).items() if species.actions]:
         reflex = [name for name, one in _species(model).items() if one.reflex]
@@ -38,10 +33,12 @@ def _principles(model: Model) -> Iterator[Block]:
         networks += [f"a policy ({', '.join(policy)})"] * bool(policy)
         yield (
             f"Organisms with a nervous system ({', '.join(minds)}) follow Strannegård et al. (2021): sensors yield "
-            f"a vector x{f', from which decisions are made by {_listed(networks)}' * bool(networks)}."
+            f"a vector x{f', from which decisions are made by {in_words(networks)}' * bool(networks)}."
         )
     if titles := [title.lower() for title in model.parts]:
-        yield f"The model combines these submodels: {_listed(titles)}. Element 7 gives their equations and sources."
+        yield (
+            f"The model combines these submodels: {in_words(titles)}. Element 7 gives their equations and sources."
+        )
 
 
 def _emergence(model: Model) -> Iterator[Block]:
@@ -51,18 +48,18 @@ def _emergence(model: Model) -> Iterator[Block]:
         "individuals; no population equation is imposed."
     )
     if learned := [name for name, one in species.items() if one.policy.thinks]:
-        yield f"The behavior of {_listed(learned)} emerges from learning; only the reward is imposed."
+        yield f"The behavior of {in_words(learned)} emerges from learning; only the reward is imposed."
     if written := [name for name, one in species.items() if one.reflex is not None and one.genome is None]:
-        yield f"The reflexes of {_listed(written)} are imposed."
+        yield f"The reflexes of {in_words(written)} are imposed."
     if coded := [name for name, one in species.items() if one.reflex is not None and one.genome is not None]:
-        yield f"The reflexes of {_listed(coded)} are imposed, except where genes code for them."
+        yield f"The reflexes of {in_words(coded)} are imposed, except where genes code for them."
     if genes := [name for name, one in species.items() if one.genome is not None]:
         yield (
-            f"Allele frequencies of {_listed(genes)} emerge from births, deaths and mutation; no fitness "
+            f"Allele frequencies of {in_words(genes)} emerge from births, deaths and mutation; no fitness "
             "function is imposed."
         )
     if capped := [f"{n} ({one.max_count:,})" for n, one in species.items() if one.max_count is not None]:
-        yield f"A maximum number is imposed on {_listed(capped)}."
+        yield f"A maximum number is imposed on {in_words(capped)}."
 
 
 def _adaptation(model: Model) -> Iterator[Block]:
@@ -71,7 +68,7 @@ def _adaptation(model: Model) -> Iterator[Block]:
         yield "In each tick, an individual decides on one action in each group:"
         yield from grid(("species", "group", "actions", "decided by"), rows)
     if rest := [name for name in model.organisms if all(row[0] != name for row in rows)]:
-        yield f"No decisions are made by {_listed(rest)}."
+        yield f"No decisions are made by {in_words(rest)}."
 
 
 def _decisions(name: str, species: Species) -> Iterator[tuple[str, str, str, str]]:
@@ -162,15 +159,15 @@ def _interaction(model: Model) -> Iterator[Block]:
     text = "Individuals interact within reach, which is measured between the surfaces of their bodies:"
     some = [*[text] * bool(rows), *grid(("kind", "interacts with", "key", "reach"), rows)]
     if solid := [n for n, one in sections.items() if getattr(getattr(one, "body", None), "solid", False)]:
-        some.append(f"Solid bodies push each other apart: {_listed(solid)}.")
-    if smells := [f"{n} into {_listed(s.emits)}" for n, s in sections.items() if getattr(s, "emits", None)]:
-        some.append(f"Individuals interact indirectly through emissions into fields: {_listed(smells)}.")
+        some.append(f"Solid bodies push each other apart: {in_words(solid)}.")
+    if smells := [f"{n} into {in_words(s.emits)}" for n, s in sections.items() if getattr(s, "emits", None)]:
+        some.append(f"Individuals interact indirectly through emissions into fields: {in_words(smells)}.")
     if sensed := [
         f"{n} ({', '.join(kinds)})" for n, one in species.items() if (kinds := _sensed(model, one))
     ]:
-        some.append(f"Individuals sense other individuals (kinds in parentheses): {_listed(sensed)}.")
+        some.append(f"Individuals sense other individuals (kinds in parentheses): {in_words(sensed)}.")
     if own := _own(model):
-        some.append(f"This world's own code may also define interactions (element 7): {_listed(own)}.")
+        some.append(f"This world's own code may also define interactions (element 7): {in_words(own)}.")
     yield from some or ["Individuals do not interact."]
 
 
@@ -198,7 +195,7 @@ def _stochasticity(model: Model) -> Iterator[Block]:
     founders = "the positions and headings of founders and, where they vary, their energies, ages and sexes"
     yield Items(tuple(dict.fromkeys([founders, *draws])))
     if own := _own(model):
-        yield f"This world's own code may draw other numbers (element 7): {_listed(own)}."
+        yield f"This world's own code may draw other numbers (element 7): {in_words(own)}."
 
 
 def _collectives(model: Model) -> Iterator[Block]:
@@ -222,7 +219,7 @@ def _observation(model: Model) -> Iterator[Block]:
         reporters = [(name, f"`{shown(reporter)}`") for name, reporter in config.reporters.items()]
         yield from grid(("reporter", "measured in every tick"), reporters)
         if config.record:
-            yield f"For individuals, a run also records {_listed(f'`{field}`' for field in config.record)}."
+            yield f"For individuals, a run also records {in_words(f'`{field}`' for field in config.record)}."
 
 
 CONCEPTS = {

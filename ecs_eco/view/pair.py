@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Sequence
+from operator import itemgetter
 from typing import Any
 
 from ecs_eco.config.knobs import offered
@@ -18,7 +19,7 @@ from ecs_eco.view.branch import Start
 from ecs_eco.view.live import Live
 from ecs_eco.view.player import Player
 from ecs_eco.view.replay import Replay
-from ecs_eco.view.second import Second, beside, fork
+from ecs_eco.view.second import Second, Swept, beside, fork
 from ecs_eco.view.source import Message, Source, is_whole, said, short
 
 SEEDS = 2**53  # from here on, JavaScript numbers are no longer exact
@@ -93,7 +94,8 @@ class Pair(Source):
     only the first while the second has no state at this tick.
 
     `start` is the command that started a live world, used in the command that reproduces its branches;
-    `picker` offers the worlds that can replace it. Call `attend(player)` before `run`.
+    `picker` offers the worlds that can replace it; `sweeps` are those of a recorded run. Call
+    `attend(player)` before `run`.
     """
 
     def __init__(
@@ -103,8 +105,9 @@ class Pair(Source):
         names: tuple[str, str] = ("", ""),
         start: Start | None = None,
         picker: Picker | None = None,
+        sweeps: Sequence[Swept] = (),
     ) -> None:
-        self.first, self.begun, self.picker = first, start, picker
+        self.first, self.begun, self.picker, self.sweeps = first, start, picker, sweeps
         self._why = reason(first, second)
         self.player: Player | None = None
         self.second: Second | None = None if second is None else beside(first, second, names)
@@ -218,8 +221,15 @@ class Pair(Source):
         tick, change = request.get("tick"), request.get("what")
         if tick is not None and not is_whole(tick, -(2**63)):
             raise ValueError(f"what if: tick = {str(tick)[:60]}; expected a whole number")
+        swept, number = None, request.get("sweep")
+        if number is not None:
+            if not is_whole(number, 0, len(self.sweeps)) or self.sweeps[number].edit is None:
+                raise ValueError(
+                    f"what if: sweep = {short(number)}; expected a sweep with effects of its allele"
+                )
+            swept = self.sweeps[number]
         try:
-            made = fork(self.first, tick, change, self.begun)
+            made = fork(self.first, tick, change, self.begun, swept)
         except (CheckpointError, ConfigError, RecordingError, ValueError, RuntimeError, OSError) as error:
             problems = error.problems if isinstance(error, ConfigError) else []
             field = ".".join(map(str, problems[0].key)) if problems else ""
@@ -281,7 +291,13 @@ class Pair(Source):
         return [self._marked(message) for message in self.first.greeting() if message["kind"] == "marks"]
 
     def _marked(self, message: Message) -> Message:
-        """Return the message, with the branch's tick and change added to marks."""
+        """Return the message, with the branch's tick and change added to marks, and sweeps to the story."""
+        if message["kind"] == "story" and self.sweeps:
+            own = [
+                one.entry | ({"sweep": i} if one.edit is not None else {})
+                for i, one in enumerate(self.sweeps)
+            ]
+            return message | {"entries": sorted([*message["entries"], *own], key=itemgetter("tick"))}
         if message["kind"] != "marks" or self.second is None or self.second.mark is None:
             return message
         return message | {"interventions": [*message["interventions"], self.second.mark]}

@@ -6,6 +6,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from functools import partial
+from typing import NamedTuple
 
 from ecs_eco.config.models.interventions import describe
 from ecs_eco.ecosystem import World
@@ -27,7 +28,8 @@ class Second:
 
     Its own clock begins at `begins`; `start`, `first` and `tick` are on the clock of `of`. Before each tick
     of a live world, `ask` requests the interventions of the other world, and `refused` collects errors for
-    interventions that this world rejects. `change` is the intervention that makes the worlds diverge, or None.
+    interventions that this world rejects. `change` is the intervention that makes the worlds diverge, or a
+    function that changes this world, or None.
     Organisms with uids below `common` were born before the worlds diverged.
     """
 
@@ -38,7 +40,7 @@ class Second:
         begins: int,
         told: Message,
         ask: Ask | None = None,
-        change: Message | None = None,
+        change: Message | Ask | None = None,
     ) -> None:
         self.of, self.source, self.begins, self.told = of, source, begins, told
         # a live world's tick is the next tick; a recording's tick is the last tick
@@ -145,7 +147,7 @@ class Second:
         except (ValueError, RuntimeError) as error:
             self.refused.append(str(error))
         if self._change is not None and world.tick == self.begins:
-            world.intervene(self._change)
+            self._change(world) if callable(self._change) else world.intervene(self._change)
 
     def frame(self, number: int, colour: str) -> bytes:
         """Return the frame of this world."""
@@ -258,11 +260,24 @@ def _wrapped(message: Message) -> Message:
 NAMES = ("original", "what if")
 
 
+class Swept(NamedTuple):
+    """A sweep in a recorded run: its entry in the story and, if an allele can be taken out of all carriers, words
+    for this and the function that does it."""
+
+    entry: Message
+    words: str = ""
+    edit: Ask | None = None
+
+
 def fork(
-    first: Live | Replay, tick: int | None, change: Message | None, start: branch.Start | None = None
+    first: Live | Replay,
+    tick: int | None,
+    change: Message | None,
+    start: branch.Start | None = None,
+    swept: Swept | None = None,
 ) -> Second:
     """Return a branch of the displayed world from a tick (None: the displayed tick), with a change: an
-    intervention as in a world file (None: no change).
+    intervention as in a world file (None: no change), or without the allele of a sweep in a recorded run.
 
     A recorded run branches at the end of the displayed tick. Raises ValueError or ConfigError for a tick that
     is no longer stored and for an invalid change, and CheckpointError or RecordingError for a world that
@@ -288,5 +303,7 @@ def fork(
         again = branch.of_run(str(first.recording.path), code, begins, change)
         ask = partial(repeat_requests, manifest=manifest)
     words = "nothing changed" if change is None else describe(change)
-    told = {"at": begins - 1 + first.ahead, "change": words, "names": list(NAMES), "recipe": again}
-    return Second(first, live, begins, told, ask, change)
+    words = words if swept is None else swept.words
+    recipe = again if swept is None else None  # no command does this
+    told = {"at": begins - 1 + first.ahead, "change": words, "names": list(NAMES), "recipe": recipe}
+    return Second(first, live, begins, told, ask, change if swept is None else swept.edit)

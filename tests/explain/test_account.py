@@ -17,9 +17,19 @@ from ecs_eco.cli import app
 from ecs_eco.config import load
 from ecs_eco.engine.errors import ConfigError, RecordingError
 from ecs_eco.explain import Account, Allele, Edit, Sweep, TakenOut, follow, write_explanation
-from ecs_eco.explain.account import account, born_or_learned, candidates, rose, without
+from ecs_eco.explain.account import (
+    account,
+    born_or_learned,
+    candidates,
+    elsewhere,
+    of_two_sweeps,
+    put_in,
+    rose,
+    ticks_of,
+    without,
+)
 from ecs_eco.explain.figures import birth, clearest, largest, neutral
-from ecs_eco.explain.page import opening
+from ecs_eco.explain.page import births_of, opening, with_another
 from ecs_eco.record import run_to_folder
 from tests.explain.newts import recorded
 
@@ -148,6 +158,69 @@ def test_two_by_two_tells_whether_an_advantage_is_inherited_or_learned():
     assert "–" not in text  # one fork gives no interval
 
 
+OTHER = Allele("goat", "letter", "", 3, "C")
+
+
+def test_forks_at_several_ticks_are_compared_with_the_first():
+    before = replace(taken(births=(-0.1, 0.1, 0.0)), tick=300)
+    after = replace(taken(births=(-0.61, -0.79, -0.4)), tick=700)
+    several = (RED, taken()), (OTHER, taken()), (RED, before), (RED, after)
+    # the interval of 0 over three forks: 0.1 / √3 × 4.303 = 0.25; of −0.6, 0.5; that of the difference, 0.56
+    assert elsewhere(several) == [
+        "In forks at tick 300, the difference in the number of young was 0 (−0.25 to 0.25), clearly different, by "
+        "0.6 (0.045 to 1.2), from that at tick 500.",
+        "In forks at tick 700, the difference in the number of young was −0.6 (−1.1 to −0.12), not clearly "
+        "different from that at tick 500.",
+    ]
+    told = Account(sweep(), several)
+    assert told.first == several[:2]
+    assert [row["tick"] for row in told.effects() if row["measure"] == "births"] == [500, 500, 300, 700]
+
+
+def test_ticks_of_forks_are_those_of_the_rise():
+    assert ticks_of(sweep(), None) == ticks_of(sweep(), "within") == [500]
+    assert ticks_of(sweep(), ["before", 20, "after", 300, "within"]) == [300, 20, 700, 500]
+    with pytest.raises(ValueError, match="tick = 'middle'; expected a whole number, before, within or after"):
+        ticks_of(sweep(), [3, "middle"])
+
+
+def test_the_reverse_and_two_sweeps_are_told_with_their_doses():
+    back = replace(taken(births=(0.6, 0.8, 0.4)), edits=(replace(taken().edits[0], reverse=True),))
+    assert put_in(back) == (
+        "In reverse, letter T at locus 0 (gene red) was put into a random half of 80 organisms without it, in "
+        "forks at tick 500: their number of young differed clearly from that of the others; the difference is "
+        "0.6 (0.1 to 1.1)."
+    )
+    births = np.array([[2.0, 1.5, 1.5 + x, 0.0 + x] for x in (-0.01, 0.0, 0.01)])
+    edits = (taken().edits[0], Edit("goat", "letter", "", 3, "C", "A"))
+    two = replace(taken(), edits=edits, means={"births": births}, n=np.full((3, 4), 20))
+    text = of_two_sweeps(OTHER, two)
+    assert text.startswith(
+        "At tick 500, 80 organisms carried both letter T at locus 0 (gene red) and letter C at locus 3. Compared "
+        "with carriers that kept both, the number of young differed by −0.5"
+    )
+    assert "−2 (−2 to −2) without both. The interaction is −1 (" in text
+    doses = {1: {"births": births[:, :2]}, 2: {"births": births[:, [0, 3]]}}
+    means = taken().means | {"births": births[:, :2]}
+    doses = {dose: means | of for dose, of in doses.items()}
+    told = Account(sweep(), ((RED, replace(taken(), doses=doses, means=means)),))
+    told = replace(told, reverse=back, together=(OTHER, two))
+    rows = [row for row in told.effects() if row["measure"] == "births"]
+    assert [(row["change"], row["dose"], round(row["effect"], 2)) for row in rows] == [
+        ("without letter T at locus 0 (gene red)", 0, -0.5),
+        ("without letter T at locus 0 (gene red)", 1, -0.5),
+        ("without letter T at locus 0 (gene red)", 2, -2.0),
+        ("letter T at locus 0 (gene red) put in", 0, 0.6),
+        ("without letter T at locus 0 (gene red)", 0, -0.5),
+        ("without letter C at locus 3", 0, -0.5),
+        ("without letter T at locus 0 (gene red) and letter C at locus 3", 0, -2.0),
+        ("interaction of both", 0, -1.0),
+    ]
+    for line in (put_in(back), text):
+        assert line in told.sentences()
+    assert ">letter T at locus 0 (gene red) put in</td>" in births_of(told)
+
+
 def test_each_letter_is_taken_out_but_not_also_the_value_that_it_codes_for():
     linked = (Allele("goat", "value", "red", -1, "-1"), 1.0), (Allele("goat", "letter", "", 3, "C"), 0.9)
     more = (Allele("goat", "letter", "", 4, "C"), 0.8), (Allele("goat", "haplotype", "", -1, "TACC"), 0.8)
@@ -164,11 +237,12 @@ def test_why_an_allele_could_not_be_taken_out_is_told_for_each(monkeypatch):
         raise next(errors)
 
     monkeypatch.setattr(sys.modules["ecs_eco.explain.account"], "take_out", fail)
-    two = sweep(linked=((Allele("goat", "letter", "", 3, "C"), 0.9),))
-    assert account("run", two, forks=2).gap == (
+    two, done = sweep(linked=((Allele("goat", "letter", "", 3, "C"), 0.9),)), []
+    assert account("run", two, forks=2, progress=lambda *one: done.append(one)).gap == (
         "Taking out letter T at locus 0 (gene red) failed: no carriers. "
         "Taking out letter C at locus 3 failed: no record."
     )
+    assert done == [(2, 4), (4, 4)]
     with pytest.raises(ConfigError):  # code that is not trusted: the command says how to allow it
         account("run", two, forks=2)
 
@@ -184,6 +258,12 @@ def test_what_was_examined_is_told_first(pond):
     assert (
         "Only alleles of the 8 clearest sweeps" in opening([sweep()] * 9, lineage, ["newt"], False, True)[-1]
     )
+
+
+def test_two_sweeps_of_a_species_are_taken_out_together():
+    clades, first, second = sweep(lead=Allele("goat", "clade", "", -1, "1")), sweep(), sweep(lead=OTHER)
+    assert with_another([clades, first, second]) == {id(first): second}
+    assert with_another([clades, first]) == {}
 
 
 def test_figures_show_the_clearest_effects():
@@ -206,12 +286,19 @@ def run(tmp_path_factory):
 
 @pytest.mark.slow
 def test_page_files_and_command_have_the_same_numbers(run):
-    found = write_explanation(run, species="goat", forks=2, ticks=8, tick=120, workers=1)
+    how = {"forks": 2, "ticks": 8, "workers": 1, "reverse": True, "together": True}
+    found = write_explanation(run, species="goat", tick=[120, "within"], **how)
+    assert "No species has two sweeps" in found["summary"][-1]
     assert found["sweeps"][0]["lead"] == "green = 0"
     assert json.loads((run / "explain.json").read_text(encoding="utf-8")) == found
     page = (run / "explain.html").read_text(encoding="utf-8")
     effects = pq.read_table(run / "explain" / "effects.parquet").to_pylist()
     assert effects == [row for one in found["sweeps"] for row in one["effects"]]
+    of_first = found["sweeps"][0]["effects"]
+    assert {row["tick"] for row in of_first} == {120, found["sweeps"][0]["half"]}
+    assert {row["reverse"] for row in of_first} == {False, True}
+    again = write_explanation(run, species="goat", tick=[120, "within"], **how)
+    assert again == found
     table = pq.read_table(run / "explain" / "frequencies.parquet").to_pandas()
     first = found["sweeps"][0]
     own = table[(table.kind == "value") & (table.gene == "green") & (table.value == "0")].set_index("tick")
@@ -246,12 +333,28 @@ def pond(tmp_path_factory):
     return recorded(tmp_path_factory.mktemp("pond") / "run", ticks=4)
 
 
+def test_all_comparisons_of_a_sweep_are_made_in_forks(pond):
+    leads = [Allele("newt", "letter", gene, at, "B") for at, gene in enumerate(("hunger", "fertile"))]
+    first, other = (sweep(species="newt", lead=lead) for lead in leads)
+    how = {"tick": [0, 1], "forks": 2, "ticks": 6, "workers": 1}
+    found = account(pond, first, other=other, reverse=True, **how)
+    assert found.gap == ""
+    assert [(allele, taken.tick) for allele, taken in found.taken] == [(leads[0], 0), (leads[0], 1)]
+    assert found.reverse.edits[0] == Edit("newt", "letter", "hunger", 0, "B", "A", reverse=True)
+    assert found.reverse.effect("survival").value < 0 < found.taken[0][1].effect("survival").value
+    assert found.together[0] == leads[1]
+    assert found.together[1].tick == 0
+    assert found.together[1].n.shape == (2, 4)
+    assert len(found.sentences()) == 5
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
         (["--species", "newd"], 'did you mean "newt"'),
         (["--fdr", "2"], "a number between 0 and 1"),
         (["--tick", "5"], "from 0 to 4"),
+        (["--tick", "before", "--tick", "middle"], "a whole number, before, within or after"),
         (["--on", "elsewhere"], "elsewhere"),
     ],
 )

@@ -68,9 +68,18 @@ def test_variable_length_genomes_have_copies_and_values_but_no_loci():
     lineage = family(rows, end=3, genomes={"finch": kept})
     paths = follow(lineage, "finch", every=1)
     names = [allele.name for allele in paths.alleles]
-    assert names[:4] == ["0 copies of red", "1 copy of red", "2 copies of red", "red = 0"]
-    assert shares(lineage, paths.alleles[3]).tolist() == [1, 0.5, 0]
-    assert paths.p[-1, 3] == pytest.approx(0.5)
+    limits = [
+        "0 copies of red",
+        "1 or more copies of red",
+        "1 or fewer copies of red",
+        "2 or more copies of red",
+    ]
+    assert names[:5] == [*limits, "red = 0"]
+    assert [shares(lineage, allele).tolist() for allele in paths.alleles[:2]] == [[0, 0, 1], [1, 1, 0]]
+    assert shares(lineage, paths.alleles[3]).tolist() == [0, 1, 0]
+    assert paths.p[-1, :4] == pytest.approx([1 / 3, 2 / 3, 2 / 3, 1 / 3])
+    assert shares(lineage, paths.alleles[4]).tolist() == [1, 0.5, 0]
+    assert paths.p[-1, 4] == pytest.approx(0.5)
 
 
 def test_letters_beyond_ascii_and_missing_genomes_are_counted():

@@ -119,6 +119,10 @@ def test_copies_are_removed_from_the_end_and_added_in_tandem(variable):
     loss = replace(edit, value="2", was="3")  # fewer copies are the allele
     assert (loss.carriers(table)[1] == 1).all()
     assert not replace(loss, reverse=True).carriers(table)[0].size
+    assert (replace(loss, value="2 or fewer").carriers(table)[1] == 1).all()
+    assert not replace(edit, value="3 or more").carriers(table)[0].size
+    with pytest.raises(ValueError, match="3 copies cannot replace 2 or more"):
+        replace(loss, value="2 or more").carriers(table)
     edit.apply(table, rows[::2])
     none = replace(edit, value="1", was="0")
     assert none.carriers(table)[1].tolist() == [1 if i % 2 == 0 else 2 for i in range(rows.size)]
@@ -153,7 +157,11 @@ def test_the_alternative_is_the_most_common_other_allele(pond, variable):
     other = Edit("newt", "haplotype", value="BAA").alternative(table)
     assert len(other) == 3
     assert other != "BAA"
-    assert Edit("newt", "copies", "hunger", value="2").alternative(variable.table("newt")) == "3"
+    three = variable.table("newt")  # copies each
+    for value in ("2", "2 or fewer"):
+        assert Edit("newt", "copies", "hunger", value=value).alternative(three) == "3"
+    with pytest.raises(ValueError, match="all newt carry 2 or more"):
+        Edit("newt", "copies", "hunger", value="2 or more").alternative(three)
     only = pond.copy().table("newt")
     HUNGRY.apply(only, only.rows())
     with pytest.raises(ValueError, match=r"all newt carry A: choose an earlier tick, or what replaces it"):

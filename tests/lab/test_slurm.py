@@ -20,14 +20,16 @@ from typer.testing import CliRunner
 
 from ecs_eco.cli import app
 from ecs_eco.engine.errors import ConfigError, RecordingError
+from ecs_eco.explain import Edit, take_out, taken_out
 from ecs_eco.lab import slurm as slurm_module
 from ecs_eco.lab.design import design_of
 from ecs_eco.lab.folder import Sweep, begin, read_sweep
 from ecs_eco.lab.jobs import read_done, run_job
 from ecs_eco.lab.plan import read_plan
-from ecs_eco.lab.slurm import Options, queued, resume, script, submit
+from ecs_eco.lab.slurm import Options, jobs_of, queued, resume, script, submit
 from ecs_eco.record import seal
 from ecs_eco.record.claim import owner_of
+from tests.explain.newts import recorded
 from tests.lab.moss import PLAN, written
 
 LONG = 'world = "moss.toml"\nticks = 30000\nworld_seeds = 2\ncheckpoint_every = 1000\n'
@@ -68,7 +70,7 @@ def until(condition: Any, seconds: float = 240) -> None:
 
 def test_a_script_asks_for_notice_and_to_be_queued_again(tmp_path: Path) -> None:
     sweep = sweep_in(tmp_path)
-    text = script(sweep, [7, 3], Options(limit=7, more=("--time=2:00:00", "--qos=long")), after="55")
+    text = script(jobs_of(sweep), [7, 3], Options(limit=7, more=("--time=2:00:00", "--qos=long")), after="55")
     head = [line for line in text.splitlines() if line.startswith("#SBATCH")]
     assert {
         "#SBATCH --requeue",
@@ -90,7 +92,7 @@ def test_nothing_of_a_folder_becomes_a_command_of_its_script(
 ) -> None:
     monkeypatch.setattr(sys, "executable", "/bin/true")
     sweep = sweep_in(tmp_path / "it's $(touch mark) 5% #x")
-    lines = script(sweep, [0], Options()).splitlines()
+    lines = script(jobs_of(sweep), [0], Options()).splitlines()
     [output] = [shlex.split(line)[1] for line in lines if "--output" in line]
     assert output == f"--output={sweep.folder}/slurm/%A_%a.log".replace("5% ", "5%% ")
     subprocess.run(
@@ -101,9 +103,9 @@ def test_nothing_of_a_folder_becomes_a_command_of_its_script(
     )
     assert not list(tmp_path.rglob("mark"))
     with pytest.raises(ConfigError, match="cannot be a line of a batch script"):
-        script(sweep_in(tmp_path / "a\ntouch mark"), [0], Options())
+        script(jobs_of(sweep_in(tmp_path / "a\ntouch mark")), [0], Options())
     with pytest.raises(ConfigError, match="--sbatch"):
-        script(sweep, [0], Options(more=("--time=1\ntouch mark",)))
+        script(jobs_of(sweep), [0], Options(more=("--time=1\ntouch mark",)))
 
 
 def test_a_hash_that_is_none_is_refused(tmp_path: Path) -> None:
@@ -261,3 +263,25 @@ def test_the_command_submits_what_is_not_done_and_says_so(
     text = (tmp_path / "out" / "slurm" / "array-1.sh").read_text()
     assert "#SBATCH --time=0:30\n" in text
     assert "%100\n" in text
+
+
+@pytest.mark.slow
+def test_forks_on_slurm_are_those_of_this_machine(
+    tmp_path: Path, slurm: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(taken_out, "POLL", 0.2)
+    run, done = recorded(tmp_path / "run", ticks=1), list[tuple[int, int]]()
+    hungry = Edit("newt", "letter", "hunger", 0, "B")
+    how: dict[str, Any] = {"tick": 0, "forks": 2, "ticks": 5, "engine": "slurm", "workers": 1}
+    there = take_out(run, hungry, "A", progress=lambda *one: done.append(one), **how)
+    assert done == [(1, 2), (2, 2)]
+    (script,) = run.glob("explain/*/slurm/array-1.sh")
+    assert "#SBATCH --array=0-1%1" in script.read_text()
+    (place,) = [path.parent for path in run.glob("explain/*/what.json")]
+    for path in place.glob("fork-*"):
+        path.unlink()
+    assert take_out(run, hungry, "A", **how | {"engine": "local"}).to_pandas().equals(there.to_pandas())
+    (place / "fork-0001.json").unlink()
+    monkeypatch.setattr(sys, "executable", "/bin/false")
+    with pytest.raises(RecordingError, match="1 forks ended without a result: see the logs in"):
+        take_out(run, hungry, "A", **how)

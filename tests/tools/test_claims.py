@@ -29,6 +29,8 @@ def test_a_claim_shows_its_kind_its_seeds_and_its_outcome():
     text = claims.section(green, RESULT)
     assert "Red spreads. (Green does not.)" in text
     assert text.endswith("| registered | 1 × 1 | 1 | 0 | **failed** |")
+    text = claims.section(green | {"explained": "it was eaten"}, RESULT)
+    assert text.endswith("| **failed** |\n\n[One run, explained](explained.md): it was eaten.")
 
 
 def test_lives_within_a_case_are_replicates():

@@ -248,12 +248,14 @@ export interface Area {
 /** An event in a species' history, or an intervention. */
 export interface Entry {
   tick: number;
-  kind: "birth" | "boom" | "crash" | "extinct" | "return" | "act";
+  kind: "birth" | "boom" | "crash" | "extinct" | "return" | "act" | "sweep";
   species: string;
   n: number;
   text: string;
   cause: string;
   before?: number; // population before the boom, crash or extinction
+  colour?: string; // of a sweep: the quantity that shows its allele
+  sweep?: number; // of a sweep whose allele can be taken out: its number in `whatif` requests
 }
 
 export interface StoryMessage {

@@ -122,7 +122,7 @@ function begin(hello) {
   const panel = new Panel(hello, { select: (uid) => select(uid, chosen.second), other: () => two.stage?.hello ?? null, fill: () => connection.send({ kind: "fill", ...chosen.asked }), follow: () => look("follow"), track: (uid) => colour(`kin:${uid}`), tree: () => connection.send({ kind: "tree", ...chosen.asked, by }), clade: (life) => cladeOf(by, life), colourOf });
   const timeline = new Timeline(hello, (tick) => connection.send({ kind: "seek", tick }), charts.lanes());
   const loop = new Loop(hello, timeline, (request) => connection.send(request));
-  const story = new Story(hello, { jump, colourOf, ask: () => connection.send({ kind: "why" }), tell: (entry) =>
+  const story = new Story(hello, { jump, without, colourOf, ask: () => connection.send({ kind: "why" }), tell: (entry) =>
     overlay.flash(`${entry.text}.`, { text: "Why?", does: () => open("why") }) });
   const act = hello.acts ? new Act(hello, {
     send: (what, as) => connection.send({ kind: "act", what, ...(as ? { as } : {}) }),
@@ -272,6 +272,14 @@ function jump(entry) {
     open("charts");
     page?.charts.point(entry.tick);
   }
+  if (entry.colour && page?.hello.colours.includes(entry.colour)) colour(entry.colour);
+}
+
+/** Opens a second world next to a recorded run, without the allele of a sweep. @param {import("./protocol.js").Entry} entry */
+function without(entry) {
+  connection.send({ kind: "pause" });
+  jump({ ...entry, tick: entry.tick - 1 }); // forks begin with the end of the displayed tick
+  connection.send({ kind: "whatif", tick: null, sweep: entry.sweep });
 }
 
 /** @param {import("./tabs.js").PanelName} name of a panel */

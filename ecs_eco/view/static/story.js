@@ -6,12 +6,12 @@ import { $, announce, h, number } from "./dom.js";
 
 const FEW = 60; // maximum number of entries in the list
 const NEAR = 60; // [ticks] a larger advance means that a replay was moved, not played
-const SIGNS = { extinct: "✝", crash: "▼", boom: "▲", birth: "✶", return: "↺", act: "◆" };
+const SIGNS = { extinct: "✝", crash: "▼", boom: "▲", birth: "✶", return: "↺", act: "◆", sweep: "↗" };
 
 export class Story {
   /**
    * @param {import("./protocol.js").Hello} hello
-   * @param {{jump: (entry: Entry) => void, tell: (entry: Entry) => void, ask: () => void, colourOf: (name: string) => string}} calls
+   * @param {{jump: (entry: Entry) => void, without: (entry: Entry) => void, tell: (entry: Entry) => void, ask: () => void, colourOf: (name: string) => string}} calls
    */
   constructor(hello, calls) {
     this.hello = hello;
@@ -89,7 +89,8 @@ export class Story {
       h("button", { type: "button", class: "jump", title: "Go there", onclick: () => this.calls.jump(entry) },
         h("i", { style: `--c:${colour}`, text: SIGNS[entry.kind], "aria-hidden": "true" }),
         h("time", { text: number(entry.tick) }), h("b", { text: entry.text })),
-      entry.cause && h("p", { text: entry.cause }));
+      entry.cause && h("p", { text: entry.cause }),
+      entry.sweep !== undefined && h("p", {}, h("button", { type: "button", class: "plain", text: "Show this world next to one in which no organism has it", onclick: () => this.calls.without(entry) })));
   }
 
   /** Requests the diagnosis when the tab is first opened. */
