@@ -42,7 +42,10 @@ FIGURES = {  # other figures are named after their study; each entry is its capt
     ),
     "happiness": ("happiness_genes.png", "Happiness weights in vole genomes over generations"),
     "isolation": ("isolation.svg", "Diversity of genes and policies with and without migration"),
-    "lifelong": ("lifelong.svg", "Population sizes while deer and wolves learn; wolves in all runs; policy change"),
+    "lifelong": (
+        "lifelong.svg",
+        "Population sizes while deer and wolves learn; wolves in all runs; policy change",
+    ),
     "outside": ("outside.png", "Deer intake while three learners train"),
     "real_series": (
         "real_series.svg",

@@ -86,13 +86,13 @@ def play(page):
     until(page, "ecs.playing")
 
 
-def scene(page):
-    """The pixels of the scene without what lies over it: f32[height, width, 3]."""
+def scene(page, left=180, right=200):
+    """The pixels of the scene without what lies over it and without margins [px]: f32[height, width, 3]."""
     from matplotlib.image import imread
 
     box = page.locator("#canvas").bounding_box()
     alone = "body * { visibility: hidden !important } #canvas { visibility: visible !important }"
-    clip = box | {"x": box["x"] + 180, "width": box["width"] - 380}
+    clip = box | {"x": box["x"] + left, "width": box["width"] - left - right}
     return imread(io.BytesIO(page.screenshot(clip=clip, style=alone)))[..., :3]
 
 

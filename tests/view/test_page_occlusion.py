@@ -25,8 +25,8 @@ always_on = ["rest"]
 def seen(page, uid, reach=6):
     """The share of what is not fence around an organism, in the picture of the scene."""
     at, box = page.evaluate(f"ecs.screen({uid})"), page.locator("#canvas").bounding_box()
-    x, y = round(at["x"] - box["x"] - 180), round(at["y"] - box["y"])
-    around = scene(page)[y - reach : y + reach, x - reach : x + reach]
+    x, y = round(at["x"] - box["x"]), round(at["y"] - box["y"])
+    around = scene(page, 0, 0)[y - reach : y + reach, x - reach : x + reach]
     return float((around[..., 0] < around[..., 2] + 0.3).mean())  # fences are orange
 
 

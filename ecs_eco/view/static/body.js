@@ -87,7 +87,7 @@ SHAPES.horse = SHAPES.deer.slice(0, -2); // without antlers
 const NAMED = {
   deer: "stag elk moose reindeer caribou", horse: "doe fawn antelope gazelle impala zebra donkey giraffe", goat: "ibex chamois kid cow cattle bison wildebeest", sheep: "ewe lamb ram pig boar",
   rabbit: "hare vole mouse rat lemming squirrel marmot", wolf: "fox dog coyote hyena lion lioness lynx cat tiger leopard cheetah jackal weasel stoat bear predator",
-  bird: "raven crow gull kite hawk eagle owl vulture finch sparrow tit robin penguin duck goose swallow", fish: "cod herring trout salmon perch pike sardine anchovy shark tuna minnow guppy stickleback",
+  bird: "raven crow gull kite hawk eagle owl vulture finch sparrow tit robin penguin duck goose swallow", fish: "eel cod herring trout salmon perch pike sardine anchovy shark tuna minnow guppy stickleback",
   krill: "shrimp prawn", copepod: "daphnia zooplankton rotifer", insect: "ant bee beetle aphid fly bug moth butterfly grasshopper locust ladybird wasp mosquito cricket", worm: "earthworm nematode",
   tree: "oak beech birch maple ash acacia", conifer: "pine spruce fir", shrub: "bush heather",
 };

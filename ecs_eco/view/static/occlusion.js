@@ -6,7 +6,7 @@ import { HIDES } from "./shaders.js";
 
 const AROUND = 2.5; // radius of fading, relative to the organism's radius on the screen
 const LEAST = 16; // [px]
-const OWN = 3; // depth margin, relative to the organism's radius, so that it does not hide itself
+const OWN = 1.5; // depth margin, relative to the organism's radius, so that it does not hide itself
 
 /**
  * Sets where elements fade. Called before a picture is drawn.
@@ -17,9 +17,10 @@ export function clear(stage, place) {
   const { eye, shared, renderer, canvas } = stage;
   const found = stage.selected === null ? null : stage.find(stage.selected);
   if (!place || !found || eye.preset !== "follow") {
-    shared.clear.value = [0, 0, 0, 0];
+    shared.clear.value = shared.followed.value = [0, 0, 0, 0];
     return;
   }
+  shared.followed.value = [...place.toArray(), 1];
   const ratio = renderer.getPixelRatio();
   eye.camera.updateMatrixWorld();
   const way = eye.camera.position.clone().sub(place), distance = way.length();

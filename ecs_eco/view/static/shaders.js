@@ -167,6 +167,8 @@ uniform float gait;       // 1: legs, 2: wings, 3: tail
 uniform float rim;        // 0 for the body, or the margin of its rim in water, in radii
 uniform vec3 edge;        // color of the rim
 uniform float nearer;     // shift toward the viewer, as a share of the depth
+uniform vec4 followed;    // position of the followed organism [m]; 1 if there is one
+varying float vOwn;       // 1 for the followed organism, which does not fade
 
 // A body in motion: the phase of its stride depends on the place alone, so equal frames are equal pictures.
 vec3 moving(vec3 form, vec2 at, vec2 ahead, float scale) {
@@ -182,6 +184,7 @@ vec3 moving(vec3 form, vec2 at, vec2 ahead, float scale) {
 
 void main() {
   vec3 at = place();
+  vOwn = followed.w * step(distance(at, followed.xyz), 0.25 * radius);
   float scale = scaled(at), h = heading(), c = cos(h), s = sin(h);
   float margin = rim * min(1.0, 1.5 * least * -(viewMatrix * vec4(at, 1.0)).z / (lens * scale)); // close up, rims are thinner
   vec3 form = moving(corner, at.xy, vec2(c, s), scale) * (1.0 + margin / max(0.3, length(corner)));
@@ -231,9 +234,11 @@ attribute vec3 corner;    // corner of the inner box: −1 or 1 along each axis;
 attribute vec3 facing;
 attribute vec4 form;      // half length, half width, half height and rounding [m]
 uniform vec3 sun;
+varying float vOwn;
 
 void main() {
   vec3 at = place();
+  vOwn = 0.0;
   vec4 centre = viewMatrix * vec4(at, 1.0);
   float most = max(form.x, max(form.y, form.z)) + form.w;
   float scale = max(1.0, least * -centre.z / lens / most) * grown();
@@ -248,8 +253,9 @@ void main() {
 export const BODY_FRAGMENT = /* glsl */ `
 ${HIDES}
 varying vec3 vColour;
+varying float vOwn;
 void main() {
-  if (hides()) discard;
+  if (vOwn < 0.5 && hides()) discard;
   gl_FragColor = vec4(vColour, 1.0);
 }`;
 

@@ -39,7 +39,7 @@ export class Stage {
     this.relief = new Relief(hello);
     this.ground = new Ground(hello, this.relief);
     const top = hello.size.length > 2 ? hello.size[2] : Math.max(this.relief.highest, 0);
-    this.eye = new Eye(canvas, hello.size, [Math.min(0, this.relief.lowest), top], Math.max(0, ...this.kinds.map(({ radius }) => radius)));
+    this.eye = new Eye(canvas, hello.size, [Math.min(0, this.relief.lowest), top], Math.max(0, ...this.kinds.map(({ moves, radius }) => (moves ? radius : 0))));
     this.sun = new DirectionalLight(0xffffff, 2.2);
     this.sky = new AmbientLight(0xffffff, 1.6);
     const group = new Group();
@@ -54,6 +54,7 @@ export class Stage {
       day: { value: 1 },
       murk: { value: this.ground.murk },
       clear: { value: [0, 0, 0, 0] }, // where elements in front of the followed organism fade
+      followed: { value: [0, 0, 0, 0] }, // its position [m]; 1 if an organism is followed
       sun: { value: new Vector3(0.3, -0.4, 0.86) },
       mute: { value: [0.6, 0.63, 0.65] },
       ramp: { value: this.ramps.sequential }, edge: { value: [0.1, 0.1, 0.1] }, // edge color of bodies
