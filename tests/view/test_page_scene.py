@@ -150,12 +150,14 @@ def test_shapes_follow_names_or_diet_place_and_size_and_differ(page):
     made = page.evaluate("""async () => {
       const {kindsOf} = await import('/marks.js');
       const animals = ['muncher', 'nibbler', 'stalker', 'picker'].map((name) => ({name, radius: 0.5, moves: true}));
-      animals.push({name: 'midge', radius: 0.01, moves: true}, {name: 'red foxes', moves: true}, {name: 'Raven', moves: true});
+      animals.push({name: 'midge', radius: 0.01, moves: true});
+      animals.push({name: 'red foxes', moves: true}, {name: 'Raven', moves: true});
       const foods = {muncher: ['grass'], nibbler: ['grass'], stalker: ['nibbler'], picker: ['carcass']};
       const plants = [{name: 'grass', sessile: true}, {name: 'young oak', sessile: true}];
       const species = [...plants, ...animals], objects = [{name: 'carcass'}];
       const found = (size) => kindsOf({size, foods, species, objects});
-      return [[9, 9], [9, 9, 9]].map((size) => found(size).map(({build, variant}) => [build ?? null, variant ?? null]));
+      const told = ({build, variant}) => [build ?? null, variant ?? null];
+      return [[9, 9], [9, 9, 9]].map((size) => found(size).map(told));
     }""")
     land, water = made
     named = [["wolf", 0], ["bird", 0]]
@@ -167,7 +169,8 @@ def test_shapes_follow_names_or_diet_place_and_size_and_differ(page):
       const {animal, outline} = await import('/body.js');
       return kinds.map((kind) => {
         const {corners, normals, tones} = animal(...kind);
-        return [[...corners].join(), JSON.stringify(outline(...kind)), corners.length - normals.length, corners.length - 3 * tones.length];
+        const left = [corners.length - normals.length, corners.length - 3 * tones.length];
+        return [[...corners].join(), JSON.stringify(outline(...kind)), ...left];
       });
     }""",
         land[2:7] + water[2:7],
