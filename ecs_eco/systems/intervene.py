@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from pydantic import TypeAdapter, ValidationError
 
-from ecs_eco.components import Biology, Metabolism, Position
+from ecs_eco.components import Biology, Body, Metabolism, Position
 from ecs_eco.config.checks.interventions import learns
 from ecs_eco.config.loading import changed, intervention
 from ecs_eco.config.models.interventions import AnyIntervention
@@ -242,5 +242,8 @@ def _rank(table: Table, rows: np.ndarray, which: str, key: np.uint64) -> np.ndar
     if which in ("richest", "poorest"):
         energy = table[Metabolism].energy[rows]
         return -energy if which == "richest" else energy
+    if which in ("largest", "smallest"):
+        mass = table[Body].mass[rows]
+        return -mass if which == "largest" else mass
     age = table[Biology].age[rows] if Biology in table else -table.born[rows]
     return -age if which == "oldest" else age

@@ -99,7 +99,7 @@ share = 2
         ({"until": 9}, "given without every"),
         ({"every": 2, "until": 4}, "before at; expected: at least 5"),
         ({"every": 0}, "at least 1"),
-        ({"which": "fattest"}, "random, oldest, youngest, richest, poorest"),
+        ({"which": "fattest"}, "random, oldest, youngest, richest, poorest, largest, smallest"),
         ({"region": [1.0, 2.0, 300.0, 4.0]}, "outside the world along x"),
         ({"region": [3.0, 2.0, 2.0, 4.0]}, "empty along x"),
         ({"region": [300.0, 2.0, 3.0]}, "its center is outside the world"),

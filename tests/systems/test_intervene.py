@@ -59,6 +59,21 @@ def test_the_first_to_die_are_the_richest_or_oldest_and_of_equals_any(which, ene
     assert died == chosen
 
 
+@pytest.mark.parametrize(("which", "chosen"), [("largest", {(1, 3)}), ("smallest", {(0, 2), (0, 4)})])
+def test_the_first_to_die_are_the_largest_or_smallest_and_of_equals_any(which, chosen):
+    died = set()
+    for tick in range(12):
+        w = world(
+            {"kind": "cull", "at": tick, "species": "wolf", "count": 2, "which": which},
+            **{"species.wolf.count": 5},
+        )
+        wolf, w.tick = arrange(w, "wolf", mass=[20.0, 41.0, 30.0, 45.0, 30.0]), tick
+        order = np.sort(wolf.uid[wolf.rows()])
+        w.systems[0].process()
+        died.add(tuple(np.searchsorted(order, np.sort(wolf.uid[wolf.doomed()])).tolist()))
+    assert died == chosen
+
+
 def test_only_those_in_the_region_are_culled_and_a_circle_reaches_around_a_torus():
     w = world(
         {"kind": "cull", "at": 0, "species": "wolf", "share": 1.0, "region": [1.0, 30.0, 5.0]},

@@ -68,7 +68,8 @@ def _check_cull(config: WorldConfig, key: Key, cull: Cull) -> Iterator[Problem]:
         allowed = "share = 0.5, count = 20, or uids = [7]"
         yield Problem((*key, "share"), "give exactly one of share, count and uids", allowed=allowed)
     if cull.which in ("richest", "poorest") and cull.species in config.objects:
-        yield Problem((*key, "which"), "objects have no energy", cull.which, "random, oldest, youngest")
+        allowed = "random, oldest, youngest, largest, smallest"
+        yield Problem((*key, "which"), "objects have no energy", cull.which, allowed)
 
 
 def check_region(key: Key, region: list[float], config: WorldConfig) -> Iterator[Problem]:

@@ -82,7 +82,7 @@ export class Act {
     const share = h("input", { type: "range", min: 1, max: 100, value: 20, "aria-label": "Share to cull, in percent" });
     const text = h("output", { text: "20%", style: "min-width:48px;text-align:right" });
     share.addEventListener("input", () => (text.textContent = `${share.value}%`));
-    const which = choice(["random", "oldest", "youngest", "richest", "poorest"], "Order");
+    const which = choice(["random", "oldest", "youngest", "richest", "poorest", "largest", "smallest"], "Order");
     this.remover = h("button", { class: "button danger", type: "button", text: "Remove the selected organism", disabled: true, onclick: () => {
       const selected = this.calls.selected();
       if (selected) this.send({ kind: "cull", species: selected.species, uids: [selected.uid], cause: "removed" });

@@ -98,7 +98,7 @@ export class WhatIf {
     told();
     const [fewer, more, whom] = [choice(kinds, "Kind to reduce"), choice(kinds, "Kind to increase"), choice(["all species", ...this.names ?? []], "Species")];
     const share = h("input", { class: "input", type: "number", min: 1, max: 100, value: 50, "aria-label": "Share to cull, in percent", required: true });
-    const first = choice(["random", "oldest", "youngest", "richest", "poorest"], "Order");
+    const first = choice(["random", "oldest", "youngest", "richest", "poorest", "largest", "smallest"], "Order");
     const count = h("input", { class: "input", type: "number", min: 1, max: 1000000, value: 20, "aria-label": "How many to add", required: true });
     more.addEventListener("change", () => (count.value = String(Math.max(1, counts[more.value] ?? 20))));
     const [w, d] = hello.size;
