@@ -31,6 +31,10 @@ FIGURES = {  # other figures are named after their study; each entry is its capt
         "diel_migration.png",
         "Depth of copepods over twenty days: deep by day, shallow by night",
     ),
+    "fishing_for_size": (
+        "fishing_for_size.svg",
+        "Inherited weight of newborns and catch by year, for stocks fished by size, at random or not at all",
+    ),
     "full_rate": (
         "full_rate.svg",
         "Wolf numbers while deer, wolves or both learn; catches in the arena; policy change",
@@ -47,6 +51,10 @@ FIGURES = {  # other figures are named after their study; each entry is its capt
         "Population sizes while deer and wolves learn; wolves in all runs; policy change",
     ),
     "outside": ("outside.png", "Deer intake while three learners train"),
+    "rapid_evolution": (
+        "rapid_evolution.svg",
+        "Numbers of algae and rotifers and defense of algae over time; lag and period of all runs",
+    ),
     "real_series": (
         "real_series.svg",
         "Measured predator and prey series, and their statistics against the shipped world's",
