@@ -240,10 +240,9 @@ def _rank(table: Table, rows: np.ndarray, which: str, key: np.uint64) -> np.ndar
     if which == "random":
         return random.draw_many(key, table.uid[rows], random.CULL)
     if which in ("richest", "poorest"):
-        energy = table[Metabolism].energy[rows]
-        return -energy if which == "richest" else energy
-    if which in ("largest", "smallest"):
-        mass = table[Body].mass[rows]
-        return -mass if which == "largest" else mass
-    age = table[Biology].age[rows] if Biology in table else -table.born[rows]
-    return -age if which == "oldest" else age
+        value = table[Metabolism].energy[rows]
+    elif which in ("largest", "smallest"):
+        value = table[Body].mass[rows]
+    else:
+        value = table[Biology].age[rows] if Biology in table else -table.born[rows]
+    return -value if which in ("richest", "largest", "oldest") else value
