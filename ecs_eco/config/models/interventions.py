@@ -77,9 +77,7 @@ class Cull(Intervention):
     ) = about("uids of the organisms that die, if alive; give exactly one of share, count and uids", None)
     region: Region | None = quantity(f"only organisms in {REGION}; default: everywhere", "m", None)
     which: Literal["random", "oldest", "youngest", "richest", "poorest", "largest", "smallest"] = about(
-        "which organisms die first; the richest have the most energy, and the largest the greatest mass; ties are "
-        "broken at random",
-        "random",
+        "which organisms die first, by age, energy or mass; ties are broken at random", "random"
     )
     cause: Annotated[str, Field(min_length=1, max_length=60)] = about("cause of death", "culled")
 
