@@ -151,7 +151,7 @@ class Lives {
       energy: known ? plain(energy) : null, energy_max: this.scales.energy[1], place: known ? place : null, heading: known && stored ? (heading * 2 * Math.PI) / TURN : null,
       parents: this.parents(i), children: this.children(this.uid[i]), generation: this.generation(i), genome: null, nerves: null, detail: stored ? "snapshot" : "record",
       trace: { tick: trace.map((one) => one.tick), ...Object.fromEntries(["energy", "happiness"].map((name) => [name, trace.map(({ row }) => plain(this.at(i, row)[name === "energy" ? 4 : 5]))])) },
-      note: known ? `${stored?.tick === tick ? "" : `${when} `}Stored every ${step > 1 ? `${step} ticks` : "tick"}, without its nervous system.` : "Not born yet.",
+      note: known ? `${stored?.tick === tick ? "" : `${when} `}Stored every ${step > 1 ? `${step} ticks` : "tick"}, without its nervous system.${this.kind.every > 1 ? ` Only 1 in ${this.kind.every} of its species is in this file, so kin may be missing.` : ""}` : "Not born yet.",
       ...(alive || !known || !stored ? {} : { as_of: stored.tick }),
     };
   }
