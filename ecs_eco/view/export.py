@@ -158,8 +158,8 @@ class _Stored:
         out["energy at death"] = _filled(uid.size, d, _code(died["energy"], scales["energy"]))
         for state in scales:
             out[f"{state} later"] = _filled(start[-1], row, _code(seen[state], scales[state]))
-        for key, rows, at in (("parent", born, b), ("parent2", born, b), ("killer", died, d)):
-            out[key] = _filled(uid.size, at, rows[key].astype(np.uint64))
+        for key, rows, of in (("parent", born, b), ("parent2", born, b), ("killer", died, d)):
+            out[key] = _filled(uid.size, of, rows[key].astype(np.uint64))
         out["cause"] = _filled(uid.size, d, died["cause"].astype(np.int16))
         out["family"] = self.replay.families.values(name, uid)
         for gene, code in self.replay.genes.get(name, {}).items():
@@ -176,10 +176,10 @@ class _Stored:
         out = {f"n {name}": self.n[:, s] for s, name in enumerate(r.species)}
         if replay.hello()["day"] is not None:
             out["light"], out["sun"] = np.array([self._sky(tick) for tick in range(r.first, r.last + 1)]).T
-        kinds = len(r.species) + len(replay.objects)
         frame = np.frombuffer(replay.frame(0, "species"), "<u4")[7:]
-        counts, words = frame[:kinds], frame[kinds:]
-        out["objects"] = np.append(counts[len(r.species) :], words[3 * int(counts[: len(r.species)].sum()) :])
+        counts, words = np.split(frame, [len(r.species) + len(replay.objects)])
+        alive, there = (3 * int(of.sum()) for of in np.split(counts, [len(r.species)]))
+        out["objects"] = np.append(counts[len(r.species) :], words[alive : alive + there])
         return _packed(out)
 
     def _sky(self, tick: int) -> tuple[float, float]:

@@ -11,9 +11,13 @@ import pytest
 from typer.testing import CliRunner
 
 from ecs_eco.cli import app
+from ecs_eco.config import load
 from ecs_eco.engine.errors import RecordingError
+from ecs_eco.lab import Archipelago
 from ecs_eco.testing.browser import served, until
 from ecs_eco.view import export
+from ecs_eco.view.replay import Replay
+from tests.lab.newts import written
 from tests.view.pages import IN_A_BROWSER, LOCAL, WIDE, facts, opened, pause
 from tests.view.replays import TICKS
 
@@ -140,6 +144,21 @@ def test_each_tick_of_the_file_shows_what_was_recorded(browser, shared, plain):
         page.locator("#play").click()
         until(page, f"!ecs.playing && ecs.tick === {TICKS - 1}")  # from the beginning to the end
         assert page.evaluate("ecs.messages.fates") > 0
+
+
+@in_a_browser
+def test_migrants_and_their_uids_are_in_the_file_of_an_island(browser, tmp_path):
+    islands = Archipelago.from_config(load(str(written(tmp_path))), seed=2, out=tmp_path / "run")
+    islands.run(until=8, report=False)
+    folder = islands.folder / "islands" / "east"
+    replay, path = Replay(folder), tmp_path / "east.html"
+    path.write_text(export.page(replay), encoding="utf-8")
+    with from_disk(browser, path) as page:
+        for tick in (0, 4, 7):  # migrants arrive and leave at tick 4
+            go(page, tick)
+            replay.handle({"kind": "seek", "tick": tick})
+            assert page.evaluate("ecs.uids('newt', 1000)") == replay.crowd("newt").uid.tolist()
+    assert replay.crowd("newt").uid[0] < 2**32 < replay.crowd("newt").uid[-1]
 
 
 @in_a_browser
