@@ -92,9 +92,9 @@ def shared(folders, tmp_path_factory):
 
 
 @contextmanager
-def from_disk(browser, path):
+def from_disk(browser, path, shade="light"):
     """A page opened from disk without a network; at its end, nothing was complained of or asked for."""
-    context = browser.new_context(viewport=WIDE, offline=True)
+    context = browser.new_context(viewport=WIDE, offline=True, color_scheme=shade)
     context.set_default_timeout(180_000)
     page, problems, asked = context.new_page(), [], []
     page.on("console", lambda message: problems.append(message.text))
@@ -147,6 +147,21 @@ def test_each_tick_of_the_file_shows_what_was_recorded(browser, shared, plain):
 
 
 @in_a_browser
+def test_the_legend_of_a_thinned_file_counts_all_organisms(browser, plain, tmp_path):
+    path = tmp_path / "thin.html"
+    path.write_text(export.page(plain, len(export.page(plain)) - 1), encoding="utf-8")
+    plain.handle({"kind": "seek", "tick": 20})
+    with from_disk(browser, path) as page:
+        go(page, 20)
+        legend = dict(zip(plain.species, page.locator("#legend .legend-row").all_inner_texts(), strict=False))
+        thinned = [name for name, words in legend.items() if "1 in 2 shown" in words]
+        assert len(thinned) == 1
+        counts = plain.counts()
+        assert page.evaluate("ecs.counts")[thinned[0]] < counts[thinned[0]]
+        assert all(str(counts[name]) in words.split() for name, words in legend.items())
+
+
+@in_a_browser
 def test_migrants_and_their_uids_are_in_the_file_of_an_island(browser, tmp_path):
     islands = Archipelago.from_config(load(str(written(tmp_path))), seed=2, out=tmp_path / "run")
     islands.run(until=8, report=False)
@@ -192,9 +207,8 @@ def test_an_organism_of_the_file_has_its_panel_and_what_is_missing_is_named(brow
 @pytest.mark.parametrize("shade", ["light", "dark"])
 def test_axe_finds_nothing_in_the_file(browser, shared, shade):
     axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="no axe-playwright-python here")
-    with from_disk(browser, shared) as page:
-        if page.evaluate("document.documentElement.dataset.shade") != shade:
-            page.locator("#theme").click()
+    with from_disk(browser, shared, shade) as page:
+        assert page.evaluate("document.documentElement.dataset.shade") == shade
         page.locator("#canvas").focus()
         page.keyboard.press("n")
         page.locator("#organism .who").wait_for()

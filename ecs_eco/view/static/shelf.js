@@ -4,10 +4,11 @@ import { MAGIC } from "./frame.js";
 
 /** @typedef {import("./protocol.js").Message} Message @typedef {import("./protocol.js").Stored} Stored @typedef {import("./protocol.js").StoredKind} StoredKind */
 /** @typedef {Record<string, Uint8Array | Uint16Array | Uint32Array | Int32Array | Float32Array | Float64Array>} Columns */
-/** @typedef {[x: number, y: number, z: number, heading: number, energy: number, happiness: number]} Place in the units of the file; NaN if unknown */
+/** @typedef {Float64Array} Place x, y, z and heading in the units of a frame, energy and happiness; NaN if unknown */
 
 const TYPES = { u1: Uint8Array, u2: Uint16Array, u4: Uint32Array, i4: Int32Array, f4: Float32Array, f8: Float64Array };
 const AXES = ["x", "y", "z"], TOP = 65535; // positions are shares of the world's size, out of 65,535
+const [BIRTH, DEATH] = [-1, -2]; // in place of a row of stored states
 const TURN = 256, FINE = 65534, COARSE = 254; // steps of headings, states and colors
 const HEAD = 28, WORDS = 3, HALF = 2 ** 32; // of a frame [bytes], of an organism [u32]
 const [PACE, STATES, PANELS, FULL] = [50, 250, 100, 1000]; // [ms] between frames, states and panels; ticks per second at full speed
@@ -51,6 +52,9 @@ class Lives {
       this.end[i] = this.born[i] + columns.span[i];
       this.start[i + 1] = this.start[i] + Math.max(0, Math.ceil(this.end[i] / step) - this.first(i));
     }
+    this.axes = AXES.filter((axis) => columns[axis]).map((axis) => [columns[axis], columns[`${axis} later`], columns[`${axis} at death`]]);
+    this.now = new Float64Array(6);
+    this.goal = new Float64Array(6);
     this.wraps = hello.edges === "torus";
     /** @type {Record<string, [number, number]>} */
     this.scales = { ...kind.scales, age: [0, kind.oldest * hello.dt] };
@@ -77,34 +81,41 @@ class Lives {
     return rows;
   }
 
-  /** The state at birth (`row` undefined), in a stored row, or at death (−1). @param {number} i @param {number} [row] @returns {Place} */
-  at(i, row) {
-    const { columns: c, kind } = this, death = row === -1, later = row !== undefined && !death;
-    const [x, y, z] = AXES.map((axis) => (c[axis] ? (c[axis][i] + (later ? c[`${axis} later`][row] : death ? c[`${axis} at death`][i] : 0)) & TOP : 0));
-    const energy = later ? c["energy later"][row] : c[death ? "energy at death" : "energy"][i];
-    return [x, y, z, later ? c["heading later"][row] : NaN, valueOf(energy, kind.scales.energy), later ? valueOf(c["happiness later"]?.[row] ?? 0, kind.scales.happiness) : NaN];
+  /** The state in a stored row, at birth or at death. @param {number} i @param {number} row @param {Place} [to] output */
+  at(i, row, to = new Float64Array(6)) {
+    const { columns: c, axes, kind: { scales } } = this, later = row >= 0;
+    for (let axis = 0; axis < axes.length; axis++) {
+      const [born, stored, died] = axes[axis];
+      to[axis] = (born[i] + (later ? stored[row] : row === DEATH ? died[i] : 0)) & TOP;
+    }
+    to[3] = later ? c["heading later"][row] : NaN;
+    to[4] = valueOf(later ? c["energy later"][row] : c[row === DEATH ? "energy at death" : "energy"][i], scales.energy);
+    to[5] = later && scales.happiness ? valueOf(c["happiness later"][row], scales.happiness) : NaN;
+    return to;
   }
 
-  /** The state at a tick, interpolated between birth, stored states and death. @param {number} i @param {number} tick @returns {Place} */
+  /** The state at a tick, interpolated between birth, stored states and death; valid until the next call. @param {number} i @param {number} tick */
   state(i, tick) {
-    const { step, hello } = this.head, first = this.first(i), k = Math.floor(tick / step) - first, count = this.start[i + 1] - this.start[i];
-    const since = k < 0 ? Math.max(this.born[i], hello.first) : (first + k) * step;
-    const next = k + 1 < count, dies = this.columns.dies[i] === 1;
-    const from = this.at(i, k < 0 ? undefined : this.start[i] + k), to = next ? this.at(i, this.start[i] + k + 1) : dies ? this.at(i, -1) : from;
+    const { step, hello } = this.head, { now, goal } = this, first = this.first(i), k = Math.floor(tick / step) - first, count = this.start[i + 1] - this.start[i];
+    const since = k < 0 ? Math.max(this.born[i], hello.first) : (first + k) * step, next = k + 1 < count;
+    this.at(i, k < 0 ? BIRTH : this.start[i] + k, now);
+    if (next || this.columns.dies[i]) this.at(i, next ? this.start[i] + k + 1 : DEATH, goal);
+    else goal.set(now);
     const until = next ? (first + k + 1) * step : this.end[i], share = Math.min(1, (tick - since) / Math.max(1, until - since));
-    return /** @type {Place} */ (from.map((a, part) => {
-      const b = to[part];
-      if (Number.isNaN(a) || Number.isNaN(b)) return Number.isNaN(a) ? b : a;
-      const around = part === 3 ? TURN : part < 2 && this.wraps ? TOP : 0;
-      const now = a + share * (b - a - (around && around * Math.round((b - a) / around)));
-      return around ? ((now % around) + around) % around : now;
-    }));
+    for (let part = 0; part < 6; part++) {
+      if (Number.isNaN(now[part])) now[part] = goal[part];
+      const way = goal[part] - now[part], around = part === 3 ? TURN : part < 2 && this.wraps ? TOP : 0;
+      if (Number.isNaN(way)) continue;
+      now[part] += share * (way - (around && around * Math.round(way / around)));
+      if (around) now[part] = (now[part] + around) % around;
+    }
+    return now;
   }
 
   /** @param {number} i @param {number} tick @param {string} by @param {Place} state */
-  colour(i, tick, by, [, , , , energy, happiness]) {
-    if (by === "energy") return graded(energy, this.scales.energy);
-    if (by === "happiness") return this.scales.happiness ? graded(happiness, this.scales.happiness) : 0;
+  colour(i, tick, by, state) {
+    if (by === "energy") return graded(state[4], this.scales.energy);
+    if (by === "happiness") return this.scales.happiness ? graded(state[5], this.scales.happiness) : 0;
     if (by === "age") return graded((tick - this.born[i]) * this.head.hello.dt, this.scales.age);
     if (by.startsWith("kin:")) return this.descends(Number(by.slice(4))).has(i) ? 255 : 0;
     return this.columns[by]?.[i] ?? 0;
@@ -132,6 +143,11 @@ class Lives {
     return length;
   }
 
+  /** @param {Place} place @returns {number[]} x, y, z [m] */
+  metres(place) {
+    return AXES.map((_, axis) => (place[axis] / TOP) * (this.head.hello.size[axis] ?? 0));
+  }
+
   /** The message "organism". @param {number} i @param {number} tick */
   organism(i, tick) {
     const { hello, step, causes } = this.head, { columns: c, born, end } = this;
@@ -141,8 +157,7 @@ class Lives {
     const far = (/** @type {{tick: number}} */ one) => Math.abs(one.tick - now);
     const near = alive || born[i] <= tick ? states.filter((one) => alive || one.tick <= now).sort((a, b) => far(a) - far(b))[0] : undefined;
     const stored = near && (!alive || far(near) < tick - born[i] || far(near) === 0) ? near : undefined;
-    const [x, y, z, heading, energy] = this.at(i, stored?.row);
-    const place = [x, y, z].map((share, axis) => (share / TOP) * (hello.size[axis] ?? 0));
+    const state = this.at(i, stored?.row ?? BIRTH), heading = state[3], energy = state[4], place = this.metres(state);
     const trace = states.filter((one) => one.tick <= now), known = born[i] <= tick;
     const when = stored ? `State at tick ${stored.tick.toLocaleString("en")}.` : `State at birth, tick ${born[i].toLocaleString("en")}.`;
     const plain = (/** @type {number} */ value) => (Number.isNaN(value) ? null : value);
@@ -261,7 +276,7 @@ export class Shelf {
       if (!this.head.hello.species[k].moves) continue;
       for (let i = 0; i < lives.n; i++) {
         if (!lives.columns.dies[i] || lives.end[i] > tick || lives.end[i] <= Math.max(after, tick - TICKS)) continue;
-        const place = lives.at(i, -1).slice(0, 3).map((share, axis) => (share / TOP) * (this.head.hello.size[axis] ?? 0));
+        const place = lives.metres(lives.at(i, DEATH));
         found.push([lives.end[i], k, lives.uid[i], ...place, lives.columns.killer[i]]);
       }
     }
@@ -283,9 +298,9 @@ export class Shelf {
     const words = new Uint32Array(buffer, HEAD + 4 * counts.length);
     let next = 0, upper = WORDS * all;
     rows.forEach((some, k) => some.forEach((i) => {
-      const state = lives[k].state(i, tick), [x, y, z, heading] = state.map((part) => Math.round(part || 0));
-      words[next++] = x | (y << 16);
-      words[next++] = z | ((heading & 255) << 16) | (lives[k].colour(i, tick, by, state) << 24);
+      const state = lives[k].state(i, tick);
+      words[next++] = Math.round(state[0]) | (Math.round(state[1]) << 16);
+      words[next++] = Math.round(state[2]) | ((Math.round(state[3] || 0) & 255) << 16) | (lives[k].colour(i, tick, by, state) << 24);
       words[next++] = lives[k].uid[i] % HALF;
       if (wide) words[upper++] = Math.floor(lives[k].uid[i] / HALF);
     }));
