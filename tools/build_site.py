@@ -34,7 +34,7 @@ BESIDE = {
 PLAIN = "---\norphan: true\nnosearch: true\nhtml_theme.sidebar_secondary.remove: true\n---\n\n"
 LANGUAGE = {".py": "python", ".toml": "toml", ".js": "javascript", ".json": "json", ".md": "markdown"}
 CELL = "```{code-cell} ipython3"
-PICTURE = re.compile(r"!\[The viewer: [^\]]*\]\(img/page_predator_prey\.png\)")
+PICTURE = re.compile(r"!\[[^]]*\]\(img/page_predator_prey\.png\)")
 FRAME = (
     '<div class="replay"><iframe src="_static/replay.html" title="A recorded run" loading="lazy"></iframe>'
 )
