@@ -5,7 +5,8 @@
 All pages are staged in build/site-source, where files outside docs/ that pages link to become pages, and the
 generated pages (API, commands, components, shipped worlds) are added. Warnings are errors. Without --out, the
 site is written to ecs_eco/_site, where the wheel includes it and `ecs-eco docs` opens it. Notebook output is
-kept in build/notebooks until the notebooks change.
+kept in build/notebooks until the notebooks change. The picture of the viewer on the home page becomes a recorded
+run, saved as a page.
 """
 
 import argparse
@@ -14,6 +15,7 @@ import re
 import shutil
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 from site_pages import generated  # a file in this folder
@@ -32,6 +34,11 @@ BESIDE = {
 PLAIN = "---\norphan: true\nnosearch: true\nhtml_theme.sidebar_secondary.remove: true\n---\n\n"
 LANGUAGE = {".py": "python", ".toml": "toml", ".js": "javascript", ".json": "json", ".md": "markdown"}
 CELL = "```{code-cell} ipython3"
+PICTURE = re.compile(r"!\[[^]]*\]\(img/page_predator_prey\.png\)")
+FRAME = (
+    '<div class="replay"><iframe src="_static/replay.html" title="A recorded run" loading="lazy"></iframe>'
+)
+TICKS = 400  # of the run on the home page
 LONGEST = 400  # maximum number of lines shown from a file, enough for every Python file
 SHIPPED_WORLDS = ROOT / "ecs_eco" / "worlds"
 
@@ -128,6 +135,19 @@ def stage(folder: Path = STAGE, notebooks: bool = True) -> Stage:
     return staged
 
 
+def replay(folder: Path) -> None:
+    """Record a run, save it as a page of the staged copy, and show it on the home page."""
+    from ecs_eco.runs.run import run_to_folder
+    from ecs_eco.view.export import page
+    from ecs_eco.view.replay import Replay
+
+    with tempfile.TemporaryDirectory() as run:
+        run_to_folder("predator-prey", seed=1, ticks=TICKS, out=run, report=False)
+        (folder / "_static" / "replay.html").write_text(page(Replay(run), 2_000_000), encoding="utf-8")
+    home = folder / "index.md"
+    home.write_text(PICTURE.sub(f"{FRAME}</div>", home.read_text(encoding="utf-8")), encoding="utf-8")
+
+
 def build(out: Path, notebooks: bool) -> int:
     """Run Sphinx on the staged copy; return its exit status."""
     trees = ROOT / "build" / "site-trees"
@@ -157,11 +177,17 @@ def main() -> int:
     """Stage, build, and remove files that the site does not need."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--out", type=Path, default=OUT)
-    parser.add_argument("--no-notebooks", action="store_true", help="show the tutorials without running them")
+    parser.add_argument(
+        "--no-notebooks",
+        action="store_true",
+        help="show the tutorials and the home page without running them",
+    )
     asked = parser.parse_args()
     sys.path.insert(0, str(ROOT))
     shutil.rmtree(STAGE, ignore_errors=True)
     stage(notebooks=not asked.no_notebooks)
+    if not asked.no_notebooks:
+        replay(STAGE)
     if status := build(BUILT, not asked.no_notebooks):  # notebooks leave a folder next to the output
         return status
     shutil.rmtree(asked.out, ignore_errors=True)

@@ -34,6 +34,7 @@ COMMANDS = {  # each command's module and its help, which is the same as its doc
     "draw": ("picture", "Draw the nervous systems of a world's species."),
     "picture": ("picture", "Draw a tick of a recorded run."),
     "video": ("picture", "Make a video of a recorded run."),
+    "export": ("exporting", "Save a recorded run as one HTML file that opens without a server or a network."),
     "new": ("beginning", "Write a starter world: a world file, a system and its test."),
     "list": ("docs", "List worlds, sensors, components and systems."),
     "check": ("summary", "Check a world file and print a summary."),

@@ -16,6 +16,7 @@ from ecs_eco.config.knobs import offered
 from ecs_eco.config.shipped import titles
 from ecs_eco.engine.errors import CheckpointError, ConfigError, RecordingError, listed, nearest
 from ecs_eco.view.branch import Start
+from ecs_eco.view.export import page
 from ecs_eco.view.live import Live
 from ecs_eco.view.player import Player
 from ecs_eco.view.replay import Replay
@@ -159,7 +160,11 @@ class Pair(Source):
 
     def hello(self) -> Message:
         begins = {"why": self._why} if self.picker is None else self.picker.offered()
-        return self.first.hello() | {"forks": self.first.config is not None, "begins": begins}
+        return self.first.hello() | {
+            "forks": self.first.config is not None,
+            "begins": begins,
+            "saves": isinstance(self.first, Replay),
+        }
 
     def greeting(self) -> list[Message]:
         own = [self._marked(message) for message in self.first.greeting()]
@@ -197,6 +202,8 @@ class Pair(Source):
     def handle(self, request: Message) -> list[Message]:
         if request["kind"] == "whatif":
             return self._whatif(request)
+        if request["kind"] == "export":
+            return [self._file()]
         if request["kind"] == "begin":
             if self.picker is None:
                 raise ValueError(f"begin: {self._why}")
@@ -214,6 +221,18 @@ class Pair(Source):
                 "to change an earlier tick, go to that tick or first close the second world"
             )
         return self._seek(request) if request["kind"] == "seek" else self.first.handle(request)
+
+    def _file(self) -> Message:
+        """Return the recorded run as a page in one file."""
+        if not isinstance(self.first, Replay):
+            raise ValueError(
+                "export: this world is live; record it with `ecs-eco run`, then export its folder"
+            )
+        return {
+            "kind": "file",
+            "name": f"{self.first.recording.manifest['world']}.html",
+            "html": page(self.first),
+        }
 
     def _whatif(self, request: Message) -> list[Message]:
         if request.get("close"):

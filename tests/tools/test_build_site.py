@@ -54,6 +54,11 @@ def test_links_that_leave_the_docs_lead_to_pages_of_the_site(target, becomes, to
     assert (tmp_path / "how-to" / "page.md").read_text(encoding="utf-8") == becomes
 
 
+def test_the_home_page_has_the_picture_that_a_recorded_run_replaces(tool):
+    home = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
+    assert len(tool.PICTURE.findall(home)) == 1
+
+
 def test_every_component_and_command_is_in_the_reference(tool):
     import ecs_eco.components
     from ecs_eco.cli.app import COMMANDS

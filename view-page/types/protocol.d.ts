@@ -17,6 +17,7 @@ export interface Kind {
   wiring?: Wiring;
   learns?: boolean;
   genes?: string[];
+  every?: number; // in a file: of how many organisms one is included
   shape?: "capsule" | "box"; // absent: a sphere
   size?: number[]; // length, width and height of a capsule or box [m]
   sizes?: Record<string, number[]>; // of individual objects, by uid, if they differ
@@ -89,6 +90,8 @@ export interface Hello {
   fields?: string[]; // maps that can be laid over the scene
   begins?: Begins;
   forks?: boolean; // whether the world can be branched
+  saves?: boolean; // whether the run can be saved as a file
+  file?: string[]; // in a page that is a file: what it contains
 }
 
 /** The worlds that can replace the displayed world, or the reason why there are none. */
@@ -112,6 +115,37 @@ export interface Beside {
   fates?: number[][];
   state?: { tick: number; there: boolean; n: Record<string, number>; text: string; clauses: Record<string, string> };
   closed?: string; // the reason
+}
+
+/** A recorded run as a page in one file: its name and its HTML text. */
+export interface FileMessage {
+  kind: "file";
+  name: string;
+  html: string;
+}
+
+type Column = [name: string, type: "u1" | "u2" | "u4" | "i4" | "f4" | "f8", length: number];
+
+/** The lives of a species in a page that is a file. */
+export interface StoredKind {
+  name: string;
+  scales: Record<string, [number, number]>; // of stored values
+  every: number; // of how many organisms one is included
+  oldest: number; // the longest life [ticks]
+  columns: Column[];
+}
+
+/** The run in a page that is a file, besides its columns. */
+export interface Stored {
+  hello: Hello;
+  story: StoryMessage;
+  marks: [since: number, marks: Marks][];
+  series: Series;
+  why: Why;
+  causes: string[];
+  step: number; // ticks between stored states
+  clock: { columns: Column[] };
+  kinds: StoredKind[];
 }
 
 /** Deaths of animals: tick, number of the species, uid, x, y, z [m], uid of the killer or 0. */
@@ -426,7 +460,7 @@ export interface OpenedIsland {
   address: string;
 }
 
-export type Message = Islands | OpenedIsland | Hello | State | Series | Marks | Organism | Said | LogMessage | Params | StoryMessage | Why | Fates | FieldMessage | TableMessage | TreeMessage | ScatterMessage | Beside;
+export type Message = Islands | OpenedIsland | Hello | State | Series | Marks | Organism | Said | LogMessage | Params | StoryMessage | Why | Fates | FieldMessage | TableMessage | TreeMessage | ScatterMessage | Beside | FileMessage;
 
 /** Data about the page for tests, as `window.ecs`; see docs/reference/viewer_protocol.md. */
 export interface Counters {
@@ -458,5 +492,6 @@ export interface Counters {
 declare global {
   interface Window {
     ecs: Counters;
+    run: Promise<ArrayBuffer[]>; // in a page that is a file
   }
 }

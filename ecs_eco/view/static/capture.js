@@ -7,11 +7,12 @@ import { css } from "./theme.js";
 const [RATE, KIND] = [30, "video/webm"]; // frames per second
 
 /**
- * Adds the buttons. The scene's `onrender` must already be set.
+ * Adds the buttons; returns a function that is called when the page has arrived. The scene's `onrender` must already be set.
  * @param {import("./stage.js").Stage} stage
  * @param {import("./protocol.js").Hello} hello
+ * @param {() => void} ask requests the run as a page in one file
  */
-export function capture(stage, hello) {
+export function capture(stage, hello, ask) {
   const name = () => `${slug(hello.world)}-tick-${stage.tick}`;
   /** @type {MediaRecorder | null} */
   let film = null;
@@ -54,7 +55,13 @@ export function capture(stage, hello) {
     moving.setAttribute("aria-pressed", "true");
   } });
   const films = typeof MediaRecorder !== "undefined" && MediaRecorder.isTypeSupported(KIND);
-  $("cameras").append(h("div", { class: "segments small", role: "group", "aria-label": "Save the scene" }, still, films && moving));
+  const page = h("button", { type: "button", text: "Page", title: "Save this run as a page: one file that opens without a server", onclick: () => {
+    page.disabled = true;
+    page.textContent = "Saving …";
+    ask();
+  } });
+  $("cameras").append(h("div", { class: "segments small", role: "group", "aria-label": "Save the scene" }, still, films && moving, hello.saves ? page : null));
+  return () => ((page.disabled = false), (page.textContent = "Page"));
 }
 
 /**

@@ -1,6 +1,6 @@
 // The WebSocket to the server: passes each message to the listeners for its kind, and reconnects with increasing delays.
 
-import { enter, SUBPROTOCOL } from "./credential.js";
+import { dial } from "./socket.js";
 
 /** @typedef {import("./protocol.js").Message} Message */
 /** @typedef {"connecting" | "open" | "lost" | "ended" | "refused"} Link */
@@ -41,12 +41,10 @@ export class Connection {
   async open() {
     this.onlink("connecting");
     const attempt = ++this.attempt;
-    const found = await enter();
-    if (attempt !== this.attempt) return; // a newer attempt has started
-    if (found === "no answer") return this.closed(1006);
-    if (found === "refused") return this.onlink("refused");
-    const scheme = location.protocol === "https:" ? "wss" : "ws";
-    const socket = new WebSocket(`${scheme}://${location.host}/ws`, [SUBPROTOCOL, found.credential]);
+    const socket = await dial();
+    if (attempt !== this.attempt) return typeof socket === "string" ? undefined : socket.close(); // a newer attempt has started
+    if (socket === "no answer") return this.closed(1006);
+    if (socket === "refused") return this.onlink("refused");
     this.socket = socket;
     socket.binaryType = "arraybuffer";
     socket.onopen = () => this.onlink("open");

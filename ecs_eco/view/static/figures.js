@@ -39,7 +39,7 @@ export class Figures {
   /** Whether the world has the data for a figure. @param {string} key */
   has(key) {
     if (key === "flows") return this.flows.has();
-    if (key === "scatter") return this.names.length > 0;
+    if (key === "scatter") return this.names.length > 0 && !this.charts.hello.file;
     return key === "plane" ? this.names.length > 1 : this.scene.colours.length > 1;
   }
 

@@ -12,7 +12,7 @@ const STEADY = 0.03; // maximum relative change over the last third of the spark
 
 /**
  * @param {Stage} stage
- * @param {{own: boolean, onown: (own: boolean) => void, onshow: (name: string, shown: boolean) => void, find: (name: string) => void, brief: (name: string) => Brief, other: () => Stage | null}} calls
+ * @param {{own: boolean, onown: (own: boolean) => void, onshow: (name: string, shown: boolean) => void, find: (name: string) => void, brief: (name: string) => Brief, other: () => Stage | null, all: (name: string) => number | undefined}} calls `all`: the size of a population of which the stage shows only a part
  * @returns {{count: () => void, look: () => void}} `count` is called after each drawing, `look` after new points
  */
 export function legend(stage, calls) {
@@ -31,13 +31,14 @@ export function legend(stage, calls) {
   const box = h("input", { type: "checkbox", checked: calls.own, onchange: () => calls.onown(box.checked) });
   const note = h("label", { class: "legend-note", title: "Use the colors from the world file instead of a color-blind-safe palette" }, box, "colors from the world file");
   $("legend").replaceChildren(...rows.map(({ root }) => root), ...marks(stage), note);
+  const size = (/** @type {number} */ k) => ((stage.kinds[k].every ?? 1) > 1 && calls.all(stage.kinds[k].name)) || stage.layers[k].block.n;
   const count = () => rows.forEach((one, k) => {
     const beside = calls.other()?.layers.find(({ kind }) => kind.name === stage.kinds[k].name);
-    write(one.count, number(stage.layers[k].block.n));
+    write(one.count, number(size(k)));
     write(one.other, beside ? number(beside.block.n) : "");
     one.other.classList.toggle("differs", Boolean(beside) && beside?.block.n !== stage.layers[k].block.n);
   });
-  const look = () => rows.forEach((one, k) => !stage.kinds[k].inanimate && tell(one, calls.brief(stage.kinds[k].name), stage.layers[k].block.n));
+  const look = () => rows.forEach((one, k) => !stage.kinds[k].inanimate && tell(one, calls.brief(stage.kinds[k].name), size(k), stage.kinds[k].every));
   count();
   look();
   return { count, look };
@@ -67,7 +68,7 @@ function row(stage, k, hide, solo, find) {
   const kind = stage.kinds[k];
   const count = h("b", { text: "0" }), other = h("b", { class: "other" });
   const line = s("polyline", { fill: "none", stroke: stage.colours[k], "stroke-width": 1.6, "stroke-linejoin": "round" });
-  const spark = s("svg", { class: "spark", viewBox: `0 0 ${WIDE} ${HIGH}`, width: WIDE, height: HIGH, role: "img" }, line);
+  const spark = s("svg", { class: "spark", viewBox: `0 0 ${WIDE} ${HIGH}`, width: WIDE, height: HIGH, role: "img", "aria-label": "no curve yet" }, line);
   const way = h("span", { class: "way" });
   const flow = h("small", { class: "flow" });
   const toggle = h("button", { class: "legend-row", type: "button", "aria-pressed": String(stage.layers[k].shown), title: `Show or hide ${kind.name}`, onclick: hide },
@@ -81,8 +82,9 @@ function row(stage, k, hide, solo, find) {
  * @param {ReturnType<typeof row>} one
  * @param {Brief} brief
  * @param {number} n current population
+ * @param {number} [every] of how many organisms one is shown
  */
-function tell(one, { line, births, deaths, extinct, causes, learns }, n) {
+function tell(one, { line, births, deaths, extinct, causes, learns }, n, every = 1) {
   const key = line.join();
   if (key !== one.drawn && line.length > 1) {
     one.drawn = key;
@@ -95,7 +97,7 @@ function tell(one, { line, births, deaths, extinct, causes, learns }, n) {
   one.way.title = line.length < 2 ? "" : `${change < 0 ? "−" : "+"}${Math.round(Math.abs(100 * change))}% in the last third of the line`;
   const gone = n === 0 && extinct !== null;
   one.root.classList.toggle("gone", gone);
-  write(one.flow, gone ? `extinct at ${number(extinct)}` : n === 0 && !line.some(Boolean) ? "none so far" : births === null ? "" : [`+${rate(births)} −${rate(deaths)} per tick`, ...(deaths ? whereof(causes) : []), ...(learns ? ["learning"] : [])].join(", "));
+  write(one.flow, gone ? `extinct at ${number(extinct)}` : n === 0 && !line.some(Boolean) ? "none so far" : births === null ? "" : [`+${rate(births)} −${rate(deaths)} per tick`, ...(deaths ? whereof(causes) : []), ...(learns ? ["learning"] : []), ...(every > 1 ? [`1 in ${every} shown`] : [])].join(", "));
 }
 
 /** The most frequent recent causes of death. @param {[string, number][]} causes with deaths per tick, most frequent first */

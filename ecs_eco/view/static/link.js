@@ -26,7 +26,7 @@ export function read(hash) {
 /** The address of a view. @param {Sight} sight */
 export function written(sight) {
   const words = Object.entries(sight).filter(([, value]) => value !== undefined && value !== "").map(([name, value]) => `${name}=${Array.isArray(value) ? value.map((part) => Number(part.toPrecision(5))) : encodeURIComponent(value)}`);
-  return `${location.origin}${location.pathname}#${words.join("&")}`;
+  return `${location.href.split("#")[0]}#${words.join("&")}`;
 }
 
 /** The current view. @param {import("./stage.js").Stage} stage @param {import("./chosen.js").Chosen} chosen @param {string} tab @param {string} by the quantity that colors organisms @returns {Sight} */

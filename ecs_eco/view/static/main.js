@@ -24,6 +24,7 @@ import { Panel } from "./panel.js";
 import { anyOf, beside } from "./next.js";
 import { another, anew, picker } from "./picker.js";
 import { point } from "./pointer.js";
+import { save } from "./save.js";
 import { Stage } from "./stage.js";
 import { Story } from "./story.js";
 import { splitter } from "./splitter.js";
@@ -47,6 +48,7 @@ let by = "species";
 let kinds = null;
 /** @type {ReturnType<typeof fields> | null} */
 let field = null;
+let saved = () => {}; // called when the run has arrived as a file
 let wanted = read(location.hash); // the view requested by the address, until the world reports its tick
 
 // ---- messages from the server
@@ -75,6 +77,7 @@ connection.on("marks", (marks) => {
 });
 connection.on("story", ({ entries }) => [page?.story.add(entries), page?.timeline.tell(entries)]);
 connection.on("why", (why) => page?.story.show(why));
+connection.on("file", ({ name, html }) => [saved(), save(name, new Blob([html], { type: "text/html" }))]);
 connection.on("fates", ({ list }) => page?.stage.over.fates(list));
 connection.on("field", (message) => field?.take(message));
 connection.on("scatter", (scatter) => page?.charts.figures.scatter.show(scatter));
@@ -90,6 +93,7 @@ connection.on("log", (log) => page?.act?.record(log));
 connection.on("said", (said) => {
   if (said.field === "select") page?.panel.refuse(said.text);
   if (said.field === "why") page?.story.refuse();
+  if (said.field === "export") saved();
   if (said.field === "tree") return page?.panel.tree.refuse(said.text);
   if (said.field === "table") page?.all.refuse(said.text);
   if (said.field === "scatter") return page?.charts.figures.scatter.refuse();
@@ -131,6 +135,7 @@ function begin(hello) {
     selected: () => (panel.organism?.alive && !panel.organism.second ? panel.organism : null),
   }) : null;
   $("tab-act").hidden = !act;
+  $("tab-all").hidden = $("link").hidden = Boolean(hello.file);
   const all = new All(hello, { ask: (request) => connection.send({ kind: "table", ...request }), select });
   page = { stage, charts, panel, timeline, loop, story, all, act, hello };
   stage.eye.cover = overlay.covered;
@@ -150,7 +155,7 @@ function begin(hello) {
     if (followable() === followOff()) eyes(); // the organism's state may arrive before the frame that contains it
   };
   field = fields(stage, (name) => connection.send({ kind: "field", name }));
-  capture(stage, hello);
+  saved = capture(stage, hello, () => connection.send({ kind: "export" }));
   stage.onlight = () => overlay.sky(stage);
   onTheme((dark) => paint(dark));
   $("colour").replaceChildren(...hello.colours.map((name) => h("option", { value: name, text: name.replace("gene:", "gene ") })));
@@ -170,7 +175,7 @@ function paint(dark) {
       own = chosen;
       paint(stage.dark);
     },
-    other: () => two.stage,
+    other: () => two.stage, all: (name) => state?.n[name],
     brief: (name) => ({
       ...charts.brief(name), extinct: story.extinct(name),
       learns: page?.act?.switchedAs?.[name]?.learning ?? Boolean(stage.kinds.find((kind) => kind.name === name)?.learns),
@@ -284,6 +289,7 @@ function without(entry) {
 
 /** @param {import("./tabs.js").PanelName} name of a panel */
 function open(name) {
+  if ($(`tab-${name}`).hidden) return;
   openPanel(name);
   if (name !== "act") page?.act?.aim(false);
   if (name === "why") did("why"), page?.story.open();

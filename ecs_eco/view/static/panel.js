@@ -127,9 +127,9 @@ export class Panel {
 
   /** Explains which data were recorded, if not all were. @param {Organism} organism */
   note(organism) {
-    const { mode } = this.of(organism);
+    const { mode, file } = this.of(organism);
     if (!organism.note && (organism.detail === "full" || mode === "live")) return [];
-    const fill = mode === "replay" && organism.detail !== "full"
+    const fill = mode === "replay" && !file && organism.detail !== "full"
       && h("button", { class: "button", type: "button", text: "Fill in", title: "Rerun from the nearest checkpoint", onclick: (/** @type {Event} */ event) => {
         const button = /** @type {HTMLButtonElement} */ (event.currentTarget);
         button.disabled = true;

@@ -76,7 +76,8 @@ export function world(hello, colourOf) {
   $("world").replaceChildren(h("h2", { text: hello.title || hello.world }),
     ...(hello.about ?? "").split(/\n\s*\n/).filter(Boolean).map((text) => h("p", { class: "tale", text })),
     h("dl", { class: "facts" }, ...facts.map(([name, text]) => h("div", { class: "wide" }, h("dt", { text: name }), h("dd", { class: "wraps", text })))),
-    h("h2", { text: "Who eats whom" }), web(hello, colourOf));
+    h("h2", { text: "Who eats whom" }), web(hello, colourOf),
+    ...(hello.file ? [h("h2", { text: "This file" }), ...hello.file.map((text) => h("p", { class: "tale", text }))] : []));
 }
 
 /** Hints that disappear when they are closed or the user has followed them. @returns {(name: string) => void} call this with the user's action */
