@@ -101,6 +101,20 @@ def test_old_points_are_thinned_to_extremes_and_rates_stay_means_over_all_ticks(
     assert born == sum(2 * t for t in range(2, 200, 2))
 
 
+def test_nights_are_shaded_between_ticks_at_which_the_light_is_known(page):
+    shaded = page.evaluate("""async () => {
+      const {nights} = await import('/series.js');
+      const light = [null, null, 0, 0, null, null, 1, null, 0, null], found = [];
+      const ctx = {save() {}, restore() {}, fillRect(x, y, w) { found.push([x / 10, w / 10, this.globalAlpha]); }};
+      const u = {bbox: {left: 0, top: 0, width: 100, height: 9}, valToPos: (tick) => 10 * tick, ctx};
+      nights(u, light.map((_, tick) => tick), light);
+      return found;
+    }""")
+    dark = {start for start, ticks, alpha in shaded if alpha > 0 and ticks == 1}
+    assert dark == {0, 1, 2, 6, 7}  # 3 to 6 is as light as at 6; after the last known tick, it is unknown
+    assert {alpha for *_, alpha in shaded} == {0, 0.4}
+
+
 def test_lanes_show_deaths_in_the_ticks_up_to_their_point(page):
     lane = """([ticks, rates, scale]) => import('/lanes.js').then(({ byPixel }) =>
       [...byPixel(ticks, rates, t => t * scale, 0, 10)])"""

@@ -8,7 +8,7 @@ import { css } from "./theme.js";
 const KEPT = "ecs-eco-charts-2"; // in localStorage: which charts are hidden
 
 /**
- * Shades the hours without light.
+ * Shades the hours without light; where it is unknown, as at the next tick at which it is known.
  * @param {uPlot} u
  * @param {number[]} ticks
  * @param {Line} light 0 … 1
@@ -18,11 +18,12 @@ export function nights(u, ticks, light) {
   const { left, top, width, height } = u.bbox;
   u.ctx.save();
   u.ctx.fillStyle = css("--night");
-  let from = left;
+  let next = 1, from = left;
+  const known = light.toReversed().map((value) => (next = value ?? next)).toReversed();
   for (let i = 1; i < ticks.length; i++) {
     const to = u.valToPos(ticks[i], "x", true);
     if (to < left || to - from < 1) continue;
-    u.ctx.globalAlpha = 0.4 * (1 - Math.min(1, Math.max(0, light[i] ?? 1)));
+    u.ctx.globalAlpha = 0.4 * (1 - Math.min(1, Math.max(0, known[i])));
     u.ctx.fillRect(Math.round(from), top, Math.round(Math.min(to, left + width)) - Math.round(from), height);
     from = to;
     if (to > left + width) break;
