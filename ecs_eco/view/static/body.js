@@ -81,11 +81,11 @@ const SHAPES = {
   conifer: [{ spine: [[0, 0, -1, 0.22], [0, 0, 0.4, 0.18]], tone: 0.5 }, { spine: [[0, 0, 0, 1.1], [0, 0, 1.4, 0.5], [0, 0, 1.4, 0.9], [0, 0, 2.7, 0.35], [0, 0, 2.7, 0.6], [0, 0, 4.2, 0.02]] }],
   shrub: [{ spine: [[0, 0, -1, 0.35], [0, 0, -0.5, 0.95], [0, 0, 0.2, 0.9], [0, 0, 0.75, 0.4], [0, 0, 0.9, 0.05]] }],
 };
-SHAPES.horse = SHAPES.deer.slice(0, -2); // without antlers
+SHAPES.doe = SHAPES.deer.slice(0, -2); // without antlers
 
 /** Shapes of names that are not themselves shapes. */
 const NAMED = {
-  deer: "stag elk moose reindeer caribou", horse: "doe fawn antelope gazelle impala zebra donkey giraffe", goat: "ibex chamois kid cow cattle bison wildebeest", sheep: "ewe lamb ram pig boar",
+  deer: "stag elk moose reindeer caribou", doe: "fawn horse antelope gazelle impala zebra donkey giraffe", goat: "ibex chamois kid cow cattle bison wildebeest", sheep: "ewe lamb ram pig boar",
   rabbit: "hare vole mouse rat lemming squirrel marmot", wolf: "fox dog coyote hyena lion lioness lynx cat tiger leopard cheetah jackal weasel stoat bear predator",
   bird: "raven crow gull kite hawk eagle owl vulture finch sparrow tit robin penguin duck goose swallow", fish: "eel cod herring trout salmon perch pike sardine anchovy shark tuna minnow guppy stickleback",
   krill: "shrimp prawn", copepod: "daphnia zooplankton rotifer", insect: "ant bee beetle aphid fly bug moth butterfly grasshopper locust ladybird wasp mosquito cricket", worm: "earthworm nematode",
