@@ -93,23 +93,23 @@ class Account:
     together: tuple[Allele, TakenOut] | None = None
 
     @property
-    def first(self) -> tuple[tuple[Allele, TakenOut], ...]:
+    def at_first_tick(self) -> tuple[tuple[Allele, TakenOut], ...]:
         """The alleles that were taken out at the first of the ticks."""
         return tuple(one for one in self.taken if one[1].tick == self.taken[0][1].tick)
 
     @property
     def driver(self) -> Allele | None:
         """The allele that raises births most, at the first of the ticks; None if none raises them clearly."""
-        found = driver([taken for _, taken in self.first])
-        return next((allele for allele, taken in self.first if taken is found), None)
+        found = driver([taken for _, taken in self.at_first_tick])
+        return next((allele for allele, taken in self.at_first_tick if taken is found), None)
 
     def sentences(self) -> list[str]:
         """Return the sweep in plain English."""
         lines = [rose(self.sweep), *rose_together(self.sweep)]
         if self.taken:
             lines += [without(*self.taken[0]), *elsewhere(self.taken)]
-        if len(self.first) > 1:
-            lines.append(drove(self.first, self.driver))
+        if len(self.at_first_tick) > 1:
+            lines.append(drove(self.at_first_tick, self.driver))
         if self.reverse is not None:
             lines.append(put_in(self.reverse))
         if self.together is not None:

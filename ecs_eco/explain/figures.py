@@ -100,7 +100,7 @@ def clades(paths: Paths, sweeps: Sequence[Sweep] = ()) -> Figure:
 @styled
 def effects(account: Account) -> Figure:
     """Draw the effects of taking alleles out, relative to the carriers that kept them, with 95% intervals."""
-    several_ticks = len(account.first) < len(account.taken)
+    several_ticks = len(account.at_first_tick) < len(account.taken)
     figure, axes = several(len(account.taken), 2, (5.0, 2.9), (0.4, 0.4))
     figure.set_layout_engine("constrained", w_pad=0.2)  # browsers may draw labels wider than they are here
     for ax, (allele, taken) in zip(axes.flat, account.taken, strict=False):

@@ -173,7 +173,7 @@ def test_forks_at_several_ticks_are_compared_with_the_first():
         "different from that at tick 500.",
     ]
     told = Account(sweep(), several)
-    assert told.first == several[:2]
+    assert told.at_first_tick == several[:2]
     assert [row["tick"] for row in told.effects() if row["measure"] == "births"] == [500, 500, 300, 700]
 
 

@@ -9,7 +9,8 @@ from ecs_eco import World
 from ecs_eco.components import Policy
 from ecs_eco.config import load
 from ecs_eco.explain import Edit, driver, take_out, taken_out
-from ecs_eco.explain.taken_out import Followed, world_at
+from ecs_eco.explain.followed import Followed
+from ecs_eco.explain.taken_out import world_at
 from ecs_eco.record import run_to_folder
 from ecs_eco.record.seal import read_manifest
 from tests.explain.newts import VARIABLE, WORLD, recorded

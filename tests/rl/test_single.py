@@ -83,12 +83,15 @@ def test_a_life_is_truncated_when_the_world_is_old():
 @pytest.mark.parametrize("name", ["Deer-v0", "Copepod-v0"])
 def test_what_is_registered_is_made_and_lives(name):
     env = gymnasium.make(f"ecs_eco/{name}")
+    env.action_space.seed(3)
     x, _ = env.reset(seed=3)
     assert x in env.observation_space
     for _ in range(3):
-        x, reward, *_ = env.step(env.action_space.sample())
+        x, reward, died, *_ = env.step(env.action_space.sample())
         assert np.isfinite(x).all()
         assert np.isfinite(reward)
+        if died:
+            env.reset()
     assert env.spec.max_episode_steps == 1000
 
 

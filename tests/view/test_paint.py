@@ -46,7 +46,7 @@ def test_a_picture_shows_every_species_in_its_colour(painter):
     picture = painter.paint(9)
     assert (picture.shape, picture.dtype) == ((360, 640, 3), np.uint8)
     for name in ("moss", "ram", "lynx"):
-        assert _share(picture, painter.hues[name]) > 2e-4
+        assert _share(picture, painter.hues[name], slack=24) > 5e-4  # plants are slightly transparent
     assert _share(picture, "#a8cce6") > 0.005  # the lake
     assert len(set(painter.hues.values())) == 4
 
