@@ -146,8 +146,10 @@ def origin(record: dict[str, Any]) -> str:
 
 
 def command(record: dict[str, Any]) -> str:
-    """Return the command that runs a study; older results name its file."""
-    return str(record["command"].replace("python studies/", "python -m studies.").replace(".py", ""))
+    """Return the command that runs all cases of a study again, because by default, finished ones are kept;
+    older results name the study's file."""
+    of = record["command"].replace("python studies/", "python -m studies.").replace(".py", "")
+    return of if "--fresh" in of else f"{of} --fresh"
 
 
 def counted(record: dict[str, Any]) -> str:

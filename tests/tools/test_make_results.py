@@ -56,7 +56,7 @@ def test_the_index_lists_all_studies_and_calls_registered_only_what_is():
         index = make_results.index({"deer": record}, "{origin: deer}\n\n{studies}")
         assert index.startswith(word)
         assert "[deer](deer.md) 1/2" in index
-        assert "`python -m studies.deer`" in index
+        assert "`python -m studies.deer --fresh`" in index
 
 
 def test_each_finding_has_a_question_a_figure_a_limitation_and_a_command():
