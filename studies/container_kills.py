@@ -1,6 +1,7 @@
 """Do sweeps, searches, archipelagos and comparisons that are killed repeatedly end like uninterrupted ones?
 
-  local  a forked process starts or resumes the container and is killed with SIGKILL at random moments
+  local  a forked process starts or resumes the container and is killed with SIGKILL at random moments of the
+         time that an uninterrupted one takes
   Ray    the container runs on a Ray cluster of this machine, and the worker of the running call is killed
 
 Finished work must still be there, unchanged, after each kill. A container that is finished before enough kills
@@ -15,6 +16,7 @@ import os
 import signal
 import tempfile
 import threading
+import time
 from pathlib import Path
 from typing import Any
 
@@ -103,12 +105,15 @@ def _without_times(value: Any) -> Any:
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     """Kill containers of one kind the required number of times, and compare them with an uninterrupted one."""
-    kind, engine = case["kind"], case["engine"]
+    kind, engine, config = case["kind"], case["engine"], dict(config)
     rng = np.random.default_rng(case["seed"])
     result = {"kills": 0, "containers": 0, "different": 0, "lost": 0}
     with tempfile.TemporaryDirectory() as place:
         live(kind, Path(place) / "peace", config, "local")
         whole = finished(kind, Path(place) / "peace", config["ticks"])
+        began = time.perf_counter()
+        live(kind, Path(place) / "timed", config, "local")
+        config |= {"longest": min(config["longest"], time.perf_counter() - began)}
         while result["kills"] < config["kills"] and result["containers"] < 2 * config["kills"]:
             folder = Path(place) / f"killed-{result['containers']}"
             left = config["kills"] - result["kills"]
