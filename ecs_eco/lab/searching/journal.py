@@ -100,19 +100,17 @@ class Journal:
         self.path = folder / NAME
         self.entries: list[Entry] = []
         self._seal = ""  # seal of the last line
-        if self.path.is_file():
-            lines = read(self.path)
-            if lines:
-                if different := [key for key, value in header.items() if lines[0].get(key) != value]:
-                    raise ForeignFile(
-                        f"{self.path}: belongs to another search: its {', '.join(different)} differs from the "
-                        "folder's"
-                    )
-                self.entries, self._seal = lines[1:], lines[-1][WORD]
-        if not self.entries:
+        lines = read(self.path) if self.path.is_file() else []
+        if lines:
+            if different := [key for key, value in header.items() if lines[0].get(key) != value]:
+                raise ForeignFile(
+                    f"{self.path}: belongs to another search: its {', '.join(different)} differs from the "
+                    "folder's"
+                )
+            self.entries, self._seal = lines[1:], lines[-1][WORD]
+        else:
             folder.mkdir(parents=True, exist_ok=True)
             self.path.write_text("", encoding="utf-8")
-            self._seal = ""
             self._append({"kind": "search", **header})
 
     def of(self, kind: str) -> list[Entry]:

@@ -40,6 +40,15 @@ def test_a_journal_on_a_full_disk_says_what_is_kept_and_how_to_go_on(tmp_path: P
     assert len(journal.entries) == 1
 
 
+def test_a_journal_without_evaluations_is_not_written_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = (path := Journal(tmp_path, {"world": "fell"}).path).read_text()
+    monkeypatch.setattr(Path, "write_text", lambda *_, **__: pytest.fail("emptied"))
+    Journal(tmp_path, {"world": "fell"})
+    assert path.read_text() == text
+
+
 def series(**numbers: list[float]) -> Series:
     n = np.array(list(numbers.values()), float).T
     return Series(np.arange(len(n)), tuple(numbers), {"n": n})
