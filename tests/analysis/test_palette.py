@@ -56,16 +56,15 @@ def test_any_two_colours_differ_to_everybody(dark, sees):
 
 @THEMES
 def test_a_shaded_deer_is_no_wolf(dark):
-    """The page shades a body's facets from 0.84 to 1.16 of its colour; they differ from facets in the same light
-    (shapes differ, too)."""
+    """The page shades facets down to 0.88 of their colour."""
     hues = safe({"grass": "#4d9221", "deer": "#b8860b", "wolf": "#67001f"}, dark=dark)
     for sees in (np.eye(3), DEUTERANOPIA):
         levels = {
-            name: [lab(sees @ (linear(hue) * share**2.2)) for share in (0.84, 1.0, 1.16)]
+            name: [lab(sees @ (linear(hue) * share**2.2)) for share in (0.88, 1.0)]
             for name, hue in hues.items()
         }
         for a, b in combinations(levels, 2):
-            assert min(np.linalg.norm(x - y) for x, y in zip(levels[a], levels[b], strict=True)) > 12, (a, b)
+            assert min(np.linalg.norm(x - y) for x in levels[a] for y in levels[b]) > 12, (a, b)
 
 
 def test_each_gets_the_colour_nearest_to_its_own_and_greys_stay_grey():

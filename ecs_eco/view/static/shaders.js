@@ -190,7 +190,7 @@ void main() {
   vec3 form = moving(corner, at.xy, vec2(c, s), scale) * (1.0 + margin / max(0.3, length(corner)));
   mat3 turn = mat3(c, s, 0.0, -s, c, 0.0, 0.0, 0.0, 1.0);
   vec3 light = turn * facing;
-  float lit = tone * (0.88 + 0.24 * max(0.0, dot(light, sun)) + 0.04 * light.z);
+  float lit = tone * clamp(0.88 + 0.2 * max(0.0, dot(light, sun)) + 0.04 * light.z, 0.88, 1.06);
   vColour = rim > 0.0 ? edge * mix(0.75, 1.0, day) : colour(at.z) * lit;
   vec4 seen = viewMatrix * vec4(at + turn * form * scale, 1.0);
   gl_Position = projectionMatrix * seen;
