@@ -1,4 +1,4 @@
-"""What happens to some organisms of a world while it runs."""
+"""Follow some organisms of a world while it runs, and sum what happens to them."""
 
 from __future__ import annotations
 
