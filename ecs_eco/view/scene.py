@@ -246,7 +246,8 @@ def _kind(world: World, name: str, genes: list[str]) -> dict[str, Any]:
         return kind
     sees = eyes_of([sensor.model_dump() for sensor in getattr(config, "sensors", ())])
     wired = wiring(world.config, name)
-    return kind | shape_of(config.body) | sizes_of(table) | wired | ({"sees": sees} if sees else {})
+    own = {key: value for key, value in (("sees", sees), ("look", getattr(config, "look", None))) if value}
+    return kind | shape_of(config.body) | sizes_of(table) | wired | own
 
 
 def shape_of(body: Body) -> dict[str, Any]:
@@ -258,7 +259,8 @@ def plain_kind(name: str, section: dict[str, Any], color: str | None) -> dict[st
     """Return data about a species or an object type from its section in a manifest."""
     body, moves = Body.model_validate(section["body"]), bool(section.get("locomotion"))
     out = {"name": name, "color": color or "#888888", "radius": body.radius} | shape_of(body)
-    return out | {"moves": moves, "sessile": not moves, "genes": [], "learns": False}
+    look = {"look": section["look"]} if section.get("look") else {}
+    return out | {"moves": moves, "sessile": not moves, "genes": [], "learns": False} | look
 
 
 def sized(kinds: list[dict[str, Any]], objects: Mapping[str, np.ndarray], first: int) -> list[dict[str, Any]]:

@@ -1,10 +1,12 @@
 """The scene: what the selected organism sees, marks of births and deaths, fields, meadows, silhouettes."""
 
 import math
+from typing import get_args
 
 import numpy as np
 import pytest
 
+from ecs_eco.config.models.species import Look
 from ecs_eco.testing.browser import until
 from tests.view.pages import IN_A_BROWSER, pause, scene, select
 
@@ -153,6 +155,7 @@ def test_shapes_follow_names_or_diet_place_and_size_and_differ(page):
       animals.push({name: 'midge', radius: 0.01, moves: true});
       animals.push({name: 'red foxes', moves: true}, {name: 'Raven', moves: true});
       const foods = {muncher: ['grass'], nibbler: ['grass'], stalker: ['nibbler'], picker: ['carcass']};
+      animals.push({name: 'deer', moves: true, look: 'fish'});
       const plants = [{name: 'grass', sessile: true}, {name: 'young oak', sessile: true}];
       const species = [...plants, ...animals], objects = [{name: 'carcass'}];
       const found = (size) => kindsOf({size, foods, species, objects});
@@ -160,7 +163,7 @@ def test_shapes_follow_names_or_diet_place_and_size_and_differ(page):
       return [[9, 9], [9, 9, 9]].map((size) => found(size).map(told));
     }""")
     land, water = made
-    named = [["wolf", 0], ["bird", 0]]
+    named = [["wolf", 0], ["bird", 0], ["fish", 0]]
     assert land[:2] == water[:2] == [[None, 0], ["tree", 0]]
     assert land[2:-1] == [["deer", 0], ["deer", 1], ["wolf", 0], ["bird", 0], ["insect", 0], *named]
     assert water[2:-1] == [["copepod", 0], ["copepod", 1], ["fish", 0], ["krill", 0], ["copepod", 2], *named]
@@ -178,6 +181,17 @@ def test_shapes_follow_names_or_diet_place_and_size_and_differ(page):
     assert len({corners for corners, *_ in forms}) == len({sign for _, sign, *_ in forms}) == 10
     assert {(left, other) for *_, left, other in forms} == {(0, 0)}
     assert page.locator("#legend .legend-row svg:first-child polygon").count() >= 4
+
+
+def test_the_shapes_of_the_page_are_those_of_world_files(page):
+    drawn = page.evaluate(
+        """async (shapes) => {
+      const {animal, outline} = await import('/body.js');
+      return shapes.filter((shape) => animal(shape).corners.length > 30 && outline(shape).length);
+    }""",
+        list(get_args(Look)),
+    )
+    assert drawn == list(get_args(Look))
 
 
 def test_heights_of_light_are_those_where_it_has_fallen(page):

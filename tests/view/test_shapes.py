@@ -35,6 +35,7 @@ YARD = {
         "eel": {
             "count": 2,
             "color": "#4477aa",
+            "look": "worm",
             "body": {"shape": "capsule", "radius": 0.5, "length": 5.0},
             "locomotion": {"speed": {"rest": 0.0}},
             "actions": {"speed": ["rest"]},
@@ -59,7 +60,11 @@ def _kinds(hello):
 def test_the_page_is_told_shapes_and_sizes():
     world = World.from_config(YARD, seed=1, policies="random")
     kinds = _kinds(Live(world).hello())
-    assert (kinds["eel"]["shape"], kinds["eel"]["size"]) == ("capsule", [5, 1, 1])
+    assert (kinds["eel"]["shape"], kinds["eel"]["size"], kinds["eel"]["look"]) == (
+        "capsule",
+        [5, 1, 1],
+        "worm",
+    )
     assert (kinds["fence"]["shape"], kinds["log"]["size"]) == ("box", [6, 1, 1])
     fence = world.tables["fence"]
     long, short = fence.uid[fence.by_uid()].tolist()
@@ -74,6 +79,7 @@ def test_of_a_recorded_run_too_with_the_headings_of_objects(folder):
     replay = Replay(folder)
     kinds = _kinds(replay.hello())
     assert (kinds["eel"]["shape"], kinds["log"]["size"]) == ("capsule", [6, 1, 1])
+    assert [kinds["eel"]["look"], "look" in kinds["stone"]] == ["worm", False]
     assert list(kinds["fence"]["sizes"].values()) == [pytest.approx([16, 1, 2]), pytest.approx([10, 1, 2])]
     assert replay.recording.objects["fence"][:, 3] == pytest.approx([0, math.pi / 2])
     assert replay.recording.objects["log"][0, 3:] == pytest.approx([0.5, 6, 1, 1])

@@ -9,8 +9,9 @@ export interface Kind {
   inanimate?: boolean;
   rests?: boolean; // an animal that does not move; computed by the page
   hunts?: boolean; // eats animals; computed by the page
-  build?: string; // its silhouette, from diet and habitat; computed by the page
+  build?: string; // its shape, from `look`, its name, or its diet and habitat; computed by the page
   variant?: number; // index among kinds with the same silhouette
+  look?: string; // its shape in the world file
   opaque?: boolean; // false: does not hide objects behind it
   sees?: SeeingEye[]; // sensors that reach beyond its body
   solid?: boolean;

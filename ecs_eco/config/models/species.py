@@ -59,6 +59,24 @@ GROUPS: dict[str, tuple[str, ...] | None] = {
 }
 MOTIONS = ("speed", "turn", "climb", "pitch")  # groups that may be continuous
 NO_NUMBERS = ("locomotion.pace", "life.age_max", "reproduction.choice", "reproduction.spread")  # traits
+Look = Literal[  # shapes of view/static/body.js
+    "bird",
+    "conifer",
+    "copepod",
+    "deer",
+    "doe",
+    "fish",
+    "goat",
+    "insect",
+    "krill",
+    "rabbit",
+    "sheep",
+    "shrub",
+    "tree",
+    "turtle",
+    "wolf",
+    "worm",
+]
 OWN = ("energy", "age", "fertility")  # values that organisms have in addition to properties and substances
 
 
@@ -101,6 +119,9 @@ class Species(
         own=POPULATION,
     )
     color: Color = about("color in figures, #rrggbb", "#4477aa", change=FREE)
+    look: Look | None = about(
+        "shape in the viewer; default: from its name, or else its diet, habitat and size", None, omit=True
+    )
     body: Body = about("shape, size, mass, opacity")
     properties: dict[str, Real] = table(
         f"physical properties at birth by name: {PROPERTY_UNITS}", dict, entries=FREE, own=COLUMN

@@ -36,8 +36,8 @@ export function kindsOf({ species, objects, foods, size }) {
     const rests = !kind.moves && kind.sessile === false;
     const named = lookOf(kind.name), still = named && TREES.includes(named);
     const shape = () => (hunts(kind.name) ? 0 : dead(kind.name) ? 1 : kind.radius < 0.03 ? 2 : 3);
-    const build = kind.moves || rests ? (!still && named) || OTHERS[(size?.length ?? 2) > 2 ? "water" : "land"][shape()] : still ? named : undefined;
-    const variant = build && build !== named ? (like[build] = (like[build] ?? -1) + 1) : 0;
+    const build = kind.look ?? (kind.moves || rests ? (!still && named) || OTHERS[(size?.length ?? 2) > 2 ? "water" : "land"][shape()] : still ? named : undefined);
+    const variant = build && build !== (kind.look ?? named) ? (like[build] = (like[build] ?? -1) + 1) : 0;
     return { ...kind, rests, hunts: hunts(kind.name), build, variant };
   });
   return [...animals, ...(objects ?? []).map((kind) => ({ ...kind, inanimate: true }))];
