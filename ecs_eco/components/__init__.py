@@ -28,6 +28,7 @@ from ecs_eco.components.nerves import (
     Instincts as Instincts,
     Motor as Motor,
     Nervous as Nervous,
+    NeuralCost as NeuralCost,
     Reflexes as Reflexes,
     Senses as Senses,
     Sensor as Sensor,

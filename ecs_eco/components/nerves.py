@@ -63,6 +63,15 @@ class Nervous:
 
 
 @component
+class NeuralCost:
+    """The energy that one organism's nervous system burned in this tick, which `Metabolism.burnt` includes."""
+
+    brain: f32 = 0.0  # [energy] for hidden units
+    learning: f32 = 0.0  # [energy] for transitions recorded to learn from
+    senses: f32 = 0.0  # [energy] for receptors
+
+
+@component
 class Motor:
     """The values executed for continuous actions in this tick, in the actions' units."""
 

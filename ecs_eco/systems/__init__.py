@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from ecs_eco.systems.intervene import Intervene as Intervene
     from ecs_eco.systems.learn import Learn as Learn
     from ecs_eco.systems.leave_remains import LeaveRemains as LeaveRemains
+    from ecs_eco.systems.maintain_nerves import MaintainNerves as MaintainNerves
     from ecs_eco.systems.mate import Mate as Mate
     from ecs_eco.systems.mature import Mature as Mature
     from ecs_eco.systems.metabolise import Metabolise as Metabolise
@@ -61,7 +62,8 @@ ORDER = {
     "decide": "Decide",
     "move": "Wander Move Drift Travel Carry",
     "interact": "Collide Feed Nurse Mate Build",
-    "metabolise": "Metabolise ExchangeMatter React Decay Decompose ExchangeHeat Compress GrowUp Age",
+    "metabolise": "Metabolise MaintainNerves ExchangeMatter React Decay Decompose ExchangeHeat Compress "
+    "GrowUp Age",
     "die": "Hatch Perish LeaveRemains",  # at its end, the rows of dying organisms are freed
     "reproduce": "Provide Renew Respawn Reproduce GiveBirth Spread",  # at its end, newborns get rows
     "record": "",  # the recorder of a recorded world runs here

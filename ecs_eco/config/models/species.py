@@ -15,6 +15,7 @@ from ecs_eco.config.features.feature import assembled, features_of, of_each
 from ecs_eco.config.features.feeding import Defending, Feeding
 from ecs_eco.config.features.heat import Warmth
 from ecs_eco.config.features.life_history import Caring, Growing, Seasons
+from ecs_eco.config.features.neural_costs import NeuralCosts
 from ecs_eco.config.features.wandering import Wandering
 from ecs_eco.config.former import both_names
 from ecs_eco.config.models.body import Body
@@ -97,6 +98,7 @@ class Species(
     Eggs,
     Mortality,
     Wandering,
+    NeuralCosts,
 ):
     """A species: all its organisms are born with these values."""
 
