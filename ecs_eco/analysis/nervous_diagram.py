@@ -21,6 +21,7 @@ KINDS = {
     "nearest": "vision",
     "rays": "vision",
     "property": "bodies around",
+    "alignment": "bodies around",
     "light": "surroundings",
     "temperature": "surroundings",
     "pressure": "surroundings",
@@ -195,6 +196,8 @@ def _text(sensor: Any) -> str:
             return f"{'anything' if sensor.target == 'any' else sensor.target}, {sector}"
         case "approach":
             return f"optic flow of the nearest approaching {sensor.target}, within {sensor.range:g} m"
+        case "alignment":
+            return f"mean heading of {sensor.target} within {sensor.range:g} m"
         case "gradient":
             return f"direction in which {sensor.field} rises, over {sensor.span:g} m"
         case "custom":

@@ -231,6 +231,21 @@ def ahead(dx, dy, dz, cos, sin, cos_half_fov):
 
 
 @njit
+def count_ahead(first, last, seekers, radius, cos_half_fov, targets, reach, space, count):
+    """Write to `count` i32[n] the number of targets within each seeker's `radius` f32[n] [m] and field of view,
+    hidden or not. `reach` is in cells."""
+    x, y, z, uid, cos, sin = seekers
+    near = np.empty(targets.x.size, np.int64)
+    for i in range(first, last):
+        view, count[i] = of_row(cos_half_fov, i), 0
+        for q in range(gather(x[i], y[i], z[i], reach, targets, space, near)):
+            j = near[q]
+            dx, dy, dz = offset(x[i], y[i], z[i], targets.x[j], targets.y[j], targets.z[j], space)
+            inside = dx * dx + dy * dy + dz * dz <= radius[i] * radius[i] and targets.uid[j] != uid[i]
+            count[i] += inside and ahead(dx, dy, dz, cos[i], sin[i], view)
+
+
+@njit
 def cast(
     first: int,
     last: int,

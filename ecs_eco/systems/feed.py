@@ -35,6 +35,7 @@ from ecs_eco.life.meals import (
 )
 from ecs_eco.life.sizes import of_size
 from ecs_eco.life.torpor import LEAST_ENERGY
+from ecs_eco.nervous.sensors.nearest import number_in_view
 from ecs_eco.space.index import Entries
 from ecs_eco.space.land import at_places
 from ecs_eco.space.nearest import Found, nearest
@@ -64,8 +65,9 @@ class Feed(System):
     nothing; eaten organisms die. The order of species and diets has no effect.
 
     An animal with an `eat` action eats when it decides to; an animal without it eats whenever it can. Tough
-    food and prey sheltered by the land resist some bites; poison costs the eater energy, and deadly food
-    kills it. If the eater's body contains substances, it takes up the substances of its food.
+    food and prey sheltered by the land resist some bites; prey in view can confuse the eater; poison costs it
+    energy, and deadly food kills it. If the eater's body contains substances, it takes up the substances of
+    its food.
     """
 
     needs = (Position, Body, Metabolism)
@@ -84,6 +86,8 @@ class Feed(System):
             "diet.gain": "A meal changes the energy by `gain`, up to `energy_max`.",
             "diet.efficiency": "A meal adds `efficiency` times the item's energy, up to `energy_max`.",
             "diet.deadly": "Deadly food kills its eater.",
+            "diet.confusion": "`chance` is divided by the number of items in the range and field of view of the "
+            "sensor `confusion`, and is 0 if there are none.",
             "diet.assimilation": "A fraction `assimilation` of the item's substances enters the eater; the "
             "rest enters the first field of each substance.",
         },
@@ -152,6 +156,8 @@ class Feed(System):
         eaters, foods = world.index(table), world.index(prey)
         b, m, nerves = table[Body], table[Metabolism], table.species.nerves
         reach, chance, effect = self.meal(table, food, number, world.dt)
+        if food.confusion is not None:
+            chance = confused(world, table, food)
         furthest = np.float32(highest(reach, table.alive) if isinstance(reach, np.ndarray) else food.reach)
         target, distance2 = np.empty(eaters.n, np.int32), np.empty(eaters.n, np.float32)
         column = -1 if nerves is None else nerves.eats
@@ -284,6 +290,18 @@ def meal(table: Table, food: Diet, dt: float) -> tuple[Any, Any, Effect]:
         chance.astype(np.float32) if isinstance(chance, np.ndarray) else np.float32(chance),
         Effect(gain, efficiency, store, digestion, until[0] if until else store),
     )
+
+
+def confused(world: SpatialWorld, table: Table, food: Diet) -> np.ndarray:
+    """Return each row's probability of success per tick, which falls with the number of items in view: f32[high]
+    (Olson et al. 2013)."""
+    aims = [sensor.name for sensor in table.species.sensors].index(food.confusion)
+    rows, seen = number_in_view(world, table, aims)
+    chance = np.zeros(table.high)
+    own = own_value(table, f"diet.{food.eats}.chance", food.chance)
+    chance[rows] = np.where(seen, of_row(own, rows) / np.maximum(seen, 1), 0)
+    per_tick: np.ndarray = in_ticks(chance, world.dt).astype(np.float32)
+    return per_tick
 
 
 def in_ticks(chance: Number, dt: float) -> Any:

@@ -21,7 +21,7 @@ from ecs_eco.space.bodies import extents
 from ecs_eco.space.region import Region
 from ecs_eco.space.sun import Sun, sine_of_elevation
 
-SEEING = ("nearest", "rays", "approach", "property")
+SEEING = ("nearest", "rays", "approach", "alignment", "property")
 
 
 def eyes_of(sensors: Iterable[Mapping[str, Any]] | None) -> list[dict[str, Any]]:

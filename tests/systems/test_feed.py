@@ -1,8 +1,9 @@
 import numpy as np
 import pytest
 
-from ecs_eco.components import Body, Defence, Metabolism, Nervous
+from ecs_eco.components import Body, Defence, Metabolism, Nervous, Traits
 from ecs_eco.engine import random
+from ecs_eco.engine.errors import ConfigError
 from ecs_eco.systems import Decide, Feed, Sense
 from ecs_eco.testing import act, arrange
 
@@ -267,6 +268,67 @@ def test_tough_food_resists_its_share_of_bites(meadow):
     assert eaten(0.0) == 150
     assert 85 < eaten(0.3) < 125
     assert eaten(1.0) == 0
+
+
+EYES = [
+    {"kind": "own", "property": "energy"},
+    {"kind": "nearest", "name": "eye", "target": "grass", "range": 3.0, "fov": np.pi},
+]
+CONFUSED = [{"eats": "grass", "reach": 0.25, "gain": 0.25, "chance": 0.8, "confusion": "eye"}]
+
+
+@pytest.mark.parametrize("dt", [1.0, 0.5])
+def test_prey_in_view_confuse_their_eater(meadow, dt):
+    n = 400  # places, 10 m apart, each with a deer that looks east
+    size = {"dt": dt, "space": {"size": [200.0, 200.0]}}
+    world = meadow(world=size, count=n, grass={"count": 4 * n}, diet=CONFUSED, sensors=EYES)
+    x, y = 5.0 + 10 * (np.arange(n) % 20), 5.0 + 10 * (np.arange(n) // 20)
+    deer = arrange(world, "deer", x=x, y=y, heading=0, energy=0.5)
+    # one in reach, one 2 m to the northeast, one behind, and one beyond the range: two are in view
+    east, north = np.array([0.5, np.sqrt(2), -1.0, 3.5]), np.array([0.0, np.sqrt(2), 0.0, 0.0])
+    arrange(world, "grass", x=(x[:, None] + east).ravel(), y=(y[:, None] + north).ravel())
+    _eat(world)
+    ate = np.array(_energy(world)) > 0.6
+    chance = np.float32(1 - (1 - 0.8 / 2) ** dt)
+    assert (ate == (random.draw_many(world.key, deer.uid[deer.by_uid()], random.FEED) < chance)).all()
+    assert 0 < ate.mean() < 1
+
+
+def test_prey_behind_are_not_caught_by_an_eater_that_aims(meadow):
+    for confusion in (None, "eye"):
+        diet = [CONFUSED[0] | {"chance": 1.0, "confusion": confusion}]
+        world = meadow(count=2, grass={"count": 2}, diet=diet, sensors=EYES)
+        arrange(world, "deer", x=[5, 15], y=5, heading=[0, np.pi], energy=0.5)
+        arrange(world, "grass", x=[5.5, 15.5], y=5)
+        _eat(world)
+        assert _energy(world) == [0.75, 0.5 if confusion else 0.75]
+
+
+def test_a_gene_for_the_field_of_view_decides_how_many_prey_confuse(meadow):
+    gene = {"name": "view", "trait": "sensors.eye.fov", "letters": 1, "values": [0.5, 0.5, 6.28, 6.28]}
+    diet = [CONFUSED[0] | {"chance": 1.0}]
+    size = {"space": {"size": [200.0, 200.0]}}
+    n = 400
+    world = meadow(
+        world=size, count=n, grass={"count": 4 * n}, diet=diet, sensors=EYES, genome={"genes": [gene]}
+    )
+    x, y = 5.0 + 10 * (np.arange(n) % 20), 5.0 + 10 * (np.arange(n) // 20)
+    deer = arrange(world, "deer", x=x, y=y, heading=0, energy=0.5)
+    east = np.array([0.5, -1.5, -2.0, -2.5])  # one ahead; three behind, to the left
+    arrange(world, "grass", x=(x[:, None] + east).ravel(), y=(y[:, None] + [0, 1, 1, 1]).ravel())
+    _eat(world)
+    rows = deer.by_uid()
+    wide = deer[Traits].value[rows, 0] > 1
+    draws = random.draw_many(world.key, deer.uid[rows], random.FEED)
+    assert 0.3 < wide.mean() < 0.7
+    assert ((np.array(_energy(world)) > 0.6) == np.where(wide, draws < 0.25, True)).all()
+
+
+def test_a_sensor_that_does_not_see_the_food_cannot_aim_at_it(meadow):
+    with pytest.raises(ConfigError, match=r"eyes"):
+        meadow(diet=[CONFUSED[0] | {"confusion": "eyes"}], sensors=EYES)
+    with pytest.raises(ConfigError, match=r"confusion"):
+        meadow(diet=CONFUSED, sensors=[*EYES[:1], EYES[1] | {"target": "deer"}])
 
 
 @pytest.mark.parametrize("dt", [0.125, 0.5, 2.0])

@@ -38,7 +38,7 @@ export interface Wiring {
 export interface SeeingEye {
   number: number; // among the sensors of the species
   name: string;
-  kind: "nearest" | "rays" | "approach" | "property";
+  kind: "nearest" | "rays" | "approach" | "alignment" | "property";
   targets: string[];
   reach: number; // [m]
   fov: number; // [rad]

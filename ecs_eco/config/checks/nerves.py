@@ -12,6 +12,7 @@ from ecs_eco.config.checks.body import Key, farthest
 from ecs_eco.config.formula import FormulaError, compile_formula
 from ecs_eco.config.memory import n_weights
 from ecs_eco.config.models.sensors import (
+    Alignment,
     Approach,
     Gradient,
     Nearest,
@@ -58,6 +59,7 @@ def _check_sensor(config: WorldConfig, species: Species, key: Key, sensor: Senso
     targets = {
         "nearest": ("species or object type", kinds),
         "approach": ("species", [*config.species]),
+        "alignment": ("species", [*config.species]),
         "touch": ("species, object type, wall or any", [*kinds, "wall", "any"]),
     }
     if isinstance(sensor, Own) and not config.may_have(str(key[1]), sensor.property):
@@ -68,12 +70,12 @@ def _check_sensor(config: WorldConfig, species: Species, key: Key, sensor: Senso
         yield from _check_kin(config, config.family(str(key[1])), key, sensor)
     if isinstance(sensor, Smell | Gradient):
         yield from named((*key, "field"), "field", sensor.field, config.fields)
-    if isinstance(sensor, Nearest | Approach | Touch):
+    if isinstance(sensor, Nearest | Approach | Alignment | Touch):
         word, known = targets[sensor.kind]
         yield from named((*key, "target"), word, sensor.target, known)
     for j, target in enumerate(sensor.targets if isinstance(sensor, Rays) else ()):
         yield from named((*key, "targets", j), "species, object type or wall", target, [*kinds, "wall"])
-    if isinstance(sensor, Nearest | Rays | Approach | Property):
+    if isinstance(sensor, Nearest | Rays | Approach | Alignment | Property):
         yield from at_most((*key, "range"), config.space.too_wide, sensor.range, config.space.widest)
     at, most = getattr(sensor, "at", []), farthest(config, species)
     if isinstance(sensor, Smell | Place | Rays | Property) and math.hypot(*at) > most:

@@ -28,6 +28,12 @@ class Diet(Section, own=True):
         "1",
         omit=True,
     )
+    confusion: str | None = about(
+        "name of the nearest sensor with which it aims at this food: the probability of success is divided by "
+        "the number of items in the sensor's range and field of view, and is 0 without any; default: the "
+        "number has no effect",
+        omit=True,
+    )
 
 
 class Defence(Section, change=FREE, own=Column("Defence")):
@@ -65,7 +71,7 @@ class Feeding(Feature, after="emits"):
     diet: list[Diet] = table("its food", list, change=FREE)
 
     @staticmethod
-    def problems(species: "Feeding", config: WorldSections, key: Key) -> Iterator[Problem]:
+    def problems(species: Any, config: WorldSections, key: Key) -> Iterator[Problem]:
         food = [*config.species, *config.objects]
         eaten: set[str] = set()
         for i, diet in enumerate(species.diet):
@@ -84,6 +90,15 @@ class Feeding(Feature, after="emits"):
                 allowed = f"a gain instead, or objects.{diet.eats}.energy = {{ initial = 0.1 }}"
                 yield Problem((*at, "efficiency"), fault, diet.efficiency, allowed)
             yield from at_most((*at, "reach"), config.space.too_wide, diet.reach, config.space.widest)
+            aims = [s.name for s in species.sensors if s.kind == "nearest" and s.target == diet.eats]
+            if diet.confusion is not None and diet.confusion not in aims:
+                yield unknown((*at, "confusion"), f"nearest sensor for {diet.eats}", diet.confusion, aims)
+
+    @staticmethod
+    def undivided(species: Any) -> Iterator[tuple[str, str]]:
+        for i, food in enumerate(species.diet):
+            if food.confusion is not None:
+                yield f"diet.{i}.confusion", "confused by the number of its prey"
 
     @staticmethod
     def meets(species: Any) -> Iterator[tuple[str, str, float]]:

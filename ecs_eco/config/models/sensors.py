@@ -248,6 +248,24 @@ class Approach(Sensor):
         return tuple(f"{self.name or self.base()}_{way}" for way in (*_ways(dims)[:-1], "closing"))
 
 
+class Alignment(Sensor):
+    """Senses the mean heading of the members of a species whose centers are nearer than `range`, relative to its
+    own heading.
+
+    Channels are name_forward and name_left, the means of the cosine and sine of the difference in heading. Both
+    are 0 if there are no neighbors; if all neighbors have the same heading, the two form a unit vector.
+    """
+
+    kind: Literal["alignment"]
+    target: str = about("a species")
+    range: Positive = quantity("maximum distance to the center of a body", "m", own=COLUMN)
+
+    called = "{0.target}_alignment"
+
+    def channels(self, dims: int) -> tuple[str, ...]:
+        return tuple(f"{self.name or self.base()}_{way}" for way in _ways(2)[:-1])
+
+
 class Touch(Sensor, own=COLUMN):
     """Reads 1 while a target touches the body within a sector, otherwise 0."""
 
@@ -318,6 +336,7 @@ AnySensor = Annotated[
     | Smell
     | Gradient
     | Approach
+    | Alignment
     | Touch
     | Light
     | Temperature

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from ecs_eco.inputs.code import handed_over
+from ecs_eco.nervous.sensors.alignment import feel_alignment
 from ecs_eco.nervous.sensors.approach import feel_approach
 from ecs_eco.nervous.sensors.gradient import smell_gradient
 from ecs_eco.nervous.sensors.nearest import see_nearest
@@ -64,6 +65,8 @@ def _sense_of(s: Any, substances: list[str], number: int) -> Sense:
         return smell_gradient(s.field, s.span, s.scale, number)
     if s.kind == "approach":
         return feel_approach(s.target, s.range, s.scale, number)
+    if s.kind == "alignment":
+        return feel_alignment(s.target, s.range, number)
     return ambient(s.kind, s.zero, s.scale, s.at, number, getattr(s, "dark", None))
 
 

@@ -19,7 +19,7 @@ from ecs_eco.space.geometry import Extent, Places
 from ecs_eco.space.index import Entries
 from ecs_eco.space.nearest import Found, Search, nearest, search_of, seek
 from ecs_eco.space.seekers import Seekers
-from ecs_eco.space.sight import Poses, Sight, nearest_visible, offset
+from ecs_eco.space.sight import Poses, Sight, count_ahead, nearest_visible, offset
 from ecs_eco.space.solid_sight import nearest_in_sight
 from ecs_eco.space.spheres import NO_SPHERES, Spheres
 from ecs_eco.space.terrain import Ground
@@ -117,6 +117,22 @@ def see_nearest(
             world.split(_bearings, seekers.n, poses, places, space.extent, found, seen)
 
     return Sense(read, divisible=by_light is None)
+
+
+def number_in_view(world: SpatialWorld, table: Table, number: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the rows of a table, i64[n], and how many targets are within the range and field of view of each
+    one's sensor, hidden or not: i32[n]."""
+    sensor: Any = table.species.sensors[number]
+    seekers, targets = Seekers(world, table), world.index(world.tables[sensor.target])
+    widest, own = own_range(table, seekers, number, sensor.range)
+    eye = place_of(table, seekers, number, sensor.at, world.space)
+    if sensor.sight is not None:
+        own = in_light(world, table, seekers, number, eye, own, sensor.sight, sensor.blind)
+    view = half_view(of_sensor(table, seekers, number, fov=sensor.fov)[0])
+    count, (reach, extent) = np.empty(seekers.n, np.int32), (world.space.reach(widest), world.space.extent)
+    poses = seekers.poses_at(*eye)
+    world.split(count_ahead, seekers.n, poses, own, view, targets.entries, reach, extent, count)
+    return seekers.rows, count
 
 
 def half_view(fov: Number) -> Any:
