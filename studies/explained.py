@@ -3,8 +3,9 @@
 Each world runs once, with seed 41, chosen before the first run. For each gene named in a claim, the allele of the
 clearest sweep is taken out of a random half of its carriers, in forks at half of the rise. One run cannot show that
 a gene spreads, which the worlds' own studies test: it shows what the allele did in this run. arms_race is the world
-of its study with genes and with the frozen policies of `predator-prey`. The only goal was set before the first run:
-without the reflex against red grass, more goats die by it, and they have fewer young.
+of its study with genes and with the frozen policies of `predator-prey`; "arms_race, learning" is `predator-prey` with
+the same genes, and its animals learn in life. The only goal was set before the first run: without the reflex against
+red grass, more goats die by it, and they have fewer young.
 """
 
 import tempfile
@@ -25,15 +26,19 @@ WORLDS: dict[str, dict[str, Any]] = {  # length of the run [ticks], and the gene
     "happiness": {"ticks": 2000, "genes": {"vole": ["energy", "berry", "nightshade"]}},
     "gene_duplication": {"ticks": 1500, "genes": {"goat": ["red", "yellow"]}},
     "innate": {"ticks": 2500, "genes": {"goat": ["brain"]}},
+    "arms_race, learning": {"ticks": 6000, "genes": {"deer": ["sight", "pace"], "wolf": ["sight", "pace"]}},
 }
 LONGER = {"gene_duplication": 5000, "arms_race": 6000}  # [ticks]
 
 
 def world(name: str) -> Any:
     """Return a world, or the name of a shipped one."""
-    if name != "arms_race":
+    from ecs_eco.config import load
+
+    if not name.startswith("arms_race"):
         return GENE_DUPLICATION if name == "gene_duplication" else name
-    content = frozen(ARMS_RACE.config["world"]).resolved()
+    base = frozen(ARMS_RACE.config["world"]) if name == "arms_race" else load("predator-prey")
+    content = base.resolved()
     for species in ("deer", "wolf"):
         content["species"][species]["genome"] = genome(ARMS_RACE.config["genes"], species)
     return content
@@ -99,7 +104,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
                 for key, one in told.items()
             ],
         },
-        "notes": "The first runs of arms_race and gene_duplication had no sweep of these genes, so we added runs "
+        "notes": "The first runs of arms_race (frozen policies) and gene_duplication had no sweep of these genes, so we added runs "
         f"as long as in their studies, with the same seed. Without a sweep: {missing}.\n\n"
         + "\n\n".join(f"{' '.join(key)}: {' '.join(one['sentences'])}" for key, one in told.items()),
     }
