@@ -3,9 +3,9 @@
 Each world runs once, with seed 41, chosen before the first run. For each gene named in a claim, the allele of the
 clearest sweep is taken out of a random half of its carriers, in forks at half of the rise. One run cannot show that
 a gene spreads, which the worlds' own studies test: it shows what the allele did in this run. arms_race is the world
-of its study with genes and with the frozen policies of `predator-prey`; "arms_race, learning" is `predator-prey` with
-the same genes, and its animals learn in life. The only goal was set before the first run: without the reflex against
-red grass, more goats die by it, and they have fewer young.
+of its study with genes and with the frozen policies of `predator-prey`; "arms_race, learning" is `predator-prey`
+with the same genes, and its animals learn in life. The only goal was set before the first run: without the reflex
+against red grass, more goats die by it, and they have fewer young.
 """
 
 import tempfile
@@ -104,8 +104,9 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
                 for key, one in told.items()
             ],
         },
-        "notes": "The first runs of arms_race (frozen policies) and gene_duplication had no sweep of these genes, so we added runs "
-        f"as long as in their studies, with the same seed. Without a sweep: {missing}.\n\n"
+        "notes": "The first runs of arms_race and gene_duplication had no sweep of these genes, so we added runs "
+        "as long as in their studies, with the same seed, and one with learning. Without a sweep: "
+        f"{missing}.\n\n"
         + "\n\n".join(f"{' '.join(key)}: {' '.join(one['sentences'])}" for key, one in told.items()),
     }
 

@@ -3,7 +3,7 @@
 The allele of the reflex against red grass is taken out in forks of one run of the world `reflexes`, by one process;
 by two processes; on a Ray cluster of this machine; and as a job array of SLURM. The call is killed with SIGKILL
 after a third of the forks, then it is made again. Ray is skipped where it is not installed. Where no SLURM answers,
-the tests' stand-in for its commands is used, and the table says so (see tools/slurm_on_one_node.sh).
+the tests' stand-in for its commands is used, and the table names it (see tools/slurm_on_one_node.sh).
 """
 
 from __future__ import annotations

@@ -163,6 +163,47 @@ def opening(series: Series) -> list[str]:
     return [first, *map(sentence, lost), *expected, *never]
 
 
+def swings(series: Series, most: int = 3) -> list[str]:
+    """Return the largest rise or fall of each species that at least doubled or halved and did not die out.
+
+    Parameters
+    ----------
+    series : Series
+    most : int, default 3
+        Maximum number of species, largest changes first.
+
+    Returns
+    -------
+    list of str
+        One sentence per species. Numbers below 20 at the high are ignored, because they often double by chance.
+
+    Examples
+    --------
+    >>> from ecs_eco.analysis.extinction import swings
+    >>> from ecs_eco.analysis.runs import load_series
+    >>> swings(load_series({"hare": [10, 50, 40], "lynx": [4, 3, 3]}))
+    ['Hare rose 5-fold, from 10 at tick 0 to 50 at tick 1.']
+    """
+    found = []
+    for i, species in enumerate(series.species):
+        n = series.n[:, i].astype(float)
+        if not n.size or not n[-1]:
+            continue
+        rises, falls = (
+            n / np.maximum(np.minimum.accumulate(n), 1),
+            np.maximum.accumulate(n) / np.maximum(n, 1),
+        )
+        up = rises.max() >= falls.max()
+        end = int((rises if up else falls).argmax())
+        start = int((n[: end + 1] if up else -n[: end + 1]).argmin())
+        fold = float(max(rises.max(), falls.max()))
+        if fold >= 2 and max(n[start], n[end]) >= 20:
+            ends = (f"{n[k]:,.0f} at tick {series.ticks[k]:,.0f}" for k in (start, end))
+            how = f"{'rose' if up else 'fell'} {fold:.2g}-fold, from {' to '.join(ends)}"
+            found.append((-fold, f"{species[0].upper()}{species[1:]} {how}."))
+    return [text for _, text in sorted(found)[:most]]
+
+
 def multiplies(series: Series, species: str) -> bool:
     """Return whether a species had offspring or can reproduce (assumed if there is no configuration)."""
     known = series.manifest.get("config", {}).get("species", {}).get(species, {"reproduction": "unknown"})

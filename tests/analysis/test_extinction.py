@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from ecs_eco.analysis.extinction import decline, declines, lifetime, multiplies, opening, shared
-from ecs_eco.analysis.runs import Series
+from ecs_eco.analysis.extinction import decline, declines, lifetime, multiplies, opening, shared, swings
+from ecs_eco.analysis.runs import Series, load_series
 
 
 def run(
@@ -89,3 +89,16 @@ def test_several_runs_open_with_the_share_that_persisted(lost: Series) -> None:
         "All species persisted in 1 of 3 runs (33%). deer died out in 2 of 3, "
         "at ticks 4 to 5 (eaten by wolf 67%, starved 33%)."
     )
+
+
+def test_the_largest_rise_or_fall_of_each_living_species_is_told():
+    hare = [30, 20, 90, 60, 25]  # the rise from 20 is 4.5-fold, the fall from 90 is 3.6-fold
+    owl = [100, 40, 50, 20, 30]
+    vole = [2, 19, 1, 2, 3]  # few: chance
+    series = load_series({"vole": vole, "owl": owl, "hare": hare, "newt": [40, 9, 1, 0, 0]})
+    assert swings(series) == [
+        "Owl fell 5-fold, from 100 at tick 0 to 20 at tick 3.",
+        "Hare rose 4.5-fold, from 20 at tick 1 to 90 at tick 2.",
+    ]
+    assert swings(series, most=1) == swings(series)[:1]
+    assert swings(load_series({"hare": [30, 40, 50]})) == []

@@ -11,7 +11,7 @@ import numpy as np
 
 from ecs_eco.analysis import depth_figures, figures, flows, genes_figures, learning, matter, measures
 from ecs_eco.analysis.cycles import CycleStatistics, Lag, cycle_statistics
-from ecs_eco.analysis.extinction import opening
+from ecs_eco.analysis.extinction import opening, swings
 from ecs_eco.analysis.land import land_at
 from ecs_eco.analysis.page import Markup, bullets, drawn, number, page, table, verdict, write_text
 from ecs_eco.analysis.palette import ON_DARK
@@ -257,7 +257,7 @@ def _written(
     title = f"{series.manifest.get('title') or series.manifest.get('world', 'A run')}"
     blocks = [
         f"<h1>{escape(title)}</h1>",
-        verdict(opening(series), not series.present.any() or not series.persisted),
+        verdict([*opening(series), *swings(series)], not series.present.any() or not series.persisted),
         f"<p class='under'>{escape(_what(series))}</p>",
         pictures.get("populations", ""),
         *(("<h2>Interventions</h2>", done) if (done := interventions(series)) else ()),
