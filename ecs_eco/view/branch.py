@@ -56,8 +56,20 @@ def of_world(start: Start | None, acts: Sequence[Message], tick: int, change: Me
         return {"toml": tables(done), "command": ""}
     words = ["ecs-eco", *start.words]
     if done:
-        words += ["--set", f"interventions={literal([*start.planned, *done])}"]
+        words += ["--set", planned_and(start, done)]
     return {"toml": tables(done), "command": shlex.join([*words, "--out", "NEW"])}
+
+
+def planned_and(start: Start, done: Sequence[Message]) -> str:
+    """Return the assignment of a world's planned interventions and more."""
+    return f"interventions={literal([*start.planned, *done])}"
+
+
+def start_of(manifest: Message) -> Start | None:
+    """Return how a recorded run was started; None if that is unknown, or if it was changed by hand."""
+    words = shlex.split(manifest.get("command") or "")
+    planned = manifest["config"].get("interventions", [])
+    return Start(words[1:], planned) if words[1:2] == ["run"] and not manifest.get("asked") else None
 
 
 def dated(what: Message, tick: int) -> Message:

@@ -20,6 +20,7 @@ from ecs_eco.view.export import page
 from ecs_eco.view.live import Live
 from ecs_eco.view.player import Player
 from ecs_eco.view.replay import Replay
+from ecs_eco.view.replicates import Replicates, begin
 from ecs_eco.view.second import Second, Swept, beside, fork
 from ecs_eco.view.source import Message, Source, is_whole, said, short
 
@@ -88,6 +89,7 @@ def reason(first: Live | Replay, second: Live | Replay | None) -> str:
 SLICE = 0.05  # [s] maximum time for the second world to catch up before pages are served again
 ALONE = 0.2  # [s] the same while the first world is paused
 WORDS = 0.25  # [s] between sentences
+LOOK = 1.0  # [s] between reports on the progress of replicates
 
 
 class Pair(Source):
@@ -112,7 +114,8 @@ class Pair(Source):
         self._why = reason(first, second)
         self.player: Player | None = None
         self.second: Second | None = None if second is None else beside(first, second, names)
-        self._told: list[Message] = []  # messages for all pages
+        self.replicates: Replicates | None = None
+        self._looked_at, self._told = -math.inf, list[Message]()  # messages for all pages
         self._said_at, self._said_tick = -math.inf, -1
 
     def attend(self, player: Player) -> Player:
@@ -174,6 +177,7 @@ class Pair(Source):
         if self._behind():
             self._come_up(ALONE)
         out = [self._marked(message) for message in self.first.news()]
+        out += self._progress()
         out, self._told = [*self._told, *out], []
         if self.second is None:
             return out
@@ -202,6 +206,8 @@ class Pair(Source):
     def handle(self, request: Message) -> list[Message]:
         if request["kind"] == "whatif":
             return self._whatif(request)
+        if request["kind"] == "pairs":
+            return self._pairs(request)
         if request["kind"] == "export":
             return [self._file()]
         if request["kind"] == "begin":
@@ -257,6 +263,28 @@ class Pair(Source):
         self.second = made
         self._show([*made.greeting(), self._sentence(), *self._marks()])
         return [said("info", f"branched at tick {made.start:,}: {made.told['change']}", "whatif")]
+
+    def _pairs(self, request: Message) -> list[Message]:
+        """Begin to run pairs of worlds with the same seeds, without and with a change; or stop."""
+        if self.replicates is not None:
+            self.replicates.close()
+            self.replicates = None
+        if request.get("stop"):
+            return [{"kind": "pairs", "stopped": True}]
+        self.replicates = begin(self.first, self.begun, request)
+        self._looked_at = -math.inf
+        return self._progress()
+
+    def _progress(self) -> list[Message]:
+        """Return the progress of replicates at most once a second, and their outcome once."""
+        now = time.monotonic()
+        if self.replicates is None or now < self._looked_at + LOOK:
+            return []
+        self._looked_at, state = now, self.replicates.state()
+        if "html" in state or "problem" in state:
+            self.replicates.close()
+            self.replicates = None
+        return [state]
 
     def _close(self, why: str, level: str = "info") -> list[Message]:
         if self.second is None:

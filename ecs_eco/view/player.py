@@ -24,7 +24,20 @@ BUSY_FRAMES = 0.125  # [s] between frames of a world running at full speed; the 
 PATIENCE = 0.25  # [s] between states, and maximum wait
 SHARE = 0.03  # maximum share of a running world's time spent on frames, charts and panels
 SPEEDS = (0.01, 100_000.0)
-ELSEWHERE = ("act", "params", "seek", "fill", "why", "table", "tree", "scatter", "whatif", "begin", "export")
+ELSEWHERE = (
+    "act",
+    "params",
+    "seek",
+    "fill",
+    "why",
+    "table",
+    "tree",
+    "scatter",
+    "whatif",
+    "pairs",
+    "begin",
+    "export",
+)
 
 
 class Player(Inbox):

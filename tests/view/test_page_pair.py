@@ -45,6 +45,24 @@ def steps(page, ticks):
     )
 
 
+def test_pairs_with_other_seeds_run_in_the_background(standing):
+    page, tick = standing, standing.evaluate("ecs.tick")
+    page.locator("#whatif").click()
+    page.get_by_text("fewer", exact=True).click()
+    page.locator("#ask").get_by_label("Kind to reduce").select_option("wolf")
+    page.locator("#ask").get_by_label("Share to cull, in percent").fill("100")
+    page.get_by_label("Number of pairs").fill("2")
+    page.get_by_label("Last tick of the pairs").fill(str(tick + 3))
+    page.get_by_role("button", name="Run pairs").click()
+    page.locator(".pairs progress").wait_for()
+    assert "0 of 4 runs" in page.locator(".pairs").inner_text()
+    page.locator(".pairs li").first.wait_for()
+    assert "With it: All species persisted in 0 of 2 runs" in page.locator(".pairs").inner_text()
+    assert f"--seeds 2 --ticks {tick + 3}" in page.locator(".pairs pre").inner_text()
+    until(page, "document.querySelector('.pairs img').naturalWidth > 300")
+    page.get_by_role("button", name="Cancel").click()
+
+
 def test_without_wolves_the_world_goes_on_beside_the_one_with_wolves(forked):
     page, tick = forked, forked.evaluate("ecs.tick")
     assert not page.locator("#ask").is_visible()

@@ -118,6 +118,19 @@ export interface Beside {
   closed?: string; // the reason
 }
 
+/** Pairs of worlds with and without a change: their progress; once they have ended, their outcome or a problem. */
+export interface Pairs {
+  kind: "pairs";
+  done?: number;
+  of?: number; // number of runs, two per seed
+  command?: string;
+  stopped?: true;
+  problem?: string;
+  lines?: string[];
+  figure?: string; // SVG
+  html?: string; // the report
+}
+
 /** A recorded run as a page in one file: its name and its HTML text. */
 export interface FileMessage {
   kind: "file";
@@ -461,7 +474,7 @@ export interface OpenedIsland {
   address: string;
 }
 
-export type Message = Islands | OpenedIsland | Hello | State | Series | Marks | Organism | Said | LogMessage | Params | StoryMessage | Why | Fates | FieldMessage | TableMessage | TreeMessage | ScatterMessage | Beside | FileMessage;
+export type Message = Islands | OpenedIsland | Hello | State | Series | Marks | Organism | Said | LogMessage | Params | StoryMessage | Why | Fates | FieldMessage | TableMessage | TreeMessage | ScatterMessage | Beside | FileMessage | Pairs;
 
 /** Data about the page for tests, as `window.ecs`; see docs/reference/viewer_protocol.md. */
 export interface Counters {

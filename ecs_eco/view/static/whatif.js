@@ -1,6 +1,7 @@
 // "What if …?": chooses the tick at which the world branches, and a change.
 
-import { $, h, number } from "./dom.js";
+import { $, announce, h, number } from "./dom.js";
+import { save } from "./save.js";
 
 /** @typedef {import("./protocol.js").Parameter} Parameter */
 /** @typedef {{label: string, fields: () => (Node | null)[], what: () => Record<string, unknown> | null}} Change a kind of change: its form and the resulting intervention */
@@ -16,16 +17,18 @@ export class WhatIf {
     /** @type {Parameter[]} */
     this.parameters = [];
     this.kind = "set";
+    this.outcome = h("section", { class: "pairs", "aria-label": "Pairs with other seeds" });
     /** @type {HTMLDialogElement} */
     this.dialog = $("ask");
     connection.on("params", ({ list, forks }) => this.offer(list, forks));
     connection.on("beside", ({ hello }) => hello && this.dialog.open && this.dialog.close());
     connection.on("said", ({ level, field, text, at }) => {
-      if (field !== "whatif" || level !== "error" || !this.problem) return;
+      if ((field !== "whatif" && field !== "pairs") || level !== "error" || !this.problem) return;
       this.problem.textContent = at ? `${at}: ${text}` : text;
       this.problem.hidden = false;
       if (this.go) this.go.disabled = false;
     });
+    connection.on("pairs", (pairs) => this.told(pairs));
     connection.on("hello", (hello) => ($("whatif").hidden = !hello.forks));
     $("whatif").addEventListener("click", () => this.open());
   }
@@ -52,17 +55,21 @@ export class WhatIf {
     this.fields = h("div", { class: "form" });
     this.problem = h("p", { class: "problem", role: "alert", hidden: true });
     this.go = h("button", { class: "button primary", type: "submit", text: "Branch" });
+    this.seeds = h("input", { class: "input", type: "number", min: 2, max: 1000, value: 20, "aria-label": "Number of pairs" });
+    this.end = h("input", { class: "input", type: "number", min: 1, step: 1, value: tick + 2000, "aria-label": "Last tick of the pairs" });
+    const many = h("button", { class: "button", type: "button", text: "Run pairs", title: "Run both worlds with seeds 1, 2, … in the background, on all cores", onclick: () => this.replicate() });
     const form = h("form", { class: "ask" },
       h("div", { class: "row" }, h("label", { class: "from" }, "From tick ", this.tick), this.kept),
       h("div", { class: "ideas", role: "group", "aria-label": "Ideas" }, "quick choices:", ...this.ideas(hello, counts)),
-      h("fieldset", {}, h("legend", { text: "the change" }), h("div", { class: "picks" }, ...choice), this.fields), this.problem,
+      h("fieldset", {}, h("legend", { text: "the change" }), h("div", { class: "picks" }, ...choice), this.fields),
+      h("div", { class: "row" }, h("label", { class: "from" }, "Is it chance? ", this.seeds, " pairs"), h("label", { class: "from" }, "to tick ", this.end), many), this.problem,
       h("div", { class: "row end" }, h("button", { class: "button", type: "button", text: "Cancel", onclick: () => this.dialog.close() }), this.go));
     form.addEventListener("submit", (event) => {
       event.preventDefault();
       this.send(this.changes?.[this.kind].what() ?? null);
     });
     this.dialog.replaceChildren(h("h2", { id: "askTitle", text: "What if …?" }),
-      h("p", { class: "about", text: "This runs two worlds side by side: the original and a copy with one change. The original is not affected." }), form);
+      h("p", { class: "about", text: "This runs two worlds side by side: the original and a copy with one change. The original is not affected." }), form, this.outcome);
     this.choose(this.kind);
   }
 
@@ -133,6 +140,29 @@ export class WhatIf {
     this.kept.textContent = first < last ? `available: ${number(first)} to ${number(last)}, the current tick` : "only the current tick is available";
     this.tick.disabled = first === last;
     if (!this.chosen) this.tick.value = String(last); // time may have passed before the world paused
+  }
+
+  /** Runs pairs of worlds with other seeds, with and without the chosen change. */
+  replicate() {
+    const [seeds, end, tick] = [this.seeds, this.end, this.tick];
+    if (!seeds?.reportValidity() || !end?.reportValidity() || !tick?.reportValidity()) return;
+    if (this.problem) this.problem.hidden = true;
+    this.connection.send({ kind: "pairs", tick: tick.disabled ? null : Number(tick.value), what: this.changes?.[this.kind].what() ?? null, seeds: Number(seeds.value), ticks: Number(end.value) });
+  }
+
+  /** Shows the progress of the pairs, or their outcome. @param {import("./protocol.js").Pairs} pairs */
+  told({ done = 0, of = 1, command = "", stopped, problem, lines, figure, html }) {
+    if (stopped) return this.outcome.replaceChildren();
+    const again = h("pre", { class: "recipe", tabindex: 0, text: command });
+    if (problem) return this.outcome.replaceChildren(h("p", { class: "problem", role: "alert", text: problem }), again);
+    if (!lines || !html) {
+      const stop = h("button", { class: "button", type: "button", text: "Stop", onclick: () => this.connection.send({ kind: "pairs", stop: true }) });
+      return this.outcome.replaceChildren(h("div", { class: "row" }, h("progress", { value: done, max: of, "aria-label": "Finished runs" }), h("span", { text: `${done} of ${of} runs` }), stop), again);
+    }
+    const picture = h("img", { alt: "Numbers over time: means and intervals with and without the change", src: URL.createObjectURL(new Blob([figure ?? ""], { type: "image/svg+xml" })) });
+    const report = h("button", { class: "button", type: "button", text: "Save the report", onclick: () => save("pairs.html", new Blob([html], { type: "text/html" })) });
+    this.outcome.replaceChildren(h("h3", { text: `${of / 2} pairs` }), h("ul", {}, ...lines.map((text) => h("li", { text }))), picture, h("div", { class: "row" }, report), again);
+    announce("The pairs are finished.");
   }
 
   /** @param {Record<string, unknown> | null} what */
