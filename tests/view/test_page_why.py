@@ -3,7 +3,7 @@
 import pytest
 
 from ecs_eco.testing.browser import served, until
-from tests.view.pages import IN_A_BROWSER, SMALL, opened, pause, select
+from tests.view.pages import IN_A_BROWSER, SMALL, opened, pause, play, select
 
 pytestmark = IN_A_BROWSER
 END = "species.wolf.lethal.1.max=400"  # [s]: all wolves die of age at tick 400, after the page was opened
@@ -24,6 +24,7 @@ def doomed(browser):
 
 def test_an_extinction_is_announced_with_its_cause_and_the_page_says_why(doomed):
     page = doomed
+    play(page)
     until(page, "ecs.counts.wolf === 0")
     until(page, "document.querySelector('#announce').textContent.includes('died out')")
     pause(page)

@@ -11,7 +11,7 @@ import { $, announce, h, number } from "./dom.js";
 import { help, listen } from "./keys.js";
 import { keymap } from "./keymap.js";
 import { legend } from "./legend.js";
-import { copy, lookFrom, read, shown, written } from "./link.js";
+import { copy, keep, kept, lookFrom, read, shown, written } from "./link.js";
 import { capture } from "./capture.js";
 import { Chosen } from "./chosen.js";
 import { classroom } from "./classroom.js";
@@ -22,7 +22,7 @@ import { fields } from "./fields.js";
 import { pair } from "./pair.js";
 import { Panel } from "./panel.js";
 import { anyOf, beside } from "./next.js";
-import { another, anew, picker } from "./picker.js";
+import { another, anew, identity, picker } from "./picker.js";
 import { point } from "./pointer.js";
 import { save } from "./save.js";
 import { Stage } from "./stage.js";
@@ -130,8 +130,9 @@ function begin(hello) {
     overlay.flash(`${entry.text}.`, { text: "Why?", does: () => open("why") }) });
   const act = hello.acts ? new Act(hello, {
     send: (what, as) => connection.send({ kind: "act", what, ...(as ? { as } : {}) }),
-    ask: () => connection.send({ kind: "params" }), aim: (on) => $("canvas").classList.toggle("aim", on),
-    now: () => stage.tick,
+    ask: () => connection.send({ kind: "params" }),
+    aim: (words) => [$("canvas").classList.toggle("aim", words !== null), overlay.notice(words)],
+    now: () => stage.tick, back: (tick) => connection.send({ kind: "seek", tick, undo: true }),
     selected: () => (panel.organism?.alive && !panel.organism.second ? panel.organism : null),
   }) : null;
   $("tab-act").hidden = !act;
@@ -150,6 +151,7 @@ function begin(hello) {
     charts.at(stage.tick);
     story.at(stage.tick);
     all.time(stage.tick);
+    act?.changes.time(stage.tick);
     panel.tree.time((chosen.stage ?? stage).tick);
     overlay.descendants(stage, by);
     if (followable() === followOff()) eyes(); // the organism's state may arrive before the frame that contains it
@@ -161,6 +163,9 @@ function begin(hello) {
   $("colour").replaceChildren(...hello.colours.map((name) => h("option", { value: name, text: name.replace("gene:", "gene ") })));
   look("side", false);
   act?.calls.ask();
+  wanted = kept(identity(hello)) ?? wanted;
+  window.addEventListener("pagehide", () => // a server keeps its tick
+    keep(identity(hello), { ...shown(stage, chosen, opened(), by), ...(hello.file ? {} : { tick: undefined }) }));
 }
 
 /** @param {boolean} dark */
@@ -297,7 +302,7 @@ function open(name) {
 }
 
 /** Applies the view requested by a link. @param {import("./link.js").Sight} sight */
-function apply({ tick, eye, uid, of, tab, colour: by, field: name }) {
+function apply({ tick, eye, uid, of, tab, colour: by, field: name, follow }) {
   if (!page || !state) return;
   const { hello, stage } = page;
   if (tick !== undefined && (hello.mode === "replay" || (hello.rewinds && tick < state.tick))) {
@@ -310,6 +315,7 @@ function apply({ tick, eye, uid, of, tab, colour: by, field: name }) {
   const panel = PANELS.find((one) => one === tab && !$(`tab-${one}`).hidden);
   if (panel) open(panel);
   if (eye) lookFrom(stage, eye);
+  if (follow) look("follow", false);
   if (name) field?.choose(name);
 }
 
