@@ -34,6 +34,11 @@ def test_an_extinction_is_announced_with_its_cause_and_the_page_says_why(doomed)
     assert "100% too old" in story.locator("p").inner_text()
     until(page, "document.querySelectorAll('.account h3').length > 2")
     assert "wolf died out" in page.locator(".account").inner_text()
+    of = "document.querySelector('.story li.extinct i').style.getPropertyValue('--c')"
+    wolf = "document.querySelectorAll('.spark polyline')[2].getAttribute('stroke')"
+    colour = page.evaluate(of)
+    page.locator("#theme").click()
+    assert page.evaluate(of) == page.evaluate(wolf) != colour  # as in the legend
     story.locator(".jump").click()
     assert page.locator("#tab-charts").get_attribute("aria-selected") == "true"
 

@@ -188,6 +188,7 @@ function paint(dark) {
   });
   page.charts.rebuild();
   page.panel.redraw();
+  story.draw();
   world(page.hello, charts.colourOf), picker(page.hello, connection);
 }
 
