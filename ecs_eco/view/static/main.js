@@ -22,6 +22,7 @@ import { fields } from "./fields.js";
 import { pair } from "./pair.js";
 import { Panel } from "./panel.js";
 import { anyOf, beside } from "./next.js";
+import { originates } from "./print.js";
 import { another, anew, identity, picker } from "./picker.js";
 import { point } from "./pointer.js";
 import { save } from "./save.js";
@@ -140,6 +141,7 @@ function begin(hello) {
   const all = new All(hello, { ask: (request) => connection.send({ kind: "table", ...request }), select });
   page = { stage, charts, panel, timeline, loop, story, all, act, hello };
   stage.eye.cover = overlay.covered;
+  originates(() => `${hello.title || hello.world} · seed ${hello.seed ?? "–"} · tick ${number(stage.tick)} · ecs-eco`);
   stage.onrender = () => {
     overlay.follow(stage);
     two.follow();
