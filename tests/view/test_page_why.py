@@ -3,7 +3,7 @@
 import pytest
 
 from ecs_eco.testing.browser import served, until
-from tests.view.pages import IN_A_BROWSER, SMALL, opened, pause, play, select
+from tests.view.pages import IN_A_BROWSER, PARK, SMALL, opened, pause, play, select
 
 pytestmark = IN_A_BROWSER
 END = "species.wolf.lethal.1.max=400"  # [s]: all wolves die of age at tick 400, after the page was opened
@@ -62,3 +62,37 @@ def test_an_organism_has_a_sentence_first(page):
     said = page.locator("#organism .said").inner_text()
     assert said.startswith("Deer, ")
     assert any(why in said for why in ("its policy", "did nothing", "automatic"))
+
+
+def test_scenes_of_a_story_follow_each_other_in_time(page):
+    scenes = """([events, first, last]) => import('/tour.js').then(({ scenes }) => scenes(
+      events.map(([tick, kind]) => ({ tick, kind })), first, last).map(({ from, to, entry }) => [from, to, entry?.tick ?? null]))"""  # noqa: E501
+    events = [[25, "birth"], [35, "crash"], [65, "crash"], [161, "extinct"], [179, "extinct"]]
+    told = page.evaluate(scenes, [events, 0, 699])
+    assert told[:3] == [[0, 10, None], [10, 30, 25], [30, 45, 35]]  # half of the way to the event after
+    assert told[3:] == [[45, 75, 65], [131, 170, 161], [170, 189, 179], [689, 699, None]]
+    many = [[10 * tick, "crash"] for tick in range(1, 20)] + [[200, "extinct"]]
+    assert [tick for *_, tick in page.evaluate(scenes, [many, 0, 300])][-2:] == [200, None]
+    assert len(page.evaluate(scenes, [many, 0, 300])) == 12  # 5 s each
+
+
+def test_the_story_of_a_recorded_run_is_played(browser, tmp_path):
+    from ecs_eco.config import load
+    from ecs_eco.record import run_to_folder
+
+    config = load("predator-prey", PARK | {"space.size": [60, 60], "species.wolf.lethal.1.max": 40})
+    run_to_folder(config, seed=3, ticks=60, out=tmp_path / "run", policies="random", report=False)
+    with served("watch", str(tmp_path / "run")) as run, opened(browser, run.address()) as page:
+        page.locator("#tab-why").click()
+        page.locator(".story li.extinct").wait_for()
+        notice = "document.querySelector('#notice').textContent"
+        far = page.evaluate("ecs.camera[2]")
+        page.get_by_role("button", name="Play the story").click()
+        until(page, f"{notice}.includes(' grass, 80 deer, 12 wolf.')")
+        until(page, f"ecs.playing && {notice}.includes('Wolf died out. Of 12 deaths')")
+        until(page, f"ecs.camera[2] < {far / 2} && ecs.tick < 40")
+        until(page, "ecs.counts.wolf === 0 && ecs.tick >= 40")
+        page.locator("#notice").get_by_role("button", name="Stop").click()
+        until(page, "!ecs.playing && ecs.still")
+        assert page.locator("#playStory").get_attribute("aria-pressed") == "false"
+        assert "10 ticks/s" in page.locator("#speedText").inner_text()  # as before

@@ -32,6 +32,7 @@ import { splitter } from "./splitter.js";
 import { PANELS, listenTabs, openPanel, opened } from "./tabs.js";
 import { onTheme, recallTheme, switchTheme } from "./theme.js";
 import { Timeline } from "./timeline.js";
+import { Tour } from "./tour.js";
 import { Transport } from "./transport.js";
 import { WhatIf } from "./whatif.js";
 import { hints, world } from "./world.js";
@@ -107,7 +108,8 @@ connection.on("said", (said) => {
 });
 const chosen = new Chosen({ first: () => page?.stage ?? null, second: () => two.stage });
 const two = pair(connection, { page: () => page, chosen, select, own: () => own, by: () => by, count: () => kinds?.count() });
-const time = new Transport({ page: () => page, send: (request) => connection.send(request), played: () => did("pause") });
+const time = new Transport({ page: () => page, send: (request) => connection.send(request), played: () => [did("pause"), tour.stop()] });
+const tour = new Tour({ page: () => page, send: (request) => connection.send(request), speed: () => state?.speed ?? null, look: () => look("side") });
 const whatif = new WhatIf(connection, () => page && { hello: page.hello, tick: state?.tick ?? page.stage.tick, counts: state?.n ?? {} });
 connection.onframe = (buffer) => two.take(buffer);
 connection.onlink = (link) => overlay.linked(link, connection);
@@ -127,8 +129,8 @@ function begin(hello) {
   const panel = new Panel(hello, { select: (uid) => select(uid, chosen.second), other: () => two.stage?.hello ?? null, fill: () => connection.send({ kind: "fill", ...chosen.asked }), follow: () => look("follow"), track: (uid) => colour(`kin:${uid}`), tree: () => connection.send({ kind: "tree", ...chosen.asked, by }), clade: (life) => cladeOf(by, life), colourOf });
   const timeline = new Timeline(hello, (tick) => connection.send({ kind: "seek", tick }), charts.lanes());
   const loop = new Loop(hello, timeline, (request) => connection.send(request));
-  const story = new Story(hello, { jump, without, colourOf, ask: () => connection.send({ kind: "why" }), tell: (entry) =>
-    overlay.flash(`${entry.text}.`, { text: "Why?", does: () => open("why") }) });
+  const story = new Story(hello, { jump, without, colourOf, ask: () => connection.send({ kind: "why" }), play: () => tour.toggle(), tell: (entry) =>
+    tour.tell(entry) || overlay.flash(`${entry.text}.`, { text: "Why?", does: () => open("why") }) });
   const act = hello.acts ? new Act(hello, {
     send: (what, as) => connection.send({ kind: "act", what, ...(as ? { as } : {}) }),
     ask: () => connection.send({ kind: "params" }),
@@ -341,7 +343,7 @@ listenTabs(open);
 $("share").addEventListener("click", share);
 
 const keys = keymap({
-  page: () => page, time, look, next, select, open, share, whatif: () => whatif.open(),
+  page: () => page, time, look, next, select, open, share, whatif: () => whatif.open(), stop: () => tour.stop(),
   colour: () => {
     const all = page?.hello.colours ?? ["species"];
     colour(all[(all.indexOf(by) + 1) % all.length]);
