@@ -9,6 +9,13 @@ pytestmark = IN_A_BROWSER
 END = "species.wolf.lethal.1.max=400"  # [s]: all wolves die of age at tick 400, after the page was opened
 FASTEST = "it => { it.value = it.max; it.dispatchEvent(new Event('input')) }"
 
+LANES = """() => {  // the colors at the left edge of the timeline
+  const pen = document.createElement('canvas').getContext('2d', {willReadFrequently: true});
+  pen.drawImage(document.querySelector('#timeline canvas'), 0, 0);
+  const { data } = pen.getImageData(1, 0, 1, 100);
+  return Array.from({length: 100}, (_, y) => '#' + [0, 1, 2].map((k) => data[4 * y + k].toString(16).padStart(2, '0')).join(''));
+}"""  # noqa: E501
+
 
 @pytest.fixture(scope="module")
 def doomed(browser):
@@ -39,6 +46,7 @@ def test_an_extinction_is_announced_with_its_cause_and_the_page_says_why(doomed)
     colour = page.evaluate(of)
     page.locator("#theme").click()
     assert page.evaluate(of) == page.evaluate(wolf) != colour  # as in the legend
+    assert page.evaluate(wolf).lower() in page.evaluate(LANES)
     story.locator(".jump").click()
     assert page.locator("#tab-charts").get_attribute("aria-selected") == "true"
 

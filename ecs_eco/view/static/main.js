@@ -176,7 +176,7 @@ function begin(hello) {
 function paint(dark) {
   if (!page) return;
   page.stage.theme(dark, own);
-  const { stage, charts, story } = page;
+  const { stage, charts, story, timeline } = page;
   two.paint(dark);
   kinds = legend(stage, {
     own, find, onshow: (name, shown) => charts.show(name, shown),
@@ -193,6 +193,7 @@ function paint(dark) {
   page.charts.rebuild();
   page.panel.redraw();
   story.draw();
+  timeline.draw();
   world(page.hello, charts.colourOf), picker(page.hello, connection);
 }
 

@@ -7,7 +7,7 @@ import { round } from "./ground.js";
 import { Lanes, density } from "./lanes.js";
 import { soon } from "./pace.js";
 import { Stretch } from "./stretch.js";
-import { css, onTheme } from "./theme.js";
+import { css } from "./theme.js";
 
 const EDGE = 4; // [px] margin left and right of the axis
 const AXIS = 15; // [px] height of labeled ticks
@@ -63,7 +63,6 @@ export class Timeline {
     root.replaceChildren(this.canvas, ...(replay || hello.rewinds ? [this.input] : []), this.about);
     this.stretch.listen(root, (x) => this.tickAt(x));
     new ResizeObserver(() => this.draw()).observe(root);
-    onTheme(() => this.draw());
   }
 
   last() {

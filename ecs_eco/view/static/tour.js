@@ -72,8 +72,9 @@ export class Tour {
     if (!k || from > page.stage.tick + 1) this.calls.send({ kind: "seek", tick: from });
     this.calls.send({ kind: "speed", value: Math.max(0.5, (to - from) / seconds) });
     this.calls.send({ kind: "play" });
-    const numbers = page.hello.species.map(({ name }) => `${number(page.charts.lines.n[name]?.[page.charts.ticks.indexOf(k ? to : from)])} ${name}`);
-    this.caption(entry ?? { tick: k ? to : from, text: `${k ? "The end" : page.hello.title || page.hello.world}: ${numbers.join(", ")}`, cause: "" });
+    const { ticks, lines } = page.charts, tick = k ? to : from, at = ticks.findLastIndex((one) => one <= tick);
+    const numbers = page.hello.species.map(({ name }) => `${number(lines.n[name]?.[at])} ${name}`);
+    this.caption(entry ?? { tick, text: `${k ? "The end" : page.hello.title || page.hello.world}: ${numbers.join(", ")}`, cause: "" });
     this.visit(entry);
     this.timer = setTimeout(() => this.next(k + 1), 1000 * seconds);
   }
