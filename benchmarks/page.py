@@ -150,7 +150,8 @@ def memory(minutes: float, looks: int = 10) -> tuple[list[dict[str, Any]], dict[
     with served("watch", "predator-prey", "--seed", "1") as run, launched() as browser:
         page = browser.new_page(viewport={"width": 1000, "height": 640})
         page.goto(run.address())
-        until(page, "ecs.frames > 5")
+        until(page, "ecs.frames > 0")
+        page.locator("#play").click()
         page.keyboard.press("n")
         page.keyboard.press("+")
         cdp = page.context.new_cdp_session(page)

@@ -492,8 +492,8 @@ class World(SpatialWorld):
         ticks : int, optional
             Number of ticks to run; default: no limit.
         **how
-            `speed` [ticks/s], None for as fast as possible, and `port`; in a notebook, also `playing` (bool)
-            and `height` [px].
+            `speed` [ticks/s], None for as fast as possible, `playing`, False to wait until a page plays it, and
+            `port`; in a notebook, also `height` [px].
 
         Returns
         -------

@@ -268,7 +268,7 @@ def serve(folder: str) -> None:
     """Replay a recorded run. Print an address for each line read from standard input, and stop at the end of
     input."""
     source = Replay(folder)
-    player = Player(source)
+    player = Player(source, playing=False)
     with Server(player) as server:
 
         def answer() -> None:

@@ -242,16 +242,21 @@ class Live(Watched):
         if kind == "act":
             return [self._act(request.get("what"))]
         if kind == "seek":
-            return [self._seek(request.get("tick"))]
+            return [self._seek(request)]
         if kind == "why":
             return [of_world(self.world, self.journal)]
         if kind == "params":
             return [{"kind": "params", **offered(self.world.config)}]
         return [said("warning", f"{kind} needs a recorded run; this is a live world", kind)]
 
-    def _seek(self, tick: object) -> Message:
+    def _seek(self, request: Message) -> Message:
         """Go back to an earlier tick and discard everything after it."""
-        tick = self.ring.back(tick_of(tick, f"a tick up to {self.tick}"))
+        tick = tick_of(request.get("tick"), f"a tick up to {self.tick}")
+        if request.get("undo") and tick < self.earliest:
+            raise ValueError(
+                f"undo: this world can go back only to tick {self.earliest:,}, and not to {tick:,}"
+            )
+        tick = self.ring.back(tick)
         self.genealogy.go_back()
         self.families = Families(self.genealogy.lives)
         self.curves.cut(tick)

@@ -105,6 +105,8 @@ class Replay(Watched):
                 "note": note(r),
                 **self._described(),
             }
+            if island := r.manifest.get("island"):
+                self._hello["title"] = f"{island}, {self._hello['title']}"
         return self._hello | {"tick": self._tick}
 
     def _described(self) -> Message:

@@ -27,11 +27,12 @@ def watch(
     *,
     port: int = 0,
     speed: float | None = USUAL,
-    playing: bool = True,
+    playing: bool = False,
     browser: bool = False,
 ) -> None:
     """Serve a source, and any world that pages start in its place, until Ctrl-C. Call this in the thread that
-    created the source. `announce` receives an address, and a new one after each use.
+    created the source. Unless `playing`, it waits until a page plays it. `announce` receives an address, and a
+    new one after each use.
 
     Raises OSError if the port is taken.
     """
@@ -171,7 +172,7 @@ def view(
         asyncio.get_running_loop()
     except RuntimeError:
         last = None if ticks is None else world.tick + ticks
-        watch(Live(world, last), port=port, speed=speed, browser=True)
+        watch(Live(world, last), port=port, speed=speed, playing=playing, browser=True)
         return None
     if (former := _PANELS.get(world)) is not None:
         former.close()

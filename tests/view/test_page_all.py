@@ -88,6 +88,25 @@ def test_families_and_descendants_have_colours(page):
     assert not page.locator("#ramp").is_visible()
 
 
+def test_a_reloaded_page_shows_the_same_tick_camera_selection_and_panel(page):
+    play(page)
+    until(page, "ecs.tick > 0")
+    pause(page)
+    select(page, "deer")
+    page.locator("#canvas").focus()
+    page.keyboard.press("i")
+    page.keyboard.press("ArrowLeft")
+    page.locator("#tab-why").click()
+    until(page, "ecs.still")
+    before = page.evaluate("[ecs.tick, ecs.selected, ecs.camera]")
+    page.reload()
+    until(page, "ecs.frames > 0 && ecs.connected && ecs.selected !== null && ecs.still")
+    after = page.evaluate("[ecs.tick, ecs.selected, ecs.camera]")
+    assert after[:2] == before[:2]
+    assert after[2] == pytest.approx(before[2], rel=1e-3)
+    assert page.locator("#tab-why").get_attribute("aria-selected") == "true"
+
+
 def test_a_link_brings_tick_camera_selection_panel_colour_and_field_back(page):
     play(page)
     until(page, "ecs.tick >= 30")

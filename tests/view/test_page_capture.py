@@ -24,7 +24,7 @@ def test_a_picture_of_the_scene_has_its_animals_on_its_ground(page):
     name, data = saved(page, page.get_by_role("button", name="Picture", exact=True).click)
     assert name == f"predator-prey-tick-{page.evaluate('ecs.tick')}.png"
     picture = imread(io.BytesIO(data))
-    assert picture.shape[0] >= 400
+    assert picture.shape[1] == 2008  # 17 cm at 300 dots per inch
     assert (picture[..., 3] == 1).all()  # with its sky
     brown = (picture[..., 0] > picture[..., 2] + 0.2) & (picture[..., 0] < 0.7)
     assert brown.mean() > 0.002  # deer
@@ -65,9 +65,41 @@ def test_figures_are_saved_as_drawings(page, title):
         page.get_by_label("Value of the distribution").select_option("energy")
     page.locator("#charts svg.figure-axes").wait_for()
     _, data = saved(page, page.get_by_label(f"Save the drawing: {title}").click)
-    assert ElementTree.fromstring(data.decode()).tag.endswith("svg")
+    drawing = ElementTree.fromstring(data.decode())
+    assert words_of(drawing)[0] == title
+    assert words_of(drawing)[-1] == origin(page)
     page.locator("#colour").select_option("species")
     toggle.click()
+
+
+def words_of(drawing):
+    """The texts of a drawing."""
+    return [text.text for text in drawing.iter("{http://www.w3.org/2000/svg}text")]
+
+
+def origin(page):
+    return f"Grass, deer and wolves · seed 3 · tick {page.evaluate('ecs.tick')} · ecs-eco"
+
+
+def test_a_chart_is_saved_for_print_with_title_axes_legend_and_origin(page):
+    from matplotlib.image import imread
+
+    play(page)
+    until(page, "ecs.tick > 5 && document.querySelectorAll('#charts .u-wrap').length")
+    pause(page)
+    _, data = saved(page, page.get_by_label("Save the drawing: Populations").click)
+    drawing = ElementTree.fromstring(data.decode())
+    assert drawing.get("width") == "170mm"
+    words = words_of(drawing)
+    assert words[:4] == ["Populations", "grass", "deer", "wolf"]
+    assert words[-3:] == ["tick", "organisms", origin(page)]
+    lines = [one.get("points").split() for one in drawing.iter("{http://www.w3.org/2000/svg}polyline")]
+    assert len(lines) == 3
+    heights = [[float(point.split(",")[1]) for point in line] for line in lines]
+    assert len(set(heights[1])) == 1  # 80 deer at every tick
+    assert max(heights[0]) < min(heights[1])  # each in a lane of its own
+    _, data = saved(page, page.get_by_label("Save the picture: Populations").click)
+    assert imread(io.BytesIO(data)).shape[1] == 2008
 
 
 def test_a_classroom_has_large_words_and_few_controls_and_is_kept(page):

@@ -162,6 +162,9 @@ def test_a_click_opens_an_island_and_its_page_leads_back_to_the_map(page):
     page.wait_for_url(lambda url: url != here)
     until(page, "ecs.frames > 0 && ecs.mode === 'replay'")
     newts = describe(page.islands.folder)["n"][1][0][-1]
+    assert page.evaluate("ecs.tick") == 0
+    assert page.locator("#title").inner_text().startswith("east, ")
+    page.locator("#play").click()
     until(page, f"ecs.tick === 7 && ecs.counts.newt === {newts}")
     page.get_by_role("link", name="map").click()
     page.wait_for_url(here)

@@ -30,8 +30,10 @@ def test_knobs_come_first_as_sliders_between_their_ends_with_unit(act):
 def test_a_knob_is_turned_undone_and_reset(act):
     page = act
     slider = page.get_by_label(RUN, exact=True)
-    knobs = page.locator("#act fieldset", has_text="Knobs").first
-    undo, reset = (knobs.get_by_role("button", name=name, exact=True) for name in ("Undo", "Reset all"))
+    undo, reset = (
+        page.locator("#act .undo").get_by_role("button", name=name, exact=True)
+        for name in ("Undo", "Reset all")
+    )
     one = page.get_by_label(f"Reset {RUN}", exact=True)
     before = float(slider.input_value())
     assert undo.is_disabled()

@@ -1,7 +1,9 @@
 """The page on phones, upright and on their side, and enlarged: nothing is beyond the edge."""
 
+import pytest
+
 from ecs_eco.testing.browser import served, until
-from tests.view.pages import IN_A_BROWSER, SMALL, opened
+from tests.view.pages import IN_A_BROWSER, PHONE, SMALL, opened, pause, play
 
 pytestmark = IN_A_BROWSER
 SIZES = [(844, 390), (640, 400), (640, 360), (390, 844), (320, 568)]
@@ -15,6 +17,12 @@ BEYOND = """() => {
   const shown = [...document.querySelectorAll("[role=tab]")].filter((tab) => tab.checkVisibility());
   return [shown.length, shown.filter((tab) => !seen(tab)).map((tab) => tab.id), scrollWidth - innerWidth, scrollHeight - innerHeight];
 }"""  # noqa: E501
+
+NARROW = """() => [...document.querySelectorAll("button, a, input, select, summary, [role=button], [role=tab]")]
+  .filter((one) => one.checkVisibility({opacityProperty: true}) && !one.closest(".skip"))
+  .map((one) => [one, ((one.matches("[type=checkbox]") && one.closest("label")) || one).getBoundingClientRect()])
+  .filter(([, { width, height }]) => Math.min(width, height) < 24)
+  .map(([one, { width, height }]) => [one.id || one.className, one.ariaLabel ?? one.textContent, width, height])"""
 
 
 def overflows(page, tabs):
@@ -82,3 +90,33 @@ def test_on_a_laptop_time_is_one_row_and_buttons_of_a_timeline_stay_beside_it(pa
         assert (abs(middle["#play"] - middle["#timeline"]) < 2) == (rows == 1)
         assert boxes[".spans"]["x"] > boxes["#timeline"]["x"] + 200
         assert boxes[".transport"]["height"] < (110 if rows == 1 else 160)
+
+
+@pytest.mark.parametrize("size", [(390, 844), (844, 390), (320, 568)])
+def test_targets_on_a_phone_are_at_least_24_pixels_wide_and_high(page, size):
+    page.set_viewport_size({"width": size[0], "height": size[1]})
+    until(page, f"innerWidth === {size[0]}")
+    page.keyboard.press("n")
+    page.locator("#organism .who").wait_for()
+    page.locator(".legend-more").click()
+    for tab in page.locator("[role=tab]:visible").all():
+        tab.click()
+        assert page.evaluate(NARROW) == []
+    page.locator(".legend-more").click()
+
+
+def test_births_deaths_causes_and_hints_are_within_reach_on_a_phone(page):
+    page.set_viewport_size(PHONE)
+    play(page)
+    until(page, "ecs.tick > 5")
+    pause(page)
+    flow = page.locator(".legend-row .flow").first
+    assert not flow.is_visible()
+    page.get_by_role("button", name="births, deaths, causes").click()
+    assert "per tick" in flow.inner_text()
+    assert page.locator(".legend-marks").is_visible()
+    page.get_by_role("button", name="less", exact=True).click()
+    assert not flow.is_visible()
+    page.locator("#helpOpen").click()
+    assert "The Why tab explains events" in page.locator("#help").inner_text()
+    page.keyboard.press("Escape")

@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 from ecs_eco.cli import app
 from ecs_eco.testing.browser import entered, served, until
 from ecs_eco.view.guard import SUBPROTOCOL
-from tests.view.pages import IN_A_BROWSER, SMALL, opened, pause, select
+from tests.view.pages import IN_A_BROWSER, SMALL, opened, pause, play, select
 
 pytestmark = IN_A_BROWSER
 
@@ -19,6 +19,7 @@ def test_the_page_says_when_the_run_has_ended(browser):
         served("watch", "predator-prey", *SMALL, "--ticks", "2") as run,
         opened(browser, run.address()) as page,
     ):
+        page.locator("#play").click()
         until(page, "ecs.tick === 2 && !document.querySelector('#notice').hidden")
         assert "has ended" in page.locator("#notice").inner_text()
         run.process.terminate()
@@ -31,6 +32,7 @@ def test_each_reporter_has_a_chart_of_its_own(browser):
         served("watch", "predator-prey", *SMALL, "--set", asked, "--ticks", "30") as run,
         opened(browser, run.address()) as page,
     ):
+        play(page)
         until(page, "ecs.tick > 5 && document.querySelectorAll('#charts .chart').length >= 5")
         charts = page.locator("#charts .chart")
         assert charts.locator("h2").all_inner_texts()[3:5] == ["mean energy", "ratio"]
@@ -171,7 +173,8 @@ def test_a_recorded_run_is_scrubbed_and_what_was_not_recorded_is_filled_in(brows
     with served("watch", str(out)) as run, opened(browser, run.address()) as page:
         assert page.evaluate("ecs.mode") == "replay"
         assert not page.locator("#tab-act").is_visible()
-        pause(page)
+        assert page.evaluate("[ecs.tick, ecs.playing]") == [0, False]  # it waits for Play
+        assert page.locator("#rate").inner_text() == "press Play"
         seek(page, manifest["done"] - 1)
         until(page, "document.querySelector('#rate').textContent === 'the end'")
         page.locator("#play").click()  # from the beginning

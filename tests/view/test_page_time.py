@@ -2,8 +2,8 @@
 
 import pytest
 
-from ecs_eco.testing.browser import until
-from tests.view.pages import IN_A_BROWSER, pause, play
+from ecs_eco.testing.browser import served, until
+from tests.view.pages import IN_A_BROWSER, opened, pause, play
 
 pytestmark = IN_A_BROWSER
 CHARTED = "Number(document.querySelector('#tick').textContent.replace(/\\D/g, ''))"
@@ -60,3 +60,43 @@ def test_a_living_world_does_not_go_where_it_has_not_been(later):
     go(page, tick + 30)
     until(page, f"ecs.tick === {tick} && ecs.still")
     assert page.get_by_label("Time, in ticks").evaluate("slider => Number(slider.max)") > tick
+
+
+def test_the_label_of_an_extinction_is_not_hidden_by_a_crash(page):
+    labels = """([events, width]) => import('/timeline.js').then(({ foremost, labels }) =>
+      labels(foremost(events), width, (text) => 5 * text.length).map(({ text, left }) => [text, left]))"""
+    crash, end = (
+        {"x": x, "name": f"deer {kind}", "kind": kind} for x, kind in ((50, "crash"), (60, "extinct"))
+    )
+    assert page.evaluate(labels, [[crash, end], 300]) == [["deer extinct", 57]]
+    wolf, boom = (
+        {"x": 100, "name": "wolf extinct", "kind": "extinct"},
+        {"x": 150, "name": "boom", "kind": "boom"},
+    )
+    both = [["deer, wolf extinct", 57]]  # 5 px per letter: until 147
+    assert page.evaluate(labels, [[crash, end, wolf, boom], 300]) == both
+    boom["x"] = 160
+    assert page.evaluate(labels, [[crash, end, wolf, boom], 300]) == [*both, ["boom", 157]]
+    assert page.evaluate(labels, [[crash, end, wolf], 120]) == [["deer, wolf extinct", 30]]  # inside the row
+
+
+def test_each_of_seven_species_has_a_lane(browser, tmp_path):
+    lines = ['format = 1\nname = "seven"\nspace = { size = [20.0, 20.0], edges = "walls" }']
+    lines += [f"[species.s{i}]\ncount = 3\nbody = {{ radius = 0.1 }}" for i in range(7)]
+    (tmp_path / "seven.toml").write_text("\n".join(lines))
+    lanes = """document.querySelector('#timeline canvas').checkVisibility() && (() => {
+      const canvas = document.querySelector('#timeline canvas');
+      const copy = Object.assign(document.createElement('canvas'), {width: canvas.width, height: canvas.height});
+      const pen = copy.getContext('2d', {willReadFrequently: true});
+      pen.drawImage(canvas, 0, 0);
+      const column = [...Array(copy.height).keys()].map(y => pen.getImageData(1, y, 1, 1).data[3] > 200);
+      return column.filter((full, y) => full && !column[y - 1]).length;
+    })()"""
+    with (
+        served("watch", str(tmp_path / "seven.toml"), "--seed", "1") as run,
+        opened(browser, run.address()) as page,
+    ):
+        play(page)
+        until(page, "ecs.tick > 10")
+        pause(page)
+        until(page, f"{lanes} === 7", 10)

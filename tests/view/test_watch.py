@@ -95,7 +95,9 @@ def test_a_living_world_is_watched_until_ctrl_c():
         process = run.process
         with page(run.address()) as ws:
             assert receive(ws, "hello")["last"] is None
-            receive(ws, "frame")
+            assert struct.unpack_from("<I", receive(ws, "frame"), 8) == (0,)
+            state = receive(ws, "state")
+            assert (state["tick"], state["playing"]) == (0, False)  # it waits for a page to play it
             process.send_signal(signal.SIGINT)
             output = process.communicate(timeout=180)[1]
         assert process.returncode == 0, output

@@ -5,12 +5,12 @@ import { Changes, Knobs } from "./knobs.js";
 
 /** @typedef {import("./protocol.js").Parameter} Parameter */
 
-const FENCE = ["Click two corners in the scene", "Click the other corner"];
+const FENCE = ["Click one corner of the fence in the scene. Esc stops.", "Click the opposite corner of the fence. Esc stops."];
 
 export class Act {
   /**
    * @param {import("./protocol.js").Hello} hello
-   * @param {{send: (what: Record<string, unknown>, as?: string) => void, aim: (on: boolean) => void, ask: () => void, now: () => number, selected: () => {uid: number, species: string} | null}} calls
+   * @param {{send: (what: Record<string, unknown>, as?: string) => void, aim: (words: string | null) => void, ask: () => void, now: () => number, back: (tick: number) => void, selected: () => {uid: number, species: string} | null}} calls
    */
   constructor(hello, calls) {
     this.hello = hello;
@@ -23,14 +23,20 @@ export class Act {
     /** @type {number[][] | null} fence corners clicked so far; null if clicks place organisms */
     this.corners = null;
     this.sent = 0;
-    this.changes = new Changes((what, as) => this.send(what, as));
+    this.changes = new Changes({ send: (what, as) => this.request(what, as), back: calls.back, now: calls.now });
     this.knobs = new Knobs(this.changes);
     this.log = h("ol", { class: "log", "aria-live": "polite" });
-    $("act").replaceChildren(this.knobs.element, this.place(), this.cull(), ...(hello.size.length < 3 ? [this.fences()] : []), this.switches(), this.change(), h("h2", { text: "Log of all pages" }), this.log);
+    $("act").replaceChildren(h("div", { class: "row undo" }, ...this.changes.buttons()), this.knobs.element, this.place(), this.cull(), ...(hello.size.length < 3 ? [this.fences()] : []), this.switches(), this.change(), h("h2", { text: "Log of all pages" }), this.log);
+  }
+
+  /** Sends an intervention that can be undone if the world can go back. @param {Record<string, unknown>} what */
+  send(what) {
+    if (this.hello.rewinds) this.changes.did(what);
+    this.request(what);
   }
 
   /** @param {Record<string, unknown>} what @param {string} [as] its origin: "undo" or "reset" */
-  send(what, as) {
+  request(what, as) {
     this.sent++;
     this.calls.send(what, as);
   }
@@ -48,16 +54,16 @@ export class Act {
 
   /** Turns placement by clicks on or off, for organisms or fence corners. @param {boolean} on @param {boolean} [fence] */
   aim(on, fence = false) {
+    if (!on && !this.aiming) return;
     this.aiming = on;
     this.corners = on && fence ? [] : null;
     this.aimer?.setAttribute("aria-pressed", String(on && !fence));
     this.fencer?.setAttribute("aria-pressed", String(on && fence));
-    if (this.fencer) this.fencer.textContent = FENCE[0];
-    this.calls.aim(on);
+    this.calls.aim(!on ? null : fence ? FENCE[0] : "Click in the scene to place organisms. Esc stops.");
   }
 
   fences() {
-    this.fencer = h("button", { class: "button", type: "button", "aria-pressed": "false", text: FENCE[0], onclick: () => this.aim(this.corners === null, true) });
+    this.fencer = h("button", { class: "button", type: "button", "aria-pressed": "false", text: "Put up a fence", onclick: () => this.aim(this.corners === null, true) });
     const none = h("button", { class: "button", type: "button", text: "Remove all fences", onclick: () => this.send({ kind: "fence", remove: true }) });
     return group("Fence", h("p", { class: "about", text: "Walking animals cannot cross it; smells, sight and births can." }), h("div", { class: "row full" }, this.fencer, none));
   }
@@ -67,8 +73,7 @@ export class Act {
     const at = place.map((value) => Math.round(value * 100) / 100);
     if (this.corners) {
       this.corners.push(at);
-      if (this.fencer) this.fencer.textContent = FENCE[this.corners.length % 2];
-      if (this.corners.length < 2) return;
+      if (this.corners.length < 2) return this.calls.aim(FENCE[1]);
       const [[a, b], [c, d]] = this.corners;
       this.aim(false);
       return this.send({ kind: "fence", region: [Math.min(a, c), Math.min(b, d), Math.max(a, c), Math.max(b, d)] });
@@ -156,7 +161,7 @@ export class Act {
       slider.value = value.value;
     });
     this.keys = list;
-    return group("All parameters", h("label", { text: "key" }), key, list, h("label", { text: "value" }), value, h("span"), slider, about, h("div", { class: "row full" }, go, ...changes.buttons()));
+    return group("All parameters", h("label", { text: "key" }), key, list, h("label", { text: "value" }), value, h("span"), slider, about, h("div", { class: "row full" }, go));
   }
 
   /** @param {Parameter[]} list @param {import("./protocol.js").Knob[]} [knobs] */

@@ -1,6 +1,9 @@
-// Saves pictures and videos of the scene, as shown on the screen, to files.
+// Saves pictures of the scene for print, and videos as shown on the screen.
 
-import { $, h } from "./dom.js";
+import { gradient, rampOf } from "./colours.js";
+import { $, h, s } from "./dom.js";
+import { sign } from "./marks.js";
+import { ACROSS, DOTS, print } from "./print.js";
 import { save, slug } from "./save.js";
 import { css } from "./theme.js";
 
@@ -22,10 +25,13 @@ export function capture(stage, hello, ask) {
     told();
     if (film) paint(stage, sheet);
   };
-  const still = h("button", { type: "button", text: "Picture", title: "Save a picture of the scene", onclick: () => {
+  const still = h("button", { type: "button", text: "Picture", title: "Save a picture of the scene, with a legend", onclick: () => {
+    const ratio = stage.renderer.getPixelRatio();
+    stage.resize((DOTS * ACROSS) / stage.canvas.clientWidth);
     stage.renderer.render(stage.scene, stage.eye.camera); // the previous drawing has already been discarded
     paint(stage, sheet);
-    sheet.toBlob((blob) => blob && save(`${name()}.png`, blob));
+    stage.resize(ratio);
+    print(name(), { title: hello.title || hello.world, ...pictured(stage, sheet) }, "png");
   } });
   /** @type {Blob[]} */
   let parts = [];
@@ -62,6 +68,24 @@ export function capture(stage, hello, ask) {
   } });
   $("cameras").append(h("div", { class: "segments small", role: "group", "aria-label": "Save the scene" }, still, films && moving, hello.saves ? page : null));
   return () => ((page.disabled = false), (page.textContent = "Page"));
+}
+
+/** A picture of the scene as a drawing with a scale and a legend. @param {import("./stage.js").Stage} stage @param {HTMLCanvasElement} sheet */
+function pictured(stage, sheet) {
+  const high = (ACROSS * sheet.height) / sheet.width, [bar, text] = $("scale").children, colour = $("colour");
+  const wide = (bar.clientWidth * ACROSS) / stage.canvas.clientWidth;
+  const body = s("svg", { viewBox: `0 0 ${ACROSS} ${high}` }, s("image", { width: ACROSS, height: high, href: sheet.toDataURL() }),
+    s("rect", { x: 8, y: high - 26, width: wide + 8, height: 20, rx: 3, fill: css("--card"), opacity: 0.8 }),
+    s("path", { d: `M12 ${high - 14}v4h${wide}v-4`, fill: "none", stroke: css("--ink") }), s("text", { x: 12 + wide / 2, y: high - 14, "text-anchor": "middle", fill: css("--ink") }, text.textContent));
+  const counts = $("legend").querySelectorAll(".legend-row b:not(.other)"), ranges = [...$("ramp").querySelectorAll("div")];
+  const legend = stage.layers.map((layer, k) => ({ layer, k })).filter(({ layer }) => layer.shown && layer.block.n).map(({ layer: { kind }, k }) => {
+    const [low, , high] = ranges.find(({ children }) => children[1].textContent === kind.name)?.children ?? [];
+    return { name: `${counts[k].textContent} ${kind.name}${low ? `: ${low.textContent} to ${high.textContent}` : ""}`, mark: sign(kind, stage.colours[k]) };
+  });
+  if (colour.value === "species") return { body, legend };
+  const stops = gradient(rampOf(colour.value)).slice(21, -1).split(", ").map((stop) => stop.split(" ")[0]);
+  const mark = s("svg", { viewBox: `0 0 ${stops.length} 8`, preserveAspectRatio: "none" }, ...stops.map((fill, x) => s("rect", { x, width: 1, height: 8, fill })));
+  return { body, unit: `colored by ${colour.selectedOptions[0].text}`, legend: [...legend, { name: "low to high", mark }] };
 }
 
 /**

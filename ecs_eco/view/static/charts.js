@@ -3,7 +3,7 @@
 import { uPlot } from "./vendor.js";
 import { $, h, number } from "./dom.js";
 import { REPORT, append, extremes, grouped, meanRate, nights, recalled, remember, table } from "./series.js";
-import { saves } from "./save.js";
+import { plotted, saves } from "./print.js";
 import { genes } from "./colours.js";
 import { FIGURES, Figures } from "./figures.js";
 import { round } from "./ground.js";
@@ -310,7 +310,10 @@ export class Charts {
       values.set(name, value);
       head.append(h("span", { class: "key" }, stroke(colours[i], dashes[i]), name || "the world", " ", value));
     });
-    head.append(h("span", { class: "grow" }), ...saves(title, () => table(this.ticks, names, this.lines[key], heading), () => this.plots.get(key)?.plot.ctx.canvas));
+    head.append(h("span", { class: "grow" }), ...saves(title, () => table(this.ticks, names, this.lines[key], heading), () => ({
+      unit, body: plotted(plot, heading ?? unit, colours, [(u) => nights(u, this.ticks, this.light), (u) => this.cursor(u)]),
+      legend: [...names.map((name, i) => ({ name: name || "the world", mark: stroke(colours[i], dashes[i]) })), ...(this.other?.items() ?? [])],
+    })));
     if (key === "n" && this.logarithmic) head.append(this.logarithmic);
     const place = h("div", { class: "chart" }, head);
     const after = this.charts.slice(this.charts.findIndex((chart) => chart.key === key) + 1).map((chart) => this.plots.get(chart.key)).find(Boolean);

@@ -36,7 +36,7 @@ export class Eye {
       this.touched = true;
       this.flight = null;
     });
-    /** @type {{from: Vector3[], to: Vector3[], start: number} | null} */
+    /** @type {{from: Vector3[], to: Vector3[], start: number, lasts: number} | null} */
     this.flight = null;
     /** @type {Vector3 | null} */
     this.followed = null;
@@ -137,8 +137,13 @@ export class Eye {
     }
     this.move(shift);
     const to = [target.clone().addScaledVector(direction, distance), target];
+    this.fly(to, fly ? FLIGHT : 0);
+  }
+
+  /** Moves smoothly, if the user's system allows motion. @param {Vector3[]} to positions of camera and target @param {number} lasts [ms] */
+  fly(to, lasts) {
     const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
-    if (fly && !still) this.flight = { from: [this.camera.position.clone(), this.controls.target.clone()], to, start: performance.now() };
+    if (lasts && !still) this.flight = { from: [this.camera.position.clone(), this.controls.target.clone()], to, start: performance.now(), lasts };
     else this.put(to);
   }
 
@@ -178,7 +183,7 @@ export class Eye {
    */
   update(now) {
     if (this.flight) {
-      const share = Math.min(1, (now - this.flight.start) / FLIGHT);
+      const share = Math.min(1, (now - this.flight.start) / this.flight.lasts);
       const eased = share * share * (3 - 2 * share);
       const { from, to } = this.flight;
       this.camera.position.lerpVectors(from[0], to[0], eased);

@@ -2,7 +2,7 @@
 
 import { h, number, s } from "./dom.js";
 import { kindsOf } from "./marks.js";
-import { drawing, saves } from "./save.js";
+import { saves } from "./print.js";
 import { csv } from "./series.js";
 import { css } from "./theme.js";
 import { levels } from "./world.js";
@@ -51,7 +51,10 @@ export class Flows {
     const numbers = h("details", {}, h("summary", { text: "show as a table" }), h("table", { class: "all" }, h("thead", {}, h("tr", {}, ...heads)), this.table));
     this.root.append(h("div", { class: "chart" },
       h("div", { class: "chart-head" }, h("h2", { text: "Who eats whom" }), choice, this.keys, h("span", { class: "grow" }),
-        saves("Who eats whom", () => this.csv(), () => undefined)[0], drawing("Who eats whom", () => this.place?.querySelector("svg"))),
+        ...saves("Who eats whom", () => this.csv(), () => ({
+          body: this.place?.querySelector("svg"), unit: choice.selectedOptions[0].text,
+          legend: [...(this.keys?.children ?? [])].map((one) => ({ name: one.textContent?.trim() ?? "", mark: /** @type {SVGElement} */ (one.children[0].cloneNode(true)) })),
+        }))),
       this.place, this.about, numbers));
     this.draw();
   }

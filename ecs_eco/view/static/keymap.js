@@ -6,7 +6,7 @@ import { switchTheme } from "./theme.js";
 /**
  * @param {{page: () => {stage: import("./stage.js").Stage, act: import("./act.js").Act | null} | null, time: import("./transport.js").Transport,
  *   look: (preset: "top" | "side" | "follow") => void, next: (by: number) => void, select: (uid: number | null) => void,
- *   open: (name: import("./tabs.js").PanelName) => void, share: () => void, colour: () => void, whatif: () => void}} calls
+ *   open: (name: import("./tabs.js").PanelName) => void, share: () => void, colour: () => void, whatif: () => void, stop: () => void}} calls
  */
 export function keymap(calls) {
   const { page, time } = calls;
@@ -27,7 +27,7 @@ export function keymap(calls) {
     { keys: ["3", "f"], shown: "3 F", about: "follow the selected organism", does: () => calls.look("follow") },
     { keys: ["n"], shown: "N", about: "select the next organism", does: () => calls.next(1) },
     { keys: ["N", "p"], shown: "P", about: "select the previous organism", does: () => calls.next(-1) },
-    { keys: ["Escape"], shown: "Esc", about: "deselect; stop placing", does: () => (page()?.act?.aiming ? page()?.act?.aim(false) : calls.select(null)) },
+    { keys: ["Escape"], shown: "Esc", about: "deselect; stop placing; stop the story", does: () => (calls.stop(), page()?.act?.aiming ? page()?.act?.aim(false) : calls.select(null)) },
     { keys: ["c"], shown: "C", about: "next color mode", does: calls.colour },
     { keys: ["g"], shown: "G", about: "charts", does: () => calls.open("charts") },
     { keys: ["b"], shown: "B", about: "about this world: its description and food web", does: () => calls.open("world") },

@@ -1,6 +1,7 @@
 // Keyboard control, and a help dialog that lists the keys.
 
 import { $, h } from "./dom.js";
+import { HINTS } from "./world.js";
 
 /**
  * @typedef {object} Key
@@ -38,6 +39,7 @@ export function help(keys) {
     ["wheel on the timeline", "a shorter or longer period; with shift, move it"], ["shift drag there", "select a period"],
   ];
   $("help").replaceChildren(
+    h("h2", { text: "Hints" }), ...Object.values(HINTS).map((text) => h("p", { text })),
     h("h2", { id: "helpTitle", text: "Keys" }),
     h("dl", { class: "keys" }, ...keys.map(({ shown, about }) => h("div", {}, h("dt", {}, ...shown.split(" ").flatMap((key, i) => [i ? " " : "", h("kbd", { text: key })])), h("dd", { text: about })))),
     h("h2", { text: "Pointer", style: "margin-top:18px" }),

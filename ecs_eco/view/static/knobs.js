@@ -1,17 +1,19 @@
-// Sliders for the knobs of a world, and undo for changes made on this page.
+// Sliders for the knobs of a world, and undo for what was done on this page.
 
 import { h, number } from "./dom.js";
 
 /** @typedef {import("./protocol.js").Parameter} Parameter @typedef {import("./protocol.js").Knob} Knob */
 
-/** The current values of parameters, and their values before this page changed them. */
+/** @typedef {{tick: number, what: Record<string, unknown>, key?: string, value?: unknown}} Change an intervention at a tick; of a parameter: its previous value */
+
+/** The current values of parameters, and the interventions of this page. */
 export class Changes {
-  /** @param {(what: Record<string, unknown>, as?: string) => void} send */
-  constructor(send) {
-    this.send = send;
-    /** @type {{key: string, value: unknown}[]} previous values of changed parameters, latest last */
+  /** @param {{send: (what: Record<string, unknown>, as?: string) => void, back: (tick: number) => void, now: () => number}} calls */
+  constructor(calls) {
+    this.calls = calls;
+    /** @type {Change[]} interventions that can be undone, latest last */
     this.before = [];
-    /** @type {{key: string, value: unknown} | undefined} the last change, until it is undone or refused */
+    /** @type {Change | undefined} the last one, until it is undone or refused */
     this.last = undefined;
     /** @type {Parameter[]} */
     this.list = [];
@@ -37,23 +39,43 @@ export class Changes {
   make(key, value) {
     const parameter = this.find(key);
     if (!parameter) return;
-    this.before.push({ key, value: parameter.value });
+    this.did({ kind: "set", set: { [key]: value } }, { key, value: parameter.value });
     this.set({ [key]: value });
-    this.last = this.before.at(-1);
   }
 
-  /** Undoes the last n changes. @param {number} n @param {string} as */
+  /** Notes an intervention, before it is sent. @param {Record<string, unknown>} what @param {{key?: string, value?: unknown}} [of] */
+  did(what, of = {}) {
+    this.before.push((this.last = { tick: this.calls.now(), what, ...of }));
+    this.tell();
+  }
+
+  /** Undoes the last n: values are set back, and for anything else the world goes back to the tick before it. @param {number} n @param {string} as */
   back(n, as) {
     this.last = undefined;
-    this.set(Object.fromEntries(this.before.splice(-n).reverse().map(({ key, value }) => [key, value])), as);
+    const gone = this.before.splice(-n), at = gone.findIndex(({ key }) => key === undefined), { tick } = gone[at] ?? {};
+    const values = (at < 0 ? gone : gone.slice(0, at)).reverse().map(({ key, value }) => [key, value]);
+    if (tick !== undefined) {
+      this.calls.back(tick);
+      for (const { what } of this.before.filter((one) => one.tick >= tick)) this.calls.send(what); // it forgot these, too
+    }
+    if (values.length) this.set(Object.fromEntries(values), as);
+    this.tell();
   }
 
-  /** Restores the state before the last change, because it was refused. */
+  /** Forgets interventions that the world no longer contains, because it has gone back. @param {number} tick */
+  time(tick) {
+    if (!this.before.some((one) => one.tick > tick)) return;
+    this.before = this.before.filter((one) => one.tick <= tick);
+    this.tell();
+  }
+
+  /** Restores the state before the last one, because it was refused. */
   refused() {
-    const { last } = this, parameter = last && this.find(last.key);
-    if (!parameter || this.before.at(-1) !== last) return;
-    parameter.value = this.before.pop()?.value;
+    const { last } = this, parameter = last?.key && this.find(last.key);
+    if (!last || this.before.at(-1) !== last) return;
+    this.before.pop();
     this.last = undefined;
+    if (parameter) parameter.value = last.value;
     this.tell();
   }
 
@@ -63,7 +85,7 @@ export class Changes {
       const parameter = this.find(key);
       if (parameter) parameter.value = value;
     }
-    this.send({ kind: "set", set: values }, as);
+    this.calls.send({ kind: "set", set: values }, as);
     this.tell();
   }
 
@@ -73,7 +95,7 @@ export class Changes {
 
   /** Buttons that undo the last change or all changes. */
   buttons() {
-    const undo = h("button", { class: "button", type: "button", text: "Undo", title: "Undo the last change", disabled: true, onclick: () => this.back(1, "undo") });
+    const undo = h("button", { class: "button", type: "button", text: "Undo", title: "Undo the last change. After anything but a new value, the world goes back to the tick before it", disabled: true, onclick: () => this.back(1, "undo") });
     const reset = h("button", { class: "button", type: "button", text: "Reset all", title: "Undo all changes", disabled: true, onclick: () => this.back(this.before.length, "reset") });
     this.heard.push(() => (undo.disabled = reset.disabled = !this.before.length));
     return [undo, reset];
@@ -86,7 +108,7 @@ export class Knobs {
   constructor(changes) {
     this.changes = changes;
     this.list = h("div", { class: "knobs" });
-    this.element = h("fieldset", { hidden: true }, h("legend", { text: "Knobs" }), this.list, h("div", { class: "row" }, ...changes.buttons()));
+    this.element = h("fieldset", { hidden: true }, h("legend", { text: "Knobs" }), this.list);
     /** @type {{knob: Knob, slider: HTMLInputElement, show: () => void}[]} */
     this.sliders = [];
     changes.heard.push(() => this.sliders.forEach(({ show }) => show()));

@@ -30,7 +30,13 @@ export function legend(stage, calls) {
   const rows = stage.kinds.map((kind, k) => row(stage, k, () => show(k, !stage.layers[k].shown), () => solo(k), () => calls.find(kind.name)));
   const box = h("input", { type: "checkbox", checked: calls.own, onchange: () => calls.onown(box.checked) });
   const note = h("label", { class: "legend-note", title: "Use the colors from the world file instead of a color-blind-safe palette" }, box, "colors from the world file");
-  $("legend").replaceChildren(...rows.map(({ root }) => root), ...marks(stage), note);
+  const more = h("button", { class: "plain legend-more", type: "button", onclick: () => open($("legend").classList.toggle("full")) }); // on narrow pages
+  const open = (/** @type {boolean} */ full) => {
+    more.setAttribute("aria-expanded", String(full));
+    more.textContent = full ? "less" : "births, deaths, causes";
+  };
+  open($("legend").classList.contains("full"));
+  $("legend").replaceChildren(...rows.map(({ root }) => root), ...marks(stage), note, more);
   const size = (/** @type {number} */ k) => ((stage.kinds[k].every ?? 1) > 1 && calls.all(stage.kinds[k].name)) || stage.layers[k].block.n;
   const count = () => rows.forEach((one, k) => {
     const beside = calls.other()?.layers.find(({ kind }) => kind.name === stage.kinds[k].name);

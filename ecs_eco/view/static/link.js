@@ -1,9 +1,12 @@
 // A link that stores tick, camera, selection, panel, color and field in the fragment of the address, which is never sent to a server.
+// A reloaded page returns to the view that it showed.
 
 import { Vector3 } from "./vendor.js";
 import { $, announce } from "./dom.js";
 
-/** @typedef {{tick?: number, eye?: number[], uid?: number, of?: string, tab?: string, colour?: string, field?: string}} Sight */
+/** @typedef {{tick?: number, eye?: number[], uid?: number, of?: string, tab?: string, colour?: string, field?: string, follow?: string}} Sight */
+
+const KEPT = "ecs-eco-view"; // in sessionStorage: the world and the view of this tab
 
 /** Parses the fragment of an address; returns null if it has no parameters. @param {string} hash @returns {Sight | null} */
 export function read(hash) {
@@ -16,7 +19,7 @@ export function read(hash) {
   }
   const eye = (words.get("eye") ?? "").split(",").map(Number);
   if ([6, 8].includes(eye.length) && eye.every(Number.isFinite)) found.eye = eye;
-  for (const name of /** @type {const} */ (["of", "tab", "colour", "field"])) {
+  for (const name of /** @type {const} */ (["of", "tab", "colour", "field", "follow"])) {
     const value = words.get(name);
     if (value) found[name] = value;
   }
@@ -30,9 +33,27 @@ export function written(sight) {
 }
 
 /** The current view. @param {import("./stage.js").Stage} stage @param {import("./chosen.js").Chosen} chosen @param {string} tab @param {string} by the quantity that colors organisms @returns {Sight} */
-export function shown({ tick, eye }, { uid, second }, tab, by) {
+export function shown({ tick, eye }, { uid, second, followed }, tab, by) {
   const place = [...eye.camera.position.toArray(), ...eye.controls.target.toArray(), ...eye.shift];
-  return { tick, eye: place, uid: uid ?? undefined, of: second ? "second" : undefined, tab, colour: by === "species" ? undefined : by, field: $("field").value };
+  return { tick, eye: place, uid: uid ?? undefined, of: second ? "second" : undefined, tab, colour: by === "species" ? undefined : by, field: $("field").value, follow: followed ? "yes" : undefined };
+}
+
+/** Stores the view for when this page is reloaded. @param {string} world @param {Sight} sight */
+export function keep(world, sight) {
+  try {
+    sessionStorage.setItem(KEPT, JSON.stringify([world, written(sight)]));
+  } catch {} // storage may be unavailable, as for the credential
+}
+
+/** The stored view of this world, if the page was reloaded or is visited again. @param {string} world */
+export function kept(world) {
+  const [entry] = performance.getEntriesByType("navigation");
+  try {
+    const [of, address] = JSON.parse(sessionStorage.getItem(KEPT) ?? "[]");
+    return of === world && /** @type {PerformanceNavigationTiming} */ (entry).type !== "navigate" ? read(new URL(address).hash) : null;
+  } catch {
+    return null;
+  }
 }
 
 /** Moves the camera to a stored position. @param {import("./stage.js").Stage} stage @param {number[]} eye */

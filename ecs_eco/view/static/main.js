@@ -11,7 +11,7 @@ import { $, announce, h, number } from "./dom.js";
 import { help, listen } from "./keys.js";
 import { keymap } from "./keymap.js";
 import { legend } from "./legend.js";
-import { copy, lookFrom, read, shown, written } from "./link.js";
+import { copy, keep, kept, lookFrom, read, shown, written } from "./link.js";
 import { capture } from "./capture.js";
 import { Chosen } from "./chosen.js";
 import { classroom } from "./classroom.js";
@@ -22,7 +22,8 @@ import { fields } from "./fields.js";
 import { pair } from "./pair.js";
 import { Panel } from "./panel.js";
 import { anyOf, beside } from "./next.js";
-import { another, anew, picker } from "./picker.js";
+import { originates } from "./print.js";
+import { another, anew, identity, picker } from "./picker.js";
 import { point } from "./pointer.js";
 import { save } from "./save.js";
 import { Stage } from "./stage.js";
@@ -31,6 +32,7 @@ import { splitter } from "./splitter.js";
 import { PANELS, listenTabs, openPanel, opened } from "./tabs.js";
 import { onTheme, recallTheme, switchTheme } from "./theme.js";
 import { Timeline } from "./timeline.js";
+import { Tour } from "./tour.js";
 import { Transport } from "./transport.js";
 import { WhatIf } from "./whatif.js";
 import { hints, world } from "./world.js";
@@ -106,7 +108,8 @@ connection.on("said", (said) => {
 });
 const chosen = new Chosen({ first: () => page?.stage ?? null, second: () => two.stage });
 const two = pair(connection, { page: () => page, chosen, select, own: () => own, by: () => by, count: () => kinds?.count() });
-const time = new Transport({ page: () => page, send: (request) => connection.send(request), played: () => did("pause") });
+const time = new Transport({ page: () => page, send: (request) => connection.send(request), played: () => [did("pause"), tour.stop()] });
+const tour = new Tour({ page: () => page, send: (request) => connection.send(request), speed: () => state?.speed ?? null, look: () => look("side") });
 const whatif = new WhatIf(connection, () => page && { hello: page.hello, tick: state?.tick ?? page.stage.tick, counts: state?.n ?? {} });
 connection.onframe = (buffer) => two.take(buffer);
 connection.onlink = (link) => overlay.linked(link, connection);
@@ -126,12 +129,13 @@ function begin(hello) {
   const panel = new Panel(hello, { select: (uid) => select(uid, chosen.second), other: () => two.stage?.hello ?? null, fill: () => connection.send({ kind: "fill", ...chosen.asked }), follow: () => look("follow"), track: (uid) => colour(`kin:${uid}`), tree: () => connection.send({ kind: "tree", ...chosen.asked, by }), clade: (life) => cladeOf(by, life), colourOf });
   const timeline = new Timeline(hello, (tick) => connection.send({ kind: "seek", tick }), charts.lanes());
   const loop = new Loop(hello, timeline, (request) => connection.send(request));
-  const story = new Story(hello, { jump, without, colourOf, ask: () => connection.send({ kind: "why" }), tell: (entry) =>
-    overlay.flash(`${entry.text}.`, { text: "Why?", does: () => open("why") }) });
+  const story = new Story(hello, { jump, without, colourOf, ask: () => connection.send({ kind: "why" }), play: () => tour.toggle(), tell: (entry) =>
+    tour.tell(entry) || overlay.flash(`${entry.text}.`, { text: "Why?", does: () => open("why") }) });
   const act = hello.acts ? new Act(hello, {
     send: (what, as) => connection.send({ kind: "act", what, ...(as ? { as } : {}) }),
-    ask: () => connection.send({ kind: "params" }), aim: (on) => $("canvas").classList.toggle("aim", on),
-    now: () => stage.tick,
+    ask: () => connection.send({ kind: "params" }),
+    aim: (words) => [$("canvas").classList.toggle("aim", words !== null), overlay.notice(words)],
+    now: () => stage.tick, back: (tick) => connection.send({ kind: "seek", tick, undo: true }),
     selected: () => (panel.organism?.alive && !panel.organism.second ? panel.organism : null),
   }) : null;
   $("tab-act").hidden = !act;
@@ -139,6 +143,7 @@ function begin(hello) {
   const all = new All(hello, { ask: (request) => connection.send({ kind: "table", ...request }), select });
   page = { stage, charts, panel, timeline, loop, story, all, act, hello };
   stage.eye.cover = overlay.covered;
+  originates(() => `${hello.title || hello.world} · seed ${hello.seed ?? "–"} · tick ${number(stage.tick)} · ecs-eco`);
   stage.onrender = () => {
     overlay.follow(stage);
     two.follow();
@@ -150,6 +155,7 @@ function begin(hello) {
     charts.at(stage.tick);
     story.at(stage.tick);
     all.time(stage.tick);
+    act?.changes.time(stage.tick);
     panel.tree.time((chosen.stage ?? stage).tick);
     overlay.descendants(stage, by);
     if (followable() === followOff()) eyes(); // the organism's state may arrive before the frame that contains it
@@ -161,13 +167,16 @@ function begin(hello) {
   $("colour").replaceChildren(...hello.colours.map((name) => h("option", { value: name, text: name.replace("gene:", "gene ") })));
   look("side", false);
   act?.calls.ask();
+  wanted = kept(identity(hello)) ?? wanted;
+  window.addEventListener("pagehide", () => // a server keeps its tick
+    keep(identity(hello), { ...shown(stage, chosen, opened(), by), ...(hello.file ? {} : { tick: undefined }) }));
 }
 
 /** @param {boolean} dark */
 function paint(dark) {
   if (!page) return;
   page.stage.theme(dark, own);
-  const { stage, charts, story } = page;
+  const { stage, charts, story, timeline } = page;
   two.paint(dark);
   kinds = legend(stage, {
     own, find, onshow: (name, shown) => charts.show(name, shown),
@@ -183,6 +192,8 @@ function paint(dark) {
   });
   page.charts.rebuild();
   page.panel.redraw();
+  story.draw();
+  timeline.draw();
   world(page.hello, charts.colourOf), picker(page.hello, connection);
 }
 
@@ -297,7 +308,7 @@ function open(name) {
 }
 
 /** Applies the view requested by a link. @param {import("./link.js").Sight} sight */
-function apply({ tick, eye, uid, of, tab, colour: by, field: name }) {
+function apply({ tick, eye, uid, of, tab, colour: by, field: name, follow }) {
   if (!page || !state) return;
   const { hello, stage } = page;
   if (tick !== undefined && (hello.mode === "replay" || (hello.rewinds && tick < state.tick))) {
@@ -310,6 +321,7 @@ function apply({ tick, eye, uid, of, tab, colour: by, field: name }) {
   const panel = PANELS.find((one) => one === tab && !$(`tab-${one}`).hidden);
   if (panel) open(panel);
   if (eye) lookFrom(stage, eye);
+  if (follow) look("follow", false);
   if (name) field?.choose(name);
 }
 
@@ -332,7 +344,7 @@ listenTabs(open);
 $("share").addEventListener("click", share);
 
 const keys = keymap({
-  page: () => page, time, look, next, select, open, share, whatif: () => whatif.open(),
+  page: () => page, time, look, next, select, open, share, whatif: () => whatif.open(), stop: () => tour.stop(),
   colour: () => {
     const all = page?.hello.colours ?? ["species"];
     colour(all[(all.indexOf(by) + 1) % all.length]);

@@ -23,6 +23,7 @@ export class Other {
     /** @type {Int32Array} index into `ticks` for each tick of the charts */
     this.places = new Int32Array(0);
     this.placed = "";
+    this.items = () => names.map((name, i) => ({ name, mark: sample(1 + 2 * i) })); // of a legend
     const sample = (/** @type {number} */ width) => s("svg", { viewBox: "0 0 22 8", width: 22, height: 8, "aria-hidden": "true" }, s("line", { x1: 0, x2: 22, y1: 4, y2: 4, stroke: "currentColor", "stroke-width": width }));
     this.note = h("p", { class: "pair-key" }, h("span", {}, sample(1), names[0]), h("span", {}, sample(3), names[1]), at === null ? null : h("span", { text: `¦ tick ${number(at)}` }));
     for (const { name } of charts.hello.species) charts.lines.n[name] ??= []; // the first world's line must come first

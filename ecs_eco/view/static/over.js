@@ -7,7 +7,7 @@ import { sight } from "./sight.js";
 import { css } from "./theme.js";
 
 /** @typedef {import("./stage.js").Stage} Stage */
-/** @typedef {{tick: number, kind: "birth" | "death" | "kill", at: Vector3, colour: string, by: number}} Mark */
+/** @typedef {{tick: number, kind: "birth" | "death" | "kill", at: Vector3, k: number, by: number}} Mark `k`: its kind */
 
 export const LASTS = 5; // [ticks] how long a mark is shown
 const MOST = 300; // maximum number of marks
@@ -42,7 +42,7 @@ export class Over {
     stage.layers.forEach((layer, k) => {
       if (!layer.kind.moves) return;
       for (let row = 0; row < layer.block.n; row++) {
-        if (layer.before[4 * row + 3] & 256) this.marks.push({ tick, kind: "birth", at: this.spot(layer, row), colour: stage.colours[k], by: 0 });
+        if (layer.before[4 * row + 3] & 256) this.marks.push({ tick, kind: "birth", at: this.spot(layer, row), k, by: 0 });
       }
     });
   }
@@ -60,7 +60,7 @@ export class Over {
     const { stage } = this;
     for (const [tick, species, , x, y, z, killer] of list) {
       const at = new Vector3(x, y, stage.hello.size.length > 2 ? z : stage.relief.at(x, y));
-      this.marks.push({ tick, kind: killer ? "kill" : "death", at, colour: stage.colours[species], by: killer });
+      this.marks.push({ tick, kind: killer ? "kill" : "death", at, k: species, by: killer });
     }
     stage.dirty = true;
   }
@@ -117,7 +117,7 @@ export class Over {
   }
 
   /** @param {Mark} mark */
-  mark({ tick, kind, at, colour, by }) {
+  mark({ tick, kind, at, k, by }) {
     const age = this.stage.tick - tick;
     const place = age >= 0 && age < LASTS ? this.stage.project(at) : null;
     if (!place) return;
@@ -126,7 +126,7 @@ export class Over {
     const { x, y } = place;
     if (kind === "birth") {
       const r = 6 + 0.6 * age;
-      this.line(Array.from({ length: 25 }, (_, i) => ({ x: x + r * Math.cos((i * Math.PI) / 12), y: y + r * Math.sin((i * Math.PI) / 12) })), colour, 1.3, [], fade);
+      this.line(Array.from({ length: 25 }, (_, i) => ({ x: x + r * Math.cos((i * Math.PI) / 12), y: y + r * Math.sin((i * Math.PI) / 12) })), this.stage.colours[k], 1.3, [], fade);
       return;
     }
     const killer = by ? this.stage.find(by) : null;

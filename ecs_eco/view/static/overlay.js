@@ -103,22 +103,22 @@ export function sky(stage) {
   );
 }
 
+let flashing = 0;
+
 /**
  * @param {string | null} text
  * @param {{text: string, does: () => void}} [button]
  */
 export function notice(text, button) {
   const root = $("notice");
+  clearTimeout(flashing);
   root.hidden = text === null;
   root.replaceChildren(text ?? "", ...(button ? [h("button", { type: "button", text: button.text, onclick: button.does })] : []));
 }
 
-let flashing = 0;
-
 /** A notice that disappears after a while. @param {string} text @param {{text: string, does: () => void}} [button] */
 export function flash(text, button) {
   notice(text, button);
-  clearTimeout(flashing);
   flashing = setTimeout(() => notice(null), 6000);
 }
 

@@ -10,7 +10,7 @@ import { Stage } from "./stage.js";
 /** @typedef {import("./protocol.js").Beside} Beside */
 /** @typedef {import("./eye.js").Eye} Eye */
 /** @typedef {{stage: Stage, charts: import("./charts.js").Charts, act: import("./act.js").Act | null}} Page */
-/** @typedef {{stage: Stage, other: Other, names: string[], parts: Element[], ring: HTMLElement, tag: HTMLElement, here: HTMLElement, frames: number, recipe: Beside["recipe"], at: number | null, change: string, said: string, seen: number[]}} Two `seen`: position and target of the first camera at the last picture */
+/** @typedef {{stage: Stage, other: Other, names: string[], parts: Element[], ring: HTMLElement, tag: HTMLElement, here: HTMLElement, frames: number, recipe: Beside["recipe"], at: number | null, change: string, state?: Beside["state"], seen: number[]}} Two `seen`: position and target of the first camera at the last picture */
 
 /**
  * @param {import("./connection.js").Connection} connection
@@ -54,7 +54,7 @@ export function pair(connection, calls) {
     stage.eye.touched = true; // this camera copies the view of the first camera
     [stage.peer, page.stage.peer] = [page.stage, stage];
     /** @type {Two} */
-    const made = { stage, other: new Other(page.charts, names, at), names, parts, ring, tag, here, frames: page.stage.frames, recipe, at, change, said: "", seen: [] };
+    const made = { stage, other: new Other(page.charts, names, at), names, parts, ring, tag, here, frames: page.stage.frames, recipe, at, change, seen: [] };
     stage.onrender = () => overlay.circle(stage, ring, tag);
     point(canvas, { page: () => ({ stage, act: page.act }), select: (uid) => calls.select(uid, true) });
     stage.eye.controls.addEventListener("change", () => {
@@ -115,6 +115,9 @@ export function pair(connection, calls) {
     two.stage.theme(dark, calls.own());
     two.stage.colourBy(calls.by());
     two.stage.dirty = true;
+    const { state } = two;
+    two.state = undefined; // so that its signs are drawn again
+    if (state) say(two, state);
   }
 
   return {
@@ -162,9 +165,10 @@ export function pair(connection, calls) {
 }
 
 /** Shows the current differences. @param {Two} two @param {NonNullable<Beside["state"]>} state */
-function say(two, { text, clauses, there }) {
-  if (two.said === text) return;
-  two.said = text;
+function say(two, state) {
+  const { text, clauses, there } = state;
+  if (two.state?.text === text) return;
+  two.state = state;
   const kinds = kindsOf(two.stage.hello);
   const parts = Object.entries(clauses).map(([name, clause]) => {
     const k = kinds.findIndex((kind) => kind.name === name);

@@ -7,8 +7,8 @@ import { $, h } from "./dom.js";
 /** Whether the server now runs a different world from the one on this page. @param {Hello} here @param {Hello} there */
 export const another = (here, there) => identity(here) !== identity(there);
 
-/** @param {Hello} hello */
-const identity = ({ world, seed, size, species, begins }) => JSON.stringify([world, seed, begins?.begun ?? 0, size, species]);
+/** The properties that distinguish a world from others at the same address. @param {Hello} hello */
+export const identity = ({ world, seed, size, species, begins }) => JSON.stringify([world, seed, begins?.begun ?? 0, size, species]);
 
 /** Shows the new world, and drops the view that a link requested for the previous world. */
 export function anew() {

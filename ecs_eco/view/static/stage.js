@@ -175,13 +175,14 @@ export class Stage {
     return Math.max(own(this), own(this.peer));
   }
 
-  resize() {
+  /** Adapts to the size of the canvas; for a picture of the same view, only to the pixels of the picture per pixel of the page. @param {number} [print] */
+  resize(print) {
     const { clientWidth: width, clientHeight: height } = this.canvas;
     if (!width || !height) return;
-    const ratio = Math.min(2, devicePixelRatio || 1);
+    const ratio = print ?? Math.min(2, devicePixelRatio || 1);
     this.renderer.setPixelRatio(ratio);
     this.renderer.setSize(width, height, false);
-    this.eye.resize(width, height);
+    if (!print) this.eye.resize(width, height);
     this.shared.lens.value = (height * ratio) / (2 * Math.tan((this.eye.camera.fov * Math.PI) / 360));
     const crowd = (this.crowd = this.crowding());
     const room = Math.sqrt((width * height) / Math.max(50, crowd)); // px per organism

@@ -11,7 +11,7 @@ const SIGNS = { extinct: "✝", crash: "▼", boom: "▲", birth: "✶", return:
 export class Story {
   /**
    * @param {import("./protocol.js").Hello} hello
-   * @param {{jump: (entry: Entry) => void, without: (entry: Entry) => void, tell: (entry: Entry) => void, ask: () => void, colourOf: (name: string) => string}} calls
+   * @param {{jump: (entry: Entry) => void, without: (entry: Entry) => void, tell: (entry: Entry) => void, ask: () => void, play: () => void, colourOf: (name: string) => string}} calls
    */
   constructor(hello, calls) {
     this.hello = hello;
@@ -26,7 +26,9 @@ export class Story {
     this.list = h("ol", { class: "story", "aria-label": "What happened" });
     this.account = h("div", { class: "account" });
     this.again = h("button", { class: "plain", type: "button", text: "update", onclick: () => this.explain() });
-    $("why").replaceChildren(h("h2", { text: "What happened" }), this.list,
+    this.player = h("button", { id: "playStory", class: "toggle", type: "button", "aria-pressed": "false", onclick: () => calls.play(),
+      text: hello.mode === "live" ? "Follow the story" : "▶ Play the story", title: "The camera flies to each boom, crash, first birth and extinction" });
+    $("why").replaceChildren(h("div", { class: "part-head" }, h("h2", { text: "What happened" }), this.player), this.list,
       h("section", { class: "part" }, h("div", { class: "part-head" }, h("h2", { text: "Diagnosis so far" }), this.again), this.account));
     this.draw();
   }

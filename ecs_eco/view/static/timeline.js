@@ -7,12 +7,12 @@ import { round } from "./ground.js";
 import { Lanes, density } from "./lanes.js";
 import { soon } from "./pace.js";
 import { Stretch } from "./stretch.js";
-import { css, onTheme } from "./theme.js";
+import { css } from "./theme.js";
 
 const EDGE = 4; // [px] margin left and right of the axis
 const AXIS = 15; // [px] height of labeled ticks
 const ROOMY = 60; // [px] minimum height for lanes and labels
-const MOST = 5; // maximum number of lanes
+const LEAST = 4; // [px] minimum height of a lane
 const NAMED = 13; // [px] height of names above diamonds
 
 export class Timeline {
@@ -57,12 +57,12 @@ export class Timeline {
     });
     this.input.addEventListener("pointermove", (event) => this.hover(event));
     const root = $("timeline");
+    root.style.setProperty("--lanes", String(hello.species.length));
     this.about = h("span", { id: "timelineAbout", class: "unseen" });
     this.input.setAttribute("aria-describedby", "timelineAbout");
     root.replaceChildren(this.canvas, ...(replay || hello.rewinds ? [this.input] : []), this.about);
     this.stretch.listen(root, (x) => this.tickAt(x));
     new ResizeObserver(() => this.draw()).observe(root);
-    onTheme(() => this.draw());
   }
 
   last() {
@@ -110,8 +110,8 @@ export class Timeline {
 
   /** Events, oldest first: interventions and story entries. */
   happened() {
-    const told = this.entries.map(({ tick, text, species, kind }) => ({ tick, text, name: kind === "birth" ? `first births of ${species}` : `${species} ${kind}`, species }));
-    const done = (this.marks.interventions ?? []).map(({ tick, text }) => ({ tick, text, name: text, species: "" }));
+    const told = this.entries.map(({ tick, text, species, kind }) => ({ tick, text, name: kind === "birth" ? `first births of ${species}` : `${species} ${kind}`, species, kind }));
+    const done = (this.marks.interventions ?? []).map(({ tick, text }) => ({ tick, text, name: text, species: "", kind: "act" }));
     return [...told, ...done].sort((a, b) => a.tick - b.tick);
   }
 
@@ -145,7 +145,7 @@ export class Timeline {
     pen.beginPath();
     pen.rect(0, 0, width - EDGE + 1, height);
     pen.clip();
-    const rows = roomy ? this.hello.species.slice(0, MOST).map(({ name }) => name) : [];
+    const rows = roomy ? this.hello.species.slice(0, Math.floor((low - top) / LEAST)).map(({ name }) => name) : [];
     if (rows.length && this.lanes.any) pen.drawImage(this.lanes.painted(at, rows, { top, low, left: EDGE, right: width - EDGE }, this.canvas, ratio), 0, 0, width, height);
     else {
       const middle = (top + low) / 2;
@@ -227,23 +227,41 @@ export class Timeline {
    * @param {number} width
    */
   diamonds(pen, at, y, named, width) {
-    let free = 0;
     pen.font = `10.5px ${css("--font")}`;
     pen.textBaseline = "bottom";
     pen.textAlign = "left";
-    for (const { tick, name, species } of this.happened()) {
-      const x = at(tick);
-      if (x < 0 || x > width) continue;
-      diamond(pen, x, y, 4, species ? this.colourOf(species) : css("--ink"), css("--card"));
-      const short = name.length > 34 ? `${name.slice(0, 33)}…` : name;
-      const wide = pen.measureText(short).width;
-      const from = Math.min(x - 3, width - wide);
-      if (!named || from < free) continue;
-      free = from + wide + 8;
-      pen.fillStyle = css("--soft");
-      pen.fillText(short, from, NAMED - 1);
-    }
+    const marks = foremost(this.happened().map((mark) => ({ ...mark, x: at(mark.tick) })).filter(({ x }) => x >= 0 && x <= width));
+    for (const { x, species } of marks.toReversed()) diamond(pen, x, y, 4, species ? this.colourOf(species) : css("--ink"), css("--card"));
+    pen.fillStyle = css(named ? "--soft" : "--ink");
+    for (const { text, left } of named ? labels(marks, width, (text) => pen.measureText(text).width) : []) pen.fillText(text, left, NAMED - 1);
   }
+}
+
+/** @typedef {{x: number, name: string, kind: string}} Event an event and its position [px] */
+
+/** Events, those first that must not be hidden by others: extinctions. @template {Event} E @param {E[]} events, oldest first */
+export const foremost = (events) => [...events.filter(({ kind }) => kind === "extinct"), ...events.filter(({ kind }) => kind !== "extinct")];
+
+/**
+ * The names of events that fit in a row without overlap. Extinctions have priority, and share a place if they are close together.
+ * @param {Event[]} events foremost first
+ * @param {number} width of the row [px]
+ * @param {(text: string) => number} measure width of a text [px]
+ */
+export function labels(events, width, measure) {
+  /** @type {{text: string, left: number, right: number, kind: string}[]} */
+  const placed = [];
+  for (const { x, name, kind } of events) {
+    const text = name.length > 34 ? `${name.slice(0, 33)}…` : name;
+    const wide = measure(text), left = Math.min(x - 3, width - wide);
+    const met = placed.find((one) => left < one.right + 8 && left + wide > one.left - 8);
+    if (met && kind === "extinct") {
+      met.text = `${met.text.replace(/ extinct$/, "")}, ${text}`;
+      met.left = Math.max(0, Math.min(met.left, width - measure(met.text)));
+      met.right = met.left + measure(met.text);
+    } else if (!met) placed.push({ text, left, right: left + wide, kind });
+  }
+  return placed;
 }
 
 /**

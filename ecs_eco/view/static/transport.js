@@ -34,7 +34,7 @@ export class Transport {
     $("step").disabled = now.done;
     $("back").disabled = now.tick <= (hello?.first ?? 0) || (hello?.mode === "live" && !hello.rewinds);
     $("play").disabled = over;
-    $("rate").textContent = over ? "done" : now.done ? "the end" : now.playing ? `${number(now.rate, 2)} ticks/s` : "paused";
+    $("rate").textContent = over ? "done" : now.done ? "the end" : now.playing ? `${number(now.rate, 2)} ticks/s` : now.tick === hello?.first ? "press Play" : "paused";
     showSpeed(now.speed);
     this.calls.page()?.loop.heard(now);
   }

@@ -7,9 +7,9 @@ const [WIDE, ROW, GAP] = [360, 74, 30]; // dimensions of the food web in its own
 const KEPT = "ecs-eco-hints"; // in localStorage: closed hints
 
 /** @type {Record<string, string>} */
-const HINTS = {
+export const HINTS = {
   select: "Click an animal: the Organism tab shows what it senses and decides.",
-  pause: "Press space to pause. Drag the timeline below to go to another tick.",
+  pause: "Press Play or space to start and to pause. Drag the timeline below to go to another tick.",
   why: "The Why tab explains events and causes of death.",
 };
 
