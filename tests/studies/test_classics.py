@@ -1,9 +1,11 @@
-"""Two classic experiments: their statistics on numbers counted by hand."""
+"""Three classic experiments: their statistics on numbers counted by hand."""
 
 import numpy as np
 import pytest
 
-from studies import fishing_for_size, rapid_evolution
+from ecs_eco import World
+from ecs_eco.components import Position
+from studies import fishing_for_size, prudence, rapid_evolution
 
 
 def run(arm, seed, **result):
@@ -38,3 +40,44 @@ def test_ratios_of_catches_are_of_totals_and_paired_by_seed():
     cases += [run("smallest", 2, **{"yield": "0 5 5"}), run("largest", 2, **{"yield": "0 4 1"})]
     first, second = (fishing_for_size.catch(cases, arm, 1, 3) for arm in ("smallest", "largest"))
     assert fishing_for_size.ratio(first, second)[0] == 2.0  # 5 to 2.5, and 10 to 5
+
+
+def test_selection_is_split_into_slopes_within_and_among_patches():
+    intake, young, where = np.array([1.0, 3.0, 4.0]), np.array([0, 2, 5]), np.array([0, 0, 1])
+    parts = prudence.selection(intake, young, where, after=np.array([0, 3, 7]))  # patch 2 had no grazers
+    # deviations of intake: -1, 1 and 0 within patches, -1 and 1 among them, -5/3, 1/3 and 4/3 in all;
+    # 1 + grazers: from 3 to 1, and from 2 to 4
+    assert parts == pytest.approx([2, 2, np.log(3) + np.log(2), 2, 14 / 3])
+
+
+def test_late_values_are_means_of_the_last_samples_and_their_ratios_are_paired_by_seed():
+    cases = [run("local", 2, intake="9 2 3 5"), run("local", 1, intake="9 9 1 3")]
+    cases += [run("global", 1, intake="1 1 4 6"), run("global", 2, intake="1 1 8 10")]
+    local, other = (prudence.late(cases, arm, part=2) for arm in ("local", "global"))
+    assert np.exp(local) == pytest.approx([2, 4])
+    assert np.exp(other) == pytest.approx([5, 9])
+    assert np.exp(prudence.late(cases, "local")) == pytest.approx([3, 5])
+    assert prudence.ratio(local - other)[0] == pytest.approx((2 / 5 * 4 / 9) ** 0.5, abs=1e-3)
+
+
+@pytest.mark.parametrize("seed", [None, 1])
+def test_newborns_exchange_places_only_if_shuffled_and_their_mothers_are_noted(seed):
+    section = prudence.WORLD["species"]
+    small = {"plant": section["plant"] | {"count": 150}, "grazer": section["grazer"] | {"count": 40}}
+    world = World.from_config(
+        prudence.WORLD | {"space": {"size": [20.0, 20.0], "edges": "torus"}, "species": small}, seed=1
+    )
+    grazers, mothers, places, noted = world.table("grazer"), list[int](), [], []
+
+    def note(table, rows, parents, _):
+        if table is grazers:
+            noted.append(parents.tolist())
+            places.append(list(zip(table[Position].x[rows], table[Position].y[rows], strict=True)))
+
+    world.on_birth += [note, prudence.settle(grazers, mothers, seed), note]
+    world.run(30)
+    before, after = places[::2], places[1::2]
+    assert len(mothers) > 20
+    assert mothers == [uid for some in noted[::2] for uid in some]
+    assert [sorted(some) for some in before] == [sorted(some) for some in after]
+    assert (before == after) is (seed is None)
