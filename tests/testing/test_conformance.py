@@ -26,6 +26,11 @@ CHECKS = {name: getattr(components, name) for name in components.__all__} | {
     name: getattr(systems, name) for name in systems.__all__
 }
 
+COSTLY = {
+    "name": "costly-menagerie",
+    "species": {"ram": {"neural_costs": {"hidden_unit": 1e-4, "receptor": 1e-4, "transition": 1e-3}}},
+}
+
 
 @pytest.fixture(scope="module")
 def watched():
@@ -51,7 +56,7 @@ def test_what_ships_conforms(name, menagerie, watched, monkeypatch):
         check_component(CHECKS[name])
     else:
         training = name == "Respawn"
-        own = menagerie(), AVIARY, WORLDS["winter"], WORLDS["stroll"]
+        own = menagerie(), AVIARY, WORLDS["winter"], WORLDS["stroll"], menagerie(**COSTLY)
         config = next(c for c in own if training or has(c, name))
         world = name if name in ("Learn", "Respawn") else config["name"]
         if world in watched:
