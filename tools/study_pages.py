@@ -51,6 +51,10 @@ FIGURES = {  # other figures are named after their study; each entry is its capt
         "Population sizes while deer and wolves learn; wolves in all runs; policy change",
     ),
     "outside": ("outside.png", "Deer intake while three learners train"),
+    "prudence": (
+        "prudence.svg",
+        "Intake over time and selection within and among patches in five arms; maps of intake in four arms",
+    ),
     "rapid_evolution": (
         "rapid_evolution.svg",
         "Numbers of algae and rotifers and defense of algae over time; lag and period of all runs",
