@@ -151,7 +151,13 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         REGISTERED.verdict("alignment", course, course[1] > 0),
         REGISTERED.verdict("view", view, view[2] < 0),
         REGISTERED.verdict("view-swarms", against, against[1] > 2),
-        verdict("none: the same for prey eaten where none confuse", eaten_none, "reported", True),
+        verdict("none: attraction of eaten prey minus all prey, first third", eaten_none, "reported", True),
+        verdict(
+            "end, confusion: ratio of neighbors within 3 m, inherited to constant field of view",
+            ratio(cases, "confusion view", "confusion"),
+            "reported",
+            True,
+        ),
     ]
     rows = []
     for arm in REGISTERED.arms:
