@@ -21,7 +21,7 @@ ARMS = {  # Okabe and Ito 2008; dashed: predators inherit their field of view
     "none view": ("#0072b2", "--"),
 }
 PANELS = {  # measure, axis label, arms
-    "near": ("neighbors within 3 m", list(ARMS)[:4]),
+    "near": ("neighbors within 3 m", list(ARMS)[:5]),
     "attraction": ("attraction to the side with more prey", list(ARMS)[:4]),
     "view": ("predators' field of view [rad]", list(ARMS)[4:]),
 }

@@ -159,12 +159,15 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
             True,
         ),
     ]
+    doubled = {a: sum(y > 2 * x for x, y in ends(cases, a, "near").values()) for a in REGISTERED.arms}
+    for arm in ("confusion", "confusion view"):
+        says = f"{arm}: runs in which neighbors within 3 m at least double, of 10"
+        verdicts.append(verdict(says, doubled[arm], "reported", True))
     rows = []
     for arm in REGISTERED.arms:
         own = {name: np.array(list(ends(cases, arm, name).values())).mean(0) for name in MEASURES}
-        runs = [last > 2 * first for first, last in ends(cases, arm, "near").values()]
         values = [*own["near"], *own["spacing"], own["attraction"][1], own["alignment"][1], own["neutral"][1]]
-        rows.append([arm, f"{sum(runs)} of {len(runs)}", *values, *(own["caught"] / EVERY), own["view"][1]])
+        rows.append([arm, doubled[arm], *values, *(own["caught"] / EVERY), own["view"][1]])
     head = ["arm", "runs in which neighbors double", "neighbors within 3 m, start", "end"]
     head += ["Clark-Evans ratio, start", "end", "attraction, end", "alignment, end"]
     head += ["neutral weights, end", "catches per second, start", "end", "field of view, end [rad]"]
