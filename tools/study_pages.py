@@ -64,6 +64,10 @@ FIGURES = {  # other figures are named after their study; each entry is its capt
         "Measured predator and prey series, and their statistics against the shipped world's",
     ),
     "recovery": ("recovery.svg", "True and estimated parameters of ten worlds, and the pelts' posterior"),
+    "swarms": (
+        "swarms.svg",
+        "Neighbors and attraction of prey and predators' field of view over time, with and without confusion",
+    ),
     "three_networks": ("three_networks.png", "Deer intake while three networks train"),
     "why": ("why.png", "Verdicts of `ecs-eco why` against the change made to the world"),
 }
