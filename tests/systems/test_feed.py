@@ -324,6 +324,21 @@ def test_a_gene_for_the_field_of_view_decides_how_many_prey_confuse(meadow):
     assert ((np.array(_energy(world)) > 0.6) == np.where(wide, draws < 0.25, True)).all()
 
 
+def test_an_eater_without_the_sensor_cannot_aim(meadow):
+    gene = {"name": "blind", "trait": "sensors.eye.present", "letters": 1, "values": [0, 0.4, 0.7, 1]}
+    size, diet = {"space": {"size": [400.0, 20.0]}}, [CONFUSED[0] | {"chance": 1.0}]
+    world = meadow(
+        world=size, count=40, grass={"count": 40}, diet=diet, sensors=EYES, genome={"genes": [gene]}
+    )
+    x = 5.0 + 9.0 * np.arange(40)
+    deer = arrange(world, "deer", x=x, y=5, heading=0, energy=0.5)
+    arrange(world, "grass", x=x + 0.5, y=5)
+    _eat(world)
+    sees = deer[Traits].value[deer.by_uid(), 0] >= 0.5
+    assert 5 < sees.sum() < 35
+    assert _energy(world) == np.where(sees, 0.75, 0.5).tolist()
+
+
 def test_a_sensor_that_does_not_see_the_food_cannot_aim_at_it(meadow):
     with pytest.raises(ConfigError, match=r"eyes"):
         meadow(diet=[CONFUSED[0] | {"confusion": "eyes"}], sensors=EYES)
@@ -349,7 +364,7 @@ def test_bites_into_tough_food_succeed_as_often_in_a_second_whatever_the_tick(me
 
 def test_each_plant_is_as_tough_and_as_poisonous_as_its_genes(meadow):
     genes = [
-        {"name": "thorn", "trait": "defence.toughness", "letters": 1, "values": [0, 0, 1, 1]},
+        {"name": "thorn", "trait": "defence.toughness", "letters": 1, "values": [0, 0.4, 0.7, 1]},
         {"name": "venom", "trait": "defence.poison", "letters": 1, "values": [0, 0.5, 0, 0.5]},
     ]
     world = meadow(
