@@ -297,7 +297,7 @@ def confused(world: SpatialWorld, table: Table, food: Diet) -> np.ndarray:
     (Olson et al. 2013)."""
     aims = [sensor.name for sensor in table.species.sensors].index(food.confusion)
     rows, seen = number_in_view(world, table, aims)
-    seen = np.where(of_row(own_value(table, f"sensors.{food.confusion}.present", 1.0), rows) < 0.5, 0, seen)
+    seen = seen * of_row(own_value(table, f"sensors.{food.confusion}.present", 1.0), rows)
     chance = np.zeros(table.high)
     own = own_value(table, f"diet.{food.eats}.chance", food.chance)
     chance[rows] = np.where(seen, of_row(own, rows) / np.maximum(seen, 1), 0)

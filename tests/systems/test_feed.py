@@ -325,7 +325,7 @@ def test_a_gene_for_the_field_of_view_decides_how_many_prey_confuse(meadow):
 
 
 def test_an_eater_without_the_sensor_cannot_aim(meadow):
-    gene = {"name": "blind", "trait": "sensors.eye.present", "letters": 1, "values": [0, 0.4, 0.7, 1]}
+    gene = {"name": "blind", "trait": "sensors.eye.present", "letters": 1, "values": [0, 0, 1, 1]}
     size, diet = {"space": {"size": [400.0, 20.0]}}, [CONFUSED[0] | {"chance": 1.0}]
     world = meadow(
         world=size, count=40, grass={"count": 40}, diet=diet, sensors=EYES, genome={"genes": [gene]}
@@ -334,7 +334,7 @@ def test_an_eater_without_the_sensor_cannot_aim(meadow):
     deer = arrange(world, "deer", x=x, y=5, heading=0, energy=0.5)
     arrange(world, "grass", x=x + 0.5, y=5)
     _eat(world)
-    sees = deer[Traits].value[deer.by_uid(), 0] >= 0.5
+    sees = deer[Traits].value[deer.by_uid(), 0] == 1
     assert 5 < sees.sum() < 35
     assert _energy(world) == np.where(sees, 0.75, 0.5).tolist()
 
@@ -364,7 +364,7 @@ def test_bites_into_tough_food_succeed_as_often_in_a_second_whatever_the_tick(me
 
 def test_each_plant_is_as_tough_and_as_poisonous_as_its_genes(meadow):
     genes = [
-        {"name": "thorn", "trait": "defence.toughness", "letters": 1, "values": [0, 0.4, 0.7, 1]},
+        {"name": "thorn", "trait": "defence.toughness", "letters": 1, "values": [0, 0, 1, 1]},
         {"name": "venom", "trait": "defence.poison", "letters": 1, "values": [0, 0.5, 0, 0.5]},
     ]
     world = meadow(
