@@ -96,6 +96,12 @@ def video(
     step: Annotated[
         int | None, number("Ticks between frames. Default: chosen so that the video lasts at most a minute.")
     ] = None,
+    story: Annotated[
+        bool,
+        typer.Option(
+            "--story", help="Only the events of the run's story, with captions, in at most a minute."
+        ),
+    ] = False,
     size: Size = "1280x720",
     quiet: Quiet = False,
 ) -> None:
@@ -114,16 +120,21 @@ def video(
         refuse("--to", f"is before --from {first}", last, f"{first} to {replay.recording.last}")
     if not 1 <= fps <= 240:
         refuse("--fps", "invalid value", fps, "1 to 240 frames per second")
-    pixels, ticks = _size(size), film.ticks_of(first, last, fps, step)
-
-    painter = Painter(replay, pixels)
+    if story and step is not None:
+        refuse("--step", "does not apply to --story", step, "only one of these options")
+    entries = [entry for entry in replay.story.entries if first <= entry["tick"] <= last] if story else []
+    scenes = film.scenes_of(entries, first, last) if story else []
+    pixels, each = _size(size), film.ticks_of(first, last, fps, step)
+    ticks = film.frames_of(scenes, fps) if story else each
+    painter = Painter(replay, pixels, scenes)
     with progress(path.name, quiet, "frames") as bar, _writing(path):
         try:
             film.write(path, ticks, painter.paint, pixels, fps, bar)
         except film.FilmError as error:
             allowed = "an ffmpeg build that supports this format, or a .gif file"
             refuse("OUT", str(error), str(path), allowed)
-    say(f"{len(ticks)} frames, {len(ticks) / fps:.1f} s, one every {ticks.step} ticks, in {path}")
+    how = f"{len(entries)} events" if story else f"one every {each.step} ticks"
+    say(f"{len(ticks)} frames, {len(ticks) / fps:.1f} s, {how}, in {path}")
 
 
 def _draw_nerves(replay: Replay, folder: Path, out: Path | None, tick: int, uid: int, quiet: bool) -> None:

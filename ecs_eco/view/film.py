@@ -8,7 +8,7 @@ import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -35,6 +35,43 @@ def ticks_of(first: int, last: int, fps: float, step: int | None = None) -> rang
     return range(first, last + 1, step or max(1, -(-n // max(1, round(fps * SECONDS)))))
 
 
+# the scenes of a story, as in static/tour.js
+MOST, LONGEST = 10, 8  # maximum number of events; maximum length of a scene [s]
+LEAD, TAIL = 30, 10  # ticks before and after an event
+RANK = ("extinct", "sweep", "birth", "return", "boom", "crash")  # of too many, the last kinds are left out
+
+
+class Scene(NamedTuple):
+    """A part of a story: its ticks and its caption, "" for the beginning and the end."""
+
+    first: int
+    last: int
+    caption: str
+
+
+def scenes_of(entries: Sequence[dict[str, Any]], first: int, last: int) -> list[Scene]:
+    """Return the scenes of a run's story in order; each begins where the one before has ended, or later."""
+    ranked = sorted(entries, key=lambda entry: RANK.index(entry["kind"]))[:MOST]
+    ranked.sort(key=lambda entry: entry["tick"])
+    scenes, nexts = [Scene(first, min(last, first + TAIL), "")], [*(e["tick"] for e in ranked[1:]), last]
+    for entry, after in zip(ranked, nexts, strict=False):
+        begin, tick = max(scenes[-1].last, entry["tick"] - LEAD), entry["tick"]
+        end = max(begin + 1, tick + min(TAIL, -(-(after - tick) // 2)))
+        text = " ".join(filter(None, (f"Tick {tick:,}. {entry['text']}.", entry["cause"])))
+        scenes.append(Scene(begin, min(last, end), text))
+    return [*scenes, Scene(max(scenes[-1].last, last - TAIL), last, "")]
+
+
+def frames_of(scenes: Sequence[Scene], fps: float) -> list[int]:
+    """Return the tick of each frame of a story, which lasts at most SECONDS."""
+    n = round(fps * min(LONGEST, SECONDS / len(scenes)))
+    return [
+        tick
+        for scene in scenes
+        for tick in np.linspace(scene.first, scene.last, n).round().astype(int).tolist()
+    ]
+
+
 def encoder(path: Path) -> str:
     """Return the encoder for films with this suffix ("" for a GIF); raise FilmError if it is missing."""
     if path.suffix.lower() == ".gif":
@@ -59,8 +96,10 @@ def write(
     """
 
     def painted() -> Iterator[np.ndarray]:
+        frame = np.zeros(0, np.uint8)
         for done, tick in enumerate(ticks, 1):
-            yield paint(tick)
+            frame = frame if done > 1 and tick == ticks[done - 2] else paint(tick)
+            yield frame
             progress(done, len(ticks))
 
     program = encoder(path)

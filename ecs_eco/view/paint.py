@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from ecs_eco.analysis.palette import safe
 from ecs_eco.analysis.relief import LAND, Relief, draw_relief
 from ecs_eco.analysis.style import as_delivered
 from ecs_eco.engine import files
+from ecs_eco.view.film import Scene
 from ecs_eco.view.interpolate import Organisms
 from ecs_eco.view.replay import Replay
 
@@ -57,6 +59,8 @@ class Painter:
     replay : Replay
     size : tuple of int, default (1280, 720)
         Width and height [px].
+    scenes : sequence of film.Scene
+        Scenes whose captions are written into the pictures.
 
     Examples
     --------
@@ -70,11 +74,13 @@ class Painter:
     ((180, 320, 3), 'tick.png')
     """
 
-    def __init__(self, replay: Replay, size: tuple[int, int] = (1280, 720)) -> None:
+    def __init__(
+        self, replay: Replay, size: tuple[int, int] = (1280, 720), scenes: Sequence[Scene] = ()
+    ) -> None:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
 
-        self.replay, self.size = replay, size
+        self.replay, self.size, self.scenes = replay, size, scenes
         hello = replay.hello()
         self.kinds: list[dict[str, Any]] = hello["species"]
         species, things = (
@@ -188,6 +194,10 @@ class Painter:
         self.clock = self.figure.text(
             1 - 0.25 / wide, 1 - 0.27 / high, "", size=11, color=INK, ha="right", va="center"
         )
+        self.width = round(w * 100 / 8)  # of a caption [letters]
+        box: dict[str, Any] = {"facecolor": PAPER, "edgecolor": "none", "alpha": 0.85, "pad": 5}
+        middle: dict[str, Any] = {"ha": "center", "va": "bottom", "transform": self.ax.transAxes, "zorder": 9}
+        self.caption = self.ax.text(0.5, 0.02, "", size=10.5, color=INK, bbox=box, **middle)
         self.hint = self.figure.text(
             1 - 0.25 / wide, 0.1 / high, "", size=7.5, color=SOFT, ha="right", va="center"
         )
@@ -289,6 +299,7 @@ class Painter:
             *self.counts,
             self.clock,
             self.hint,
+            self.caption,
         ]
 
     def _discs(
@@ -370,6 +381,9 @@ class Painter:
     def _words(self, tick: int) -> None:
         r = self.replay.recording
         self.clock.set_text(f"tick {tick:,}  ·  {clock(tick * r.dt, self.replay.hello()['day'])}")
+        said = next((scene.caption for scene in reversed(self.scenes) if scene.first <= tick), "")
+        self.caption.set_text(textwrap.fill(said, self.width))
+        self.caption.set_visible(bool(said))
         between = tick % r.every != 0 and not all(
             r.details[kind["name"]].rows and r.manifest.get("record") == "full"
             for kind in self.kinds

@@ -218,6 +218,37 @@ def test_a_film_of_a_long_run_lasts_a_minute():
     assert film.ticks_of(5, 9, 30, 2) == range(5, 10, 2)
 
 
+def test_scenes_of_a_story_are_those_of_the_page():
+    events = [(25, "birth"), (35, "crash"), (65, "crash"), (161, "extinct"), (179, "extinct")]
+    entries = [{"tick": tick, "kind": kind, "text": kind, "cause": "Why"} for tick, kind in events]
+    scenes = film.scenes_of(entries, 0, 699)
+    assert [scene[:2] for scene in scenes] == [  # as in test_page_why.py
+        *((0, 10), (10, 30), (30, 45)),
+        *((45, 75), (131, 170), (170, 189), (689, 699)),
+    ]
+    assert [scene.caption for scene in scenes[:2]] == ["", "Tick 25. birth. Why"]
+    many = [{"tick": 10 * k, "kind": "crash", "text": "", "cause": ""} for k in range(1, 20)]
+    scenes = film.scenes_of([*many, {"tick": 200, "kind": "extinct", "text": "", "cause": ""}], 0, 300)
+    assert len(scenes) == 12
+    ticks = film.frames_of(scenes, 30)
+    assert len(ticks) == 60 * 30
+    assert ticks == sorted(ticks)
+    assert (ticks[0], ticks[-1]) == (0, 300)
+
+
+def test_a_film_of_the_story_has_captions(folder, tmp_path):
+    scenes = [film.Scene(0, 5, ""), film.Scene(5, 9, "Tick 7. Moss died out.")]
+    painter = Painter(Replay(folder), (640, 360), scenes)
+    plain = Painter(Replay(folder), (640, 360))
+    assert (painter.paint(4) == plain.paint(4)).all()
+    assert (painter.paint(6) != plain.paint(6)).any()
+    assert painter.caption.get_text() == "Tick 7. Moss died out."
+    done = _film(folder, tmp_path / "run.gif", "--story", "--size", "640x360", "--fps", 1, "-q")
+    assert (done.exit_code, "events, in" in done.output) == (0, True), done.output
+    refused = _film(folder, tmp_path / "no.gif", "--story", "--step", 3)
+    assert (refused.exit_code, "does not apply to --story" in refused.output) == (2, True)
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
