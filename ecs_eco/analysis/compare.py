@@ -6,6 +6,7 @@ import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from html import escape
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -342,7 +343,7 @@ def write(
     write_text(out / "compare.json", json.dumps(result, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
     by_seed = {arm: _draw_grid(out / "figures", arm, grid) for arm, grid in grids.items()}
     blocks = [
-        *_head(result),
+        *_head(result, loaded),
         *_who(result, _draw_survival(out, result, curves)),
         *_crossed(result, by_seed),
         *_against(result),
@@ -419,13 +420,27 @@ def _draw_grid(folder: Path, arm: str, grid: Grid) -> list[str]:
     ]
 
 
-def _head(result: dict[str, Any]) -> list[str]:
-    """Return the top of the page: persistence in each arm, and the causes of extinctions."""
+def _head(result: dict[str, Any], loaded: Mapping[str, Sequence[Series]]) -> list[str]:
+    """Return the top of the page: the world, persistence in each arm with the causes of extinctions, and clear
+    differences in mean numbers."""
     arms = result["arms"]
     lines = [f"{arm}: {text}" for arm, text in result["opening"].items()]
+    for arm, effects in result["effects"].items():
+        means = {s: of["mean_number"] for s, of in effects["per_species"].items()}
+        told = [
+            f"{s} {'+' if x[0] > 0 else ''}{number(x[0])} ({number(x[1])} to {number(x[2])})"
+            for s, x in means.items()
+            if None not in x and (x[1] > 0 or x[2] < 0)
+        ]
+        clear = f"mean numbers differ from {result['reference']}: {', '.join(told)}."
+        lines.append(f"{arm}: {clear if told else 'no mean number differs clearly.'}")
+    of = {
+        str(run.manifest.get("title") or run.manifest.get("world") or "") for run in chain(*loaded.values())
+    }
+    world = f"{of.pop()}: " if len(of) == 1 and all(of) else ""
     known = [f"{arm} runs with {a['policies']}." for arm, a in arms.items() if "policies" in a]
     return [
-        f"<h1>Comparison of {len(arms)} arms</h1>",
+        f"<h1>{escape(world)}{len(arms)} arms compared</h1>",
         verdict(lines, any(a["persisted"] < a["n"] for a in arms.values())),
         "<p class='under'>The replicates are seeds. All intervals are 95% intervals.</p>",
         *(f"<p class='under'>{escape(line)}</p>" for line in known),

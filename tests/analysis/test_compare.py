@@ -119,3 +119,15 @@ def test_a_species_that_was_never_there_did_not_die_out_and_is_compared_with_nob
     assert (wolf["extinctions"], wolf["median_extinction"], wolf["mean_time"]) == (0, None, None)
     assert set(comparison["effects"]["no-wolf"]["per_species"]) == {"grass", "deer"}
     assert not (tmp_path / "figures" / "survival_wolf.svg").exists()
+
+
+def test_the_page_opens_with_the_world_and_the_clear_differences(tmp_path: Path) -> None:
+    alone = [{"hare": [100 + k, 90, 95], "lynx": [5, 5, 5]} for k in range(4)]
+    fed = [{"hare": [200 + k, 190, 195], "lynx": [5, 6, 5 - k % 2]} for k in range(4)]
+    compare({"alone": alone, "fed": fed}, tmp_path, n_boot=9)
+    text = (tmp_path / "compare.html").read_text()
+    assert "<h1>2 arms compared</h1>" in text
+    assert "fed: mean numbers differ from alone: hare +100 (" in text
+    assert "lynx +" not in text[: text.index("<h2>")]
+    compare({"alone": alone, "again": alone[::-1]}, tmp_path, n_boot=9)
+    assert "again: no mean number differs clearly." in (tmp_path / "compare.html").read_text()
