@@ -6,6 +6,7 @@ import json
 import os
 import shlex
 import shutil
+import signal
 import subprocess
 import tempfile
 import weakref
@@ -123,7 +124,7 @@ class Replicates:
 def _end(process: subprocess.Popen[bytes], place: Path) -> None:
     if process.poll() is None:
         with suppress(ProcessLookupError):
-            os.killpg(process.pid, 9)
+            os.killpg(process.pid, signal.SIGKILL)
         process.wait()
     shutil.rmtree(place, ignore_errors=True)
 
