@@ -123,6 +123,7 @@ def test_all_processes_are_told_what_cannot_be_divided(mpirun):
         ("diel-migration", [], ["space.size", "a volume", "with water"]),
         ("lamb", [], ["with substances", "the system Suckle"]),
         ("happiness", [], ["species.berry.genome", "plants with genes"]),
+        ("predator-prey", ['species.wolf.diet.0.confusion="deer"'], ["diet.0.confusion", "confused by"]),
     ],
 )
 def test_a_world_that_cannot_be_divided_is_refused_with_what_can_be_done(name, changes, words, alone):
