@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.analysis.page import number
-from ecs_eco.analysis.runs import load_series
+from ecs_eco.analysis.runs import Series, load_series
 from ecs_eco.engine.errors import RecordingError
 from ecs_eco.engine.processes import python
 from ecs_eco.record.seal import read_manifest
@@ -144,7 +144,7 @@ def lines_of(result: Mapping[str, Any], runs: Sequence[Sequence[Path]]) -> list[
     return [*lines, f"First to differ: {told}. {rule}" if told else "No species differs clearly at any time."]
 
 
-def first_differences(one: Sequence[Any], other: Sequence[Any]) -> dict[str, int]:
+def first_differences(one: Sequence[Series], other: Sequence[Series]) -> dict[str, int]:
     """Return the first tick at which the numbers of a species differ clearly between two lists of series with
     the same seeds, by species, earliest first."""
     from scipy.stats import t
