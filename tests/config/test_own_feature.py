@@ -126,7 +126,7 @@ def column(world, name, field):
 
 def test_its_keys_are_in_the_world_its_component_in_the_table_and_its_system_in_the_tick(burrow):
     world = World.from_config(burrow, trust=True).run(4)
-    assert list(type(world.config.species["rat"]).model_fields)[4:6] == ["body", "teeth"]
+    assert list(type(world.config.species["rat"]).model_fields)[5:7] == ["body", "teeth"]
     assert world.config.species["cat"].teeth is None
     assert "Gnaw" in [type(system).__name__ for system in world.systems]
     assert "Wear" not in [c.__name__ for c in world.table("cat").columns]

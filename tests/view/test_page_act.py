@@ -19,6 +19,8 @@ def act(page):
     if undo.is_enabled():  # what other tests did
         reset.click()
         until(page, "document.querySelector('#act .undo button').disabled")
+        page.wait_for_timeout(3000)  # the world may go back
+        until(page, "ecs.still")
     passed(page)
     return page
 
