@@ -22,7 +22,7 @@ def draw(result: dict[str, Any], path: Path) -> Path:
     from matplotlib.figure import Figure
 
     cases = result["cases"]
-    figure = Figure(figsize=(12, 4), layout="constrained")
+    figure = Figure(figsize=(13, 4.6), layout="constrained")
     grid, against, arms = figure.subplots(1, 3, width_ratios=(1, 0.9, 1.2))
     rates = np.array(
         [[np.mean(list(values(cases, "map", (w, b)).values())) for b in BETWEEN] for w in WITHIN]
@@ -49,8 +49,8 @@ def draw(result: dict[str, Any], path: Path) -> Path:
         arms.scatter(place + np.linspace(-0.15, 0.15, seeds.size), seeds, s=12, color="#999999")
         arms.plot([place - 0.25, place + 0.25], [seeds.mean()] * 2, color="#d55e00", lw=2.5)
     arms.axhline(0, color="#cccccc", lw=0.8, zorder=0)
-    arms.set_xticks(range(len(effects)), list(effects), fontsize=8)
-    arms.set(ylabel="effect of an informative life on log10(learning rate + 0.001)")
+    arms.set_xticks(range(len(effects)), list(effects), fontsize=8, rotation=25)
+    arms.set(ylabel="effect of an informative life")
     for axis in (against, arms):
         axis.spines[["top", "right"]].set_visible(False)
     with mpl.rc_context({"svg.hashsalt": "ecs-eco", "svg.fonttype": "none"}):
