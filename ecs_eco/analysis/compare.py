@@ -23,7 +23,7 @@ from ecs_eco.analysis.cycles import (
 from ecs_eco.analysis.depth import depth_cycle, swimmers
 from ecs_eco.analysis.extinction import shared
 from ecs_eco.analysis.page import drawn, interval, number, page, table, verdict, write_text
-from ecs_eco.analysis.replicates import Effect, seeds_section
+from ecs_eco.analysis.replicates import Effect, differing, seeds_section
 from ecs_eco.analysis.runs import Series, load_series
 from ecs_eco.analysis.seed_grid import EFFECTS, Grid, crossed, mean_interval, mean_of_seeds
 from ecs_eco.analysis.survival import (
@@ -425,18 +425,8 @@ def _head(result: dict[str, Any], loaded: Mapping[str, Sequence[Series]]) -> lis
     differences in mean numbers."""
     arms = result["arms"]
     lines = [f"{arm}: {text}" for arm, text in result["opening"].items()]
-    for arm, effects in result["effects"].items():
-        means = {s: of["mean_number"] for s, of in effects["per_species"].items()}
-        told = [
-            f"{s} {'+' if x[0] > 0 else ''}{number(x[0])} ({number(x[1])} to {number(x[2])})"
-            for s, x in means.items()
-            if None not in x and (x[1] > 0 or x[2] < 0)
-        ]
-        clear = f"mean numbers differ from {result['reference']}: {', '.join(told)}."
-        lines.append(f"{arm}: {clear if told else 'no mean number differs clearly.'}")
-    of = {
-        str(run.manifest.get("title") or run.manifest.get("world") or "") for run in chain(*loaded.values())
-    }
+    lines += [f"{arm}: {differing(of, result['reference'])}" for arm, of in result["effects"].items()]
+    of = {str(run.manifest.get("world", "")) for run in chain(*loaded.values())}
     world = f"{of.pop()}: " if len(of) == 1 and all(of) else ""
     known = [f"{arm} runs with {a['policies']}." for arm, a in arms.items() if "policies" in a]
     return [

@@ -1,8 +1,8 @@
 """Intervals of effects after their first seeds, and the number of seeds that a narrower interval needs."""
 
 from bisect import bisect_left
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.special import stdtrit
@@ -107,3 +107,16 @@ def _cell(effect: Effect, n: int) -> str:
         return ""
     x = effect.after(n)
     return f"{number(x.low)} … {number(x.high)}"
+
+
+def differing(effects: Mapping[str, Any], reference: str) -> str:
+    """Return a sentence on the species whose mean numbers differ clearly from those of the reference arm."""
+    means = {species: of["mean_number"] for species, of in effects["per_species"].items()}
+    told = [
+        f"{species} {'+' if x[0] > 0 else ''}{number(x[0])} ({number(x[1])} to {number(x[2])})"
+        for species, x in means.items()
+        if None not in x and (x[1] > 0 or x[2] < 0)
+    ]
+    if not told:
+        return "no mean number differs clearly."
+    return f"mean numbers differ from {reference}: {', '.join(told)}."
