@@ -423,14 +423,12 @@ def _draw_grid(folder: Path, arm: str, grid: Grid) -> list[str]:
 def _head(result: dict[str, Any], loaded: Mapping[str, Sequence[Series]]) -> list[str]:
     """Return the top of the page: the world, persistence in each arm with the causes of extinctions, and clear
     differences in mean numbers."""
-    arms = result["arms"]
-    lines = [f"{arm}: {text}" for arm, text in result["opening"].items()]
+    arms, lines = result["arms"], [f"{arm}: {text}" for arm, text in result["opening"].items()]
     lines += [f"{arm}: {differing(of, result['reference'])}" for arm, of in result["effects"].items()]
     of = {str(run.manifest.get("world", "")) for run in chain(*loaded.values())}
-    world = f"{of.pop()}: " if len(of) == 1 and all(of) else ""
     known = [f"{arm} runs with {a['policies']}." for arm, a in arms.items() if "policies" in a]
     return [
-        f"<h1>{escape(world)}{len(arms)} arms compared</h1>",
+        f"<h1>{escape(': '.join([*of, '']) if len(of) == 1 and all(of) else '')}{len(arms)} arms compared</h1>",
         verdict(lines, any(a["persisted"] < a["n"] for a in arms.values())),
         "<p class='under'>The replicates are seeds. All intervals are 95% intervals.</p>",
         *(f"<p class='under'>{escape(line)}</p>" for line in known),
