@@ -34,6 +34,17 @@ class Start(NamedTuple):
     planned: Sequence[Message] = ()
 
 
+SAFE = (
+    "--seed",
+    "--ticks",
+    "--out",
+    "--policies",
+    "--set",
+    "--learn",
+    "--no-learn",
+)  # run no code of a world
+
+
 def of_run(folder: str, code: bool, tick: int, change: Message | None) -> Message:
     """Return {"toml", "command"} for a branch of a recorded run that begins at the start of a tick. `code`
     allows the world's own Python code."""
@@ -66,10 +77,12 @@ def planned_and(start: Start, done: Sequence[Message]) -> str:
 
 
 def start_of(manifest: Message) -> Start | None:
-    """Return how a recorded run was started; None if that is unknown, or if it was changed by hand."""
-    words = shlex.split(manifest.get("command") or "")
+    """Return how a recorded run was started; None if that is unknown, if it was changed by hand, or if its
+    command has other options than SAFE. A stranger wrote the command, perhaps with --trust."""
+    words = shlex.split(manifest.get("command") or "")[1:]
     planned = manifest["config"].get("interventions", [])
-    return Start(words[1:], planned) if words[1:2] == ["run"] and not manifest.get("asked") else None
+    safe = words[:1] == ["run"] and all(word in SAFE for word in words if word.startswith("-"))
+    return Start(words, planned) if safe and not manifest.get("asked") else None
 
 
 def dated(what: Message, tick: int) -> Message:

@@ -81,6 +81,7 @@ class Replicates:
 
     def __init__(self, words: Sequence[str], seeds: int) -> None:
         self.command, self.seeds = shlex.join(["ecs-eco", *words]), seeds
+        self.finished = set[Path]()
         self.place = Path(tempfile.mkdtemp(prefix="ecs-eco-pairs-"))
         with (self.place / "errors").open("w") as errors:
             self.process = subprocess.Popen(
@@ -114,17 +115,18 @@ class Replicates:
         return [[one.parent / f"seed-{seed}" for seed in range(1, self.seeds + 1)] for one in arms]
 
     def _done(self) -> int:
-        done = 0
-        for folder in (self.place / "out").glob("*/seed-*"):
+        for folder in {*(self.place / "out").glob("*/seed-*")} - self.finished:
             with suppress(RecordingError, OSError):
-                done += bool(read_manifest(folder).get("finished"))
-        return done
+                if read_manifest(folder).get("finished"):
+                    self.finished.add(folder)
+        return len(self.finished)
 
 
 def _end(process: subprocess.Popen[bytes], place: Path) -> None:
     if process.poll() is None:
-        with suppress(ProcessLookupError):
+        with suppress(ProcessLookupError, AttributeError):  # Windows has no process groups
             os.killpg(process.pid, signal.SIGKILL)
+        process.kill()
         process.wait()
     shutil.rmtree(place, ignore_errors=True)
 

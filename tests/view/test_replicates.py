@@ -118,6 +118,15 @@ def test_a_world_without_a_command_cannot_have_other_seeds(world):
         shown.handle(ASKED)
 
 
+@pytest.mark.parametrize("option", ["--trust", "--on=ray", "--record=full"])
+def test_the_command_in_a_strangers_recording_cannot_allow_code(world, tmp_path, option):
+    by_hand = f"ecs-eco run {world} --seed 1 {option} --out DIR"
+    run_to_folder(world, seed=1, out=tmp_path / "run", report=False, command=by_hand)
+    shown = Pair(Replay(tmp_path / "run"))
+    with pytest.raises(ValueError, match="no command started this world"):
+        shown.handle(ASKED)
+
+
 def test_a_comparison_that_fails_gives_its_reason(world, tmp_path):
     shown = pair(world)
     shown.begun = Start(["run", str(tmp_path / "mos.toml")])
