@@ -97,8 +97,8 @@ def test_the_largest_rise_or_fall_of_each_living_species_is_told():
     vole = [2, 19, 1, 2, 3]  # few: chance
     series = load_series({"vole": vole, "owl": owl, "hare": hare, "newt": [40, 9, 1, 0, 0]})
     assert swings(series) == [
-        "Owl fell 5-fold, from 100 at tick 0 to 20 at tick 3.",
-        "Hare rose 4.5-fold, from 20 at tick 1 to 90 at tick 2.",
+        "Owl fell from 100 at tick 0 to 20 at tick 3, 20% as many.",
+        "Hare rose from 20 at tick 1 to 90 at tick 2, 4.5 times as many.",
     ]
     assert swings(series, most=1) == swings(series)[:1]
     assert swings(load_series({"hare": [30, 40, 50]})) == []

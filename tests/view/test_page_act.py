@@ -17,9 +17,10 @@ def act(page):
     pause(page)
     undo, reset = undos(page)
     if undo.is_enabled():  # what other tests did
+        answers = page.evaluate("ecs.messages.said")
         reset.click()
-        until(page, "document.querySelector('#act .undo button').disabled")
-        page.wait_for_timeout(3000)  # the world may go back
+        until(page, f"ecs.messages.said > {answers} && document.querySelector('#act .undo button').disabled")
+        page.wait_for_timeout(1000)  # the world may have gone back: until the page is told so
         until(page, "ecs.still")
     passed(page)
     return page
