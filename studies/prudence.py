@@ -38,7 +38,7 @@ WORLD = tomllib.loads((Path(__file__).parent / "data" / "commons.toml").read_tex
 FOUNDERS = WORLD["species"]["grazer"]["diet"][0]["chance"]  # their intake
 EVERY, LATER = 100, 30  # ticks: between samples, and from a sample to the count of young and of patches left
 PATCH = 5.0  # m
-SAMPLED = ("intake", "grazers", "plants", "empty", "bare", "lost")
+SAMPLED = ("intake", "grazers", "plants", "empty", "bare", "lost", "eats")
 
 
 def run(config: dict[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
@@ -65,13 +65,18 @@ def run(config: dict[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
         young, after = Counter(mothers), np.bincount(patches(grazers, side), minlength=side**2)
         parts.append(selection(intake, np.array([young[uid] for uid in uids]), where, after))
         food = np.bincount(patches(plants, side), minlength=side**2)
-        shares = [np.mean(after == 0), np.mean(food == 0), np.mean(after[n > 0] == 0)]
+        nerves, now = grazers.species.nerves, grazers.rows()
+        eats = float(nerves.doing(grazers, "eat")[now].mean()) if nerves and now.size else 1.0
+        shares = [np.mean(after == 0), np.mean(food == 0), np.mean(after[n > 0] == 0), eats]
         samples.append((np.exp(intake.mean()), grazers.n / side**2, plants.n / side**2, *shares))
         last /= np.maximum(n, 1)
     own, spread, growth, apart, total = np.sum(parts, axis=0) if parts else np.full(5, np.nan)
     return {
         "alive": grazers.n,
-        **{name: line(x, 4) for name, x in zip(SAMPLED, np.reshape(samples, (-1, 6)).T, strict=True)},
+        **{
+            name: line(x, 4)
+            for name, x in zip(SAMPLED, np.reshape(samples, (-1, len(SAMPLED))).T, strict=True)
+        },
         "within": own / spread,
         "among": growth / apart,
         "between": 1 - spread / total,

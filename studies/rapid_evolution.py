@@ -44,9 +44,20 @@ def run(config: dict[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
     from ecs_eco.config import load
 
     world = World.from_config(load(config["world"], REGISTERED.arms[case["arm"]]), seed=case["seed"])
-    algae, walls = world.tables["alga"], []
+    algae, walls, eaten, choice = world.tables["alga"], [], list[float](), list[float]()
+
+    def note(table: Any, rows: np.ndarray) -> None:
+        if table is algae:
+            of = [row for row in rows if world.causes[table.cause[row] - 1] == "eaten by rotifer"]
+            eaten.extend(table[Defence].toughness[of].astype(float))
+
+    world.on_death.append(note)
     for _ in range(config["ticks"] // EVERY):
+        before = algae[Defence].toughness[algae.rows()].astype(float)
         world.run(EVERY)
+        if eaten and before.size:  # without choice, an alga is eaten as often as bites succeed
+            choice.append(float(np.mean(eaten) - np.average(before, weights=1.001 - before)))
+        eaten.clear()
         rows = algae.rows()
         walls.append(float(algae[Defence].toughness[rows].mean()) if rows.size else 0.0)
     series = load_series(world.series(), ("alga", "rotifer"))
@@ -62,6 +73,7 @@ def run(config: dict[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
         "lag": None if lag is None else lag.share,
         "swings": [float(np.log10(1 + x[len(x) // 10 :]).std()) for x in series.n.T],
         "starved": share_of(np.array(table["died: starved"])[rotifers], np.array(table["deaths"])[rotifers]),
+        "choice": float(np.mean(choice)) if choice else 0.0,  # wall of eaten algae, minus without choice
         "wall": line(np.array(walls), 3),
         "alga": line(series.n[EVERY - 1 :: EVERY, 0], 0),
         "rotifer": line(series.n[EVERY - 1 :: EVERY, 1], 0),

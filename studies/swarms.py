@@ -53,8 +53,9 @@ def run(config: dict[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
         eaten = [int(row) for row in rows if world.causes[table.cause[row] - 1] == "eaten by predator"]
         if eaten:
             caught += len(eaten)
-            all_of = turning(prey[Policy].weights[prey.rows()])[0].mean()
-            differences.extend(turning(prey[Policy].weights[np.array(eaten)])[0] - all_of)
+            if Policy in prey:
+                all_of = turning(prey[Policy].weights[prey.rows()])[0].mean()
+                differences.extend(turning(prey[Policy].weights[np.array(eaten)])[0] - all_of)
 
     world.on_death.append(note)
     looks = list[list[float]]()
@@ -62,7 +63,10 @@ def run(config: dict[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
         world.run(EVERY)
         hunters = predator.rows()
         view = float(predator[Traits].value[hunters, 0].mean()) if hunters.size else 0.0
-        genes = [float(x.mean()) for x in turning(prey[Policy].weights[prey.rows()])]
+        weights = (
+            prey[Policy].weights[prey.rows()] if Policy in prey else np.zeros((1, 16))
+        )  # one network for all
+        genes = [float(x.mean()) for x in turning(weights)]
         looks.append([*aggregation(world, prey), *genes, view, caught])
         caught = 0
     columns = zip(*looks, strict=True)
