@@ -51,6 +51,11 @@ def refused(changes: dict[str, Any]) -> str:
             "117,485,570 weights; expected: at most 10,000,000",
         ),
         (
+            {"species.goat.policy.hidden": []},
+            "species.goat.policy.hidden = []",
+            'at least one hidden layer; expected: a list such as [8], or policy.kind = "individual"',
+        ),
+        (
             {"species.goat.policy": {"kind": "individual", "hidden": [2048, 2048]}},
             "species.goat.policy.hidden",
             "needs about 12.9 GB",
