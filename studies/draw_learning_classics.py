@@ -52,7 +52,8 @@ def draw(result: dict[str, Any], path: Path) -> Path:
     for name, axis in axes.items():
         axis.spines[["top", "right"]].set_visible(False)
         if name != "periods":
-            axis.legend(frameon=False, fontsize=8)
+            low = {"loc": "lower right", "bbox_to_anchor": (1, 0.08)} if name == "near" else {}
+            axis.legend(frameon=False, fontsize=8, **low)
     with mpl.rc_context({"svg.hashsalt": "ecs-eco", "svg.fonttype": "none"}):
         figure.savefig(path, metadata={"Date": None})
     return path

@@ -77,6 +77,11 @@ def intake(cases: list[dict[str, Any]], arm: str) -> BySeed:
     return {seed: value * eats[seed] for seed, value in end(cases, arm, "intake").items()}
 
 
+def swing(cases: list[dict[str, Any]], arm: str) -> BySeed:
+    """Return the standard deviation of log10 of the number of rotifers, by seed."""
+    return {e["case"]["seed"]: e["result"]["swings"][1] for e in cases if e["case"]["arm"] == arm}
+
+
 def catch(cases: list[dict[str, Any]], arm: str) -> BySeed:
     """Return the catch of the fishery's last three years [g], at least 1 g, by seed."""
     return {s: max(1.0, float(x[LAST - 3 : LAST].sum())) for s, x in of(cases, arm, "yield").items()}
@@ -128,6 +133,12 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     ]
     ticks = doubled(cases, "confusion, learn")
     reported: dict[str, Any] = {
+        "four clones: runs whose rotifers cycle, learn and not": [
+            int(sum(of(cases, arm, "cycles").values())) for arm in ("four clones, learn", "four clones")
+        ],
+        "four clones: swing of rotifers [log10], learn minus not": gap(
+            swing(cases, "four clones, learn"), swing(cases, "four clones")
+        ),
         "four clones: lag of rotifers [periods], learn minus not": gap(
             of(cases, "four clones, learn", "lag"), of(cases, "four clones", "lag")
         ),
