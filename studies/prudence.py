@@ -14,8 +14,7 @@ Arms, with the same seeds; all founders eat fast:
 The world is one space, not an archipelago: 25 islands of the same area take 60 times as long, because they write
 checkpoints whenever they exchange migrants. A patch is a square of 5 m, used only to count.
 
-Grazers do not learn. We expect that grazers rewarded for their own energy learn to eat as fast as they can, as
-selection within patches favors. Prudence could then evolve only in what is inherited: limits of intake, or rewards.
+Grazers do not learn here; learning_classics.py runs this world with grazers that do.
 The hypotheses are in registered/prudence.toml.
 """
 

@@ -55,6 +55,10 @@ FIGURES = {  # other figures are named after their study; each entry is its capt
         "Population sizes while deer and wolves learn; wolves in all runs; policy change",
     ),
     "outside": ("outside.png", "Deer intake while three learners train"),
+    "learning_classics": (
+        "learning_classics.svg",
+        "Periods of rotifers, weights and catches of fish, intake of grazers and neighbors of prey, with and without learning",
+    ),
     "prudence": (
         "prudence.svg",
         "Intake over time and selection within and among patches in five arms; maps of intake in four arms",

@@ -5,7 +5,7 @@ import pytest
 
 from ecs_eco import World
 from ecs_eco.components import Position
-from studies import fishing_for_size, prudence, rapid_evolution
+from studies import fishing_for_size, learning_classics, prudence, rapid_evolution
 
 
 def run(arm, seed, **result):
@@ -81,3 +81,35 @@ def test_newborns_exchange_places_only_if_shuffled_and_their_mothers_are_noted(s
     assert mothers == [uid for some in noted[::2] for uid in some]
     assert [sorted(some) for some in before] == [sorted(some) for some in after]
     assert (before == after) is (seed is None)
+
+
+def test_learners_are_compared_by_last_quarters_last_catches_and_doubled_neighbors():
+    eats, intake = "1 1 1 1 1 1 0.5 0.7", "0.2 0.2 0.2 0.2 0.2 0.2 0.4 0.6"
+    cases = [
+        run("local, learn", 1, eats=eats, intake=intake),
+        run("local, learn", 2, eats=None, intake=intake),
+    ]
+    assert learning_classics.end(cases, "local, learn", "eats") == pytest.approx({1: 0.6})
+    assert learning_classics.intake(cases[:1], "local, learn") == pytest.approx({1: 0.6 * 0.5})
+    years = [0.0] * (learning_classics.LAST - 3) + [1.0, 2.0, 4.0, 99.0]
+    caught = [
+        run("fished", 1, **{"yield": " ".join(map(str, years))}),
+        run("fished", 2, **{"yield": "0 " * 20}),
+    ]
+    assert learning_classics.catch(caught, "fished") == {1: 7.0, 2: 1.0}
+    near = [run("confusion, learn", 1, near="3 6.2 6.4 3"), run("confusion, learn", 2, near="3 3 3 3")]
+    assert round(learning_classics.SCATTERED, 4) == 3.1416  # 400 / 60² · π · 3²
+    assert learning_classics.doubled(near, "confusion, learn") == [750]  # the third look of every 250 ticks
+    assert learning_classics.ratio({1: 2.0, 2: 8.0, 3: 1.0}, {1: 1.0, 2: 1.0})[0] == pytest.approx(
+        4.0, abs=0.01
+    )
+    assert learning_classics.gap({1: 2.0, 2: 8.0}, {1: 1.0, 2: 1.0})[0] == 4.0
+
+
+def test_each_arm_is_the_arm_of_its_study_with_its_own_changes():
+    for arm, of in learning_classics.ARMS.items():
+        world, _ = learning_classics.world_of(arm)
+        learns = [species.policy.learn for species in world.species.values()]
+        assert sum(learns) == of["learn"], arm
+    world, own = learning_classics.world_of("not fished, learn")
+    assert (own, world.land_use[0].rate, world.species["silverside"].policy.hidden) == ("none", 0.0, [8])
