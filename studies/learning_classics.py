@@ -184,7 +184,7 @@ def table(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
 STUDY = Study(
     name="learning_classics",
-    claim="Learning in life makes prey swarm and empties nets within a few lifetimes, does not make grazers prudent, "
+    claim="Learning in life makes prey swarm and empties nets in a few lifetimes, does not make grazers prudent, "
     "and weakens the cycles of algae and rotifers.",
     config={"worlds": WORLDS, "ticks": REGISTERED.content["ticks"]},
     registered=REGISTERED,
