@@ -185,6 +185,12 @@ def coloured_genes(table: Table) -> dict[str, Any]:
     )
 
 
+def shown_genes(genes: Mapping[str, Any], moves: bool) -> tuple[str | None, str | None]:
+    """Return the gene that sizes bodies, and the first other gene of an animal, which draws their stripes."""
+    size = next((name for name, code in genes.items() if code.trait.name == "body.radius"), None)
+    return size, next((name for name in genes if moves and name != size), None)
+
+
 def describe(
     world: World, species: list[str], objects: list[str], genes: dict[str, dict[str, Any]]
 ) -> dict[str, Any]:
@@ -199,8 +205,8 @@ def describe(
         "edges": world.space.edges,
         "day": day(world),
         "usual_speed": 10.0,
-        "species": [_kind(world, name, list(genes.get(name, ()))) for name in species],
-        "objects": [_kind(world, name, []) | {"inanimate": True} for name in objects],
+        "species": [_kind(world, name, genes.get(name, {})) for name in species],
+        "objects": [_kind(world, name, {}) | {"inanimate": True} for name in objects],
         "terrain": ground(world),
         "fields": names_of(world),
     }
@@ -226,7 +232,7 @@ def grows(world: World, name: str) -> bool:
     return own is None or own.reproduction is not None or own.metabolism.photosynthesis > 0 or eaten
 
 
-def _kind(world: World, name: str, genes: list[str]) -> dict[str, Any]:
+def _kind(world: World, name: str, genes: Mapping[str, Any]) -> dict[str, Any]:
     table = world.tables[name]
     nerves, moves = table.species.nerves, Velocity in table
     kind = {
@@ -236,7 +242,7 @@ def _kind(world: World, name: str, genes: list[str]) -> dict[str, Any]:
         "moves": moves,
         "sessile": not moves and grows(world, name),
         "solid": table.species.body.solid,
-        "genes": genes,
+        "genes": list(genes),
         "learns": bool(nerves is not None and nerves.learning),
     }
     config = None if world.config is None else {**world.config.objects, **world.config.species}.get(name)
@@ -247,7 +253,20 @@ def _kind(world: World, name: str, genes: list[str]) -> dict[str, Any]:
     sees = eyes_of([sensor.model_dump() for sensor in getattr(config, "sensors", ())])
     wired = wiring(world.config, name)
     own = {key: value for key, value in (("sees", sees), ("look", getattr(config, "look", None))) if value}
+    if not world.space.volume:  # frames of a volume have no place for genes
+        own |= _shows(genes, *shown_genes(genes, moves), kind["radius"])
     return kind | shape_of(config.body) | sizes_of(table) | wired | own
+
+
+def _shows(genes: Mapping[str, Any], size: str | None, stripes: str | None, radius: float) -> dict[str, Any]:
+    """Return the genes that show in bodies: the size gene with the lowest and highest radius relative to the
+    species' own, and the stripes gene with its values without and with full stripes (the one nearer 0 first)."""
+    shown: dict[str, Any] = {}
+    if size is not None:
+        shown["size"] = [size, genes[size].low / radius, genes[size].high / radius]
+    if stripes is not None:
+        shown["stripes"] = [stripes, *sorted((genes[stripes].low, genes[stripes].high), key=abs)]
+    return {"shows": shown} if shown else {}
 
 
 def shape_of(body: Body) -> dict[str, Any]:

@@ -15,8 +15,9 @@ uniform vec3 mute;        // color of organisms without a value
 uniform sampler2D ramp;
 uniform sampler2D relief; // heights of the ground [m]
 uniform vec2 cells;       // cells of the relief; 0 if the ground is flat
+uniform vec2 sizes;       // radius at the lowest and highest value of a gene, relative to the species'; 1 if none
 
-attribute vec4 now;       // x, y, z, heading | value << 8
+attribute vec4 now;       // x, y, z (in a plane, genes: size | stripes << 8), heading | value << 8
 attribute vec4 before;    // x, y, z, heading | newborn << 8
 
 varying vec3 vColour;
@@ -49,7 +50,9 @@ float heading() {
   return (a + d * alpha) * 0.02454369260617026;
 }
 
-float grown() { return before.w > 255.5 ? 0.25 + 0.75 * alpha : 1.0; }
+float gene(float value, vec2 ends, float unknown) { return value < 0.5 ? unknown : mix(ends.x, ends.y, (value - 1.0) / 254.0); }
+
+float grown() { return (before.w > 255.5 ? 0.25 + 0.75 * alpha : 1.0) * gene(mod(now.z, 256.0), sizes, 1.0); }
 
 vec3 colour(float z) {
   float value = floor(now.w / 256.0);
@@ -168,7 +171,9 @@ uniform float rim;        // 0 for the body, or the margin of its rim in water, 
 uniform vec3 edge;        // color of the rim
 uniform float nearer;     // shift toward the viewer, as a share of the depth
 uniform vec4 followed;    // position of the followed organism [m]; 1 if there is one
+uniform vec2 striped;     // stripes at the lowest and highest value of a gene
 varying float vOwn;       // 1 for the followed organism, which does not fade
+varying vec2 vStripes;    // phase of the stripes, and their width 0 … 1
 
 // A body in motion: the phase of its stride depends on the place alone, so equal frames are equal pictures.
 vec3 moving(vec3 form, vec2 at, vec2 ahead, float scale) {
@@ -192,6 +197,7 @@ void main() {
   vec3 light = turn * facing;
   float lit = tone * clamp(0.88 + 0.2 * max(0.0, dot(light, sun)) + 0.04 * light.z, 0.88, 1.06);
   vColour = rim > 0.0 ? edge * mix(0.75, 1.0, day) : colour(at.z) * lit;
+  vStripes = vec2(9.0 * corner.x + 2.0 * corner.z, rim > 0.0 || abs(tone - 0.85) > 0.24 ? 0.0 : gene(floor(now.z / 256.0), striped, 0.0));
   vec4 seen = viewMatrix * vec4(at + turn * form * scale, 1.0);
   gl_Position = projectionMatrix * seen;
   if (rim > 0.0) {
@@ -235,10 +241,11 @@ attribute vec3 facing;
 attribute vec4 form;      // half length, half width, half height and rounding [m]
 uniform vec3 sun;
 varying float vOwn;
+varying vec2 vStripes;
 
 void main() {
   vec3 at = place();
-  vOwn = 0.0;
+  vOwn = 0.0, vStripes = vec2(0.0);
   vec4 centre = viewMatrix * vec4(at, 1.0);
   float most = max(form.x, max(form.y, form.z)) + form.w;
   float scale = max(1.0, least * -centre.z / lens / most) * grown();
@@ -254,9 +261,12 @@ export const BODY_FRAGMENT = /* glsl */ `
 ${HIDES}
 varying vec3 vColour;
 varying float vOwn;
+varying vec2 vStripes;
 void main() {
   if (vOwn < 0.5 && hides()) discard;
-  gl_FragColor = vec4(vColour, 1.0);
+  float soft = max(0.1, fwidth(vStripes.x)), pale = step(dot(vColour, vec3(0.3, 0.59, 0.11)), 0.42);
+  float stripe = vStripes.y < 0.02 ? 0.0 : smoothstep(-soft, soft, sin(vStripes.x) - 1.0 + vStripes.y);
+  gl_FragColor = vec4(mix(vColour, mix(0.35 * vColour, vec3(0.93), 0.75 * pale), stripe), 1.0);
 }`;
 
 /** The walls of the water: light fades with depth. */
