@@ -164,6 +164,7 @@ def wiring(config: WorldConfig | None, species: str) -> dict[str, Any]:
     }
 
 
+COVERS = ("wood", "forest", "tree"), ("crop", "field", "farm"), ("rock", "steep", "bare")
 CELLS = 65_536  # maximum number of ground cells sent; larger grounds are sent at a coarser resolution
 
 
@@ -320,6 +321,7 @@ def ground(world: World) -> dict[str, Any] | None:
         heights -= heights.min()
         painted = (255 * _coarser(Relief.of(terrain).colours(), every)).astype(np.uint8)
         marks["colours"] = base64.b64encode(painted.tobytes()).decode()
+        marks["cover"] = base64.b64encode(_coarser(_cover(terrain, list(config.classes)), every)).decode()
     return {
         "cell": every * world.space.size[0] / nx,
         "nx": heights.shape[1],
@@ -327,6 +329,19 @@ def ground(world: World) -> dict[str, Any] | None:
         "heights": base64.b64encode(heights.tobytes()).decode(),
         **marks,
     }
+
+
+def _cover(terrain: Any, classes: list[str]) -> np.ndarray:
+    """Return the land cover of each cell, u8[ny, nx]: 1 woods, 2 crops (by the names of classes), 3 rock,
+    4 water, 0 other."""
+    cover = np.array([0, 4, 3], np.uint8)[terrain.ground]
+    for number, name in enumerate(classes, 1):
+        for code, words in enumerate(COVERS, 1):
+            if any(word in name.lower() for word in words):
+                cover[(terrain.land.kinds == number) & (terrain.ground == 0)] = code
+    if terrain.land.wet is not None:
+        cover[terrain.land.wet] = 4
+    return cover
 
 
 def _coarser(cells: np.ndarray, every: int) -> np.ndarray:

@@ -62,6 +62,8 @@ export interface Terrain {
   heights: string;
   /** for real land: red, green and blue of each cell, as bytes in base64 */
   colours?: string;
+  /** land cover of each cell, as bytes in base64: 1 woods, 2 crops, 3 rock, 4 water; 0 other */
+  cover?: string;
   rocks?: Landmark[];
   lakes?: Landmark[];
 }

@@ -49,6 +49,7 @@ export class Layer {
       sizes: { value: (!kind.shape && kind.shows?.size?.slice(1)) || [1, 1] },
       striped: { value: stripesOf(kind) },
       gait: { value: kind.build ? gaitOf(kind.build) : 0 },
+      drifts: { value: kind.sessile && !kind.inanimate && this.sea ? 1 : 0 },
       grows: { value: kind.sessile && !kind.inanimate && !this.sea ? 1 : 0 },
       lying: { value: kind.inanimate && !kind.solid && !this.sea ? 1 : 0 },
     };
