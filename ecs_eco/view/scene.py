@@ -321,7 +321,9 @@ def ground(world: World) -> dict[str, Any] | None:
         heights -= heights.min()
         painted = (255 * _coarser(Relief.of(terrain).colours(), every)).astype(np.uint8)
         marks["colours"] = base64.b64encode(painted.tobytes()).decode()
-        marks["cover"] = base64.b64encode(_coarser(_cover(terrain, list(config.classes)), every)).decode()
+        marks["cover"] = base64.b64encode(
+            _coarser(_cover(terrain, list(getattr(config, "classes", ()))), every)
+        ).decode()
     return {
         "cell": every * world.space.size[0] / nx,
         "nx": heights.shape[1],

@@ -20,6 +20,8 @@ export class Relief {
     const bytes = terrain ? Uint8Array.from(atob(terrain.heights), (letter) => letter.charCodeAt(0)) : new Uint8Array(4);
     this.heights = new Float32Array(bytes.buffer);
     this.levels = (terrain?.lakes ?? []).map((lake) => this.drown(lake));
+    const most = terrain?.colours ? 256 : 160;
+    this.parts = [Math.min(most, this.nx), Math.min(most, this.ny)]; // of its mesh, along x and y
     this.highest = this.heights.reduce((a, b) => Math.max(a, b), 0);
     this.lowest = this.heights.reduce((a, b) => Math.min(a, b), 0);
     this.texture = new DataTexture(this.heights, this.nx || 1, this.ny || 1, RedFormat, FloatType, undefined, undefined, undefined, NearestFilter, NearestFilter);
@@ -142,9 +144,7 @@ export class Ground {
   }
 
   hills() {
-    const { nx, ny, size } = this.relief;
-    const most = this.hello.terrain?.colours ? 256 : 160;
-    const [mx, my] = [Math.min(most, nx), Math.min(most, ny)];
+    const { size, parts: [mx, my] } = this.relief;
     const geometry = new PlaneGeometry(size[0], size[1], mx, my);
     const at = geometry.getAttribute("position");
     for (let k = 0; k < at.count; k++) {

@@ -67,10 +67,10 @@ class Sheet {
       const wall = new PlaneGeometry(size[0], size[2]).rotateX(Math.PI / 2);
       return wall.translate(size[0] / 2, 0.999 * size[1], size[2] / 2);
     }
-    const parts = relief.nx ? [Math.min(160, relief.nx), Math.min(160, relief.ny)] : [1, 1];
+    const parts = relief.nx ? relief.parts : [1, 1]; // as of the ground, so that it lies close to it
     const ground = new PlaneGeometry(size[0], size[1], parts[0], parts[1]).translate(size[0] / 2, size[1] / 2, 0);
     const at = /** @type {BufferAttribute} */ (ground.getAttribute("position"));
-    for (let k = 0; k < at.count; k++) at.setZ(k, relief.at(at.getX(k), at.getY(k)) + (relief.nx ? 0.0015 * Math.max(size[0], size[1]) : 0));
+    for (let k = 0; k < at.count; k++) at.setZ(k, relief.at(at.getX(k), at.getY(k)) + (relief.nx ? 0.0002 * Math.max(size[0], size[1]) : 0));
     return ground;
   }
 

@@ -93,7 +93,7 @@ void main() {
   vec4 seen = modelViewMatrix * vec4(at, 1.0);
   gl_Position = projectionMatrix * seen;
   float pixels = max(radius * lens / -seen.z, least) * grown() * (1.0 + 0.45 * pointed);
-  vGrows = grows, vDrifts = drifts * smoothstep(4.0, 9.0, pixels);
+  vGrows = grows, vDrifts = drifts * (1.0 - byValue) * smoothstep(4.0, 9.0, pixels);
   vTuft = grows * smoothstep(3.5, 6.0, pixels);
   vWay = fract(sin(dot(now.xy, vec2(0.0129898, 0.078233))) * 43758.5453);
   pixels *= 1.0 + 0.7 * vTuft;
@@ -177,7 +177,7 @@ void main() {
 const POSE = /* glsl */ `
 float scaled(inout vec3 at) {
   float scale = max(radius, least * -(viewMatrix * vec4(at, 1.0)).z / lens) * grown();
-  scale *= smoothstep(2.5, 4.0, distance(at, cameraPosition) / scale); // the camera enters no body
+  scale *= max(0.001, smoothstep(2.5, 4.0, distance(at, cameraPosition) / scale)); // the camera enters no body
   if (size.z <= 0.0) at.z += scale - radius;
   return scale;
 }
@@ -392,8 +392,8 @@ uniform sampler2D cover;   // 1 woods, 2 crops, 3 rock, 4 water
 ${NOISE}
 // The brightness of treetops, lit from one side, each at a place and of a size of its own.
 float crown(vec2 q) {
-  vec2 place = floor(q), off = fract(q) - 0.5 - 0.3 * (vec2(lot(place), lot(place + 9.0)) - 0.5);
-  float wide = 0.3 + 0.15 * lot(place + 3.0);
+  vec2 place = floor(q), off = fract(q) - 0.5 - 0.45 * (vec2(lot(place), lot(place + 9.0)) - 0.5);
+  float wide = 0.26 + 0.14 * lot(place + 3.0);
   return mix(0.52, 0.66 + 0.25 * lot(place + 7.0) - 0.6 * (off.x - off.y), 1.0 - smoothstep(wide - 0.1, wide, length(off)));
 }
 
@@ -403,9 +403,9 @@ vec3 textured(vec3 own) {
   float kind = floor(255.0 * texture2D(cover, (vOver + unit * stray) / size).r + 0.5);
   float tint = patches(9.0 * p) + 0.6 * patches(31.0 * p) + 0.4 * patches(140.0 * p) - 1.0;
   if (kind == 1.0) {
-    vec2 q = 2.6 * vOver / unit;
+    vec2 q = 2.6 * vOver / unit + 1.2 * stray;
     float far = smoothstep(0.3, 0.9, length(fwidth(q)));
-    return own * mix(max(crown(q), crown(1.13 * q.yx + 0.5)), 0.8, far) * (1.0 + 0.08 * tint);
+    return own * mix(max(crown(q), crown(mat2(0.76, 0.74, -0.7, 0.8) * q)), 0.8, far) * (1.0 + 0.08 * tint);
   }
   if (kind == 2.0) {
     vec2 lots = floor((vOver + 0.3 * unit * stray) / (9.0 * unit));
