@@ -261,7 +261,7 @@ def _kind(world: World, name: str, genes: Mapping[str, Any]) -> dict[str, Any]:
 
 def _shows(genes: Mapping[str, Any], size: str | None, stripes: str | None, radius: float) -> dict[str, Any]:
     """Return the genes that show in bodies: the size gene with the lowest and highest radius relative to the
-    species' own, and the stripes gene with its values without and with full stripes (the one nearer 0 first)."""
+    drawn one, and the stripes gene with its values without and with full stripes (the one nearer 0 first)."""
     shown: dict[str, Any] = {}
     if size is not None:
         shown["size"] = [size, genes[size].low / radius, genes[size].high / radius]

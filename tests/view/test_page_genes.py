@@ -64,12 +64,13 @@ def test_the_camera_is_above_the_ground_and_in_no_body(yard):
     def look(page):
         x, y, z = page.evaluate("ecs.place(ecs.uids('goat')[0])")
 
-        def stand(*eye):
-            page.evaluate("eye => { location.hash = `eye=${eye},0,0` }", [*eye, x, y, z])
+        def stand(away, height):  # looks past the goat
+            eye = [x + away, y, height, x + away - 4, y, height - 0.5, 0, 0]
+            page.evaluate("eye => { location.hash = `eye=${eye}` }", eye)
             until(page, f"Math.abs(ecs.camera[0] - {eye[0]}) < 0.01 && ecs.still")
             return page.evaluate("ecs.camera[2]"), blue(page)
 
-        return stand(x + 3, y, 1.0), stand(x + 0.5, y, z), stand(x + 3, y, -2.0)
+        return stand(3.5, 1.0), stand(0.6, z), stand(3.0, -2.0)
 
     (_, away), (_, inside), (height, _) = yard(look)
     assert away > 0.01
