@@ -394,7 +394,7 @@ ${NOISE}
 float crown(vec2 q) {
   vec2 place = floor(q), off = fract(q) - 0.5 - 0.45 * (vec2(lot(place), lot(place + 9.0)) - 0.5);
   float wide = 0.26 + 0.14 * lot(place + 3.0);
-  return mix(0.52, 0.66 + 0.25 * lot(place + 7.0) - 0.6 * (off.x - off.y), 1.0 - smoothstep(wide - 0.1, wide, length(off)));
+  return mix(0.5, 0.58 + 0.22 * lot(place + 7.0) - 0.5 * (off.x - off.y), 1.0 - smoothstep(wide - 0.1, wide, length(off)));
 }
 
 vec3 textured(vec3 own) {
@@ -405,7 +405,7 @@ vec3 textured(vec3 own) {
   if (kind == 1.0) {
     vec2 q = 2.6 * vOver / unit + 1.2 * stray;
     float far = smoothstep(0.3, 0.9, length(fwidth(q)));
-    return own * mix(max(crown(q), crown(mat2(0.76, 0.74, -0.7, 0.8) * q)), 0.8, far) * (1.0 + 0.08 * tint);
+    return own * mix(max(crown(q), crown(mat2(0.76, 0.74, -0.7, 0.8) * q)), 0.68, far) * (1.0 + 0.08 * tint);
   }
   if (kind == 2.0) {
     vec2 lots = floor((vOver + 0.3 * unit * stray) / (9.0 * unit));
