@@ -321,9 +321,8 @@ def ground(world: World) -> dict[str, Any] | None:
         heights -= heights.min()
         painted = (255 * _coarser(Relief.of(terrain).colours(), every)).astype(np.uint8)
         marks["colours"] = base64.b64encode(painted.tobytes()).decode()
-        marks["cover"] = base64.b64encode(
-            _coarser(_cover(terrain, list(getattr(config, "classes", ()))), every)
-        ).decode()
+        cover = _cover(terrain.ground, terrain.land.kinds, terrain.land.wet, getattr(config, "classes", ()))
+        marks["cover"] = base64.b64encode(_coarser(cover, every).tobytes()).decode()
     return {
         "cell": every * world.space.size[0] / nx,
         "nx": heights.shape[1],
@@ -333,16 +332,18 @@ def ground(world: World) -> dict[str, Any] | None:
     }
 
 
-def _cover(terrain: Any, classes: list[str]) -> np.ndarray:
+def _cover(
+    ground: np.ndarray, kinds: np.ndarray, wet: np.ndarray | None, classes: Iterable[str]
+) -> np.ndarray:
     """Return the land cover of each cell, u8[ny, nx]: 1 woods, 2 crops (by the names of classes), 3 rock,
     4 water, 0 other."""
-    cover = np.array([0, 4, 3], np.uint8)[terrain.ground]
+    cover = np.array([0, 4, 3], np.uint8)[ground]
     for number, name in enumerate(classes, 1):
         for code, words in enumerate(COVERS, 1):
             if any(word in name.lower() for word in words):
-                cover[(terrain.land.kinds == number) & (terrain.ground == 0)] = code
-    if terrain.land.wet is not None:
-        cover[terrain.land.wet] = 4
+                cover[(kinds == number) & (ground == 0)] = code
+    if wet is not None:
+        cover[wet] = 4
     return cover
 
 

@@ -2,7 +2,6 @@
 
 import base64
 import json
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -104,8 +103,6 @@ def test_a_page_gets_the_field_that_it_asked_for_and_then_no_more():
 
 def test_land_cover_follows_water_rock_and_the_names_of_classes():
     kinds, wet = np.array([[1, 2, 3], [1, 0, 3]]), np.array([[False] * 3, [False, False, True]])
-    terrain = SimpleNamespace(
-        ground=np.array([[0, 0, 0], [1, 2, 0]]), land=SimpleNamespace(kinds=kinds, wet=wet)
-    )
-    cover = scene._cover(terrain, ["Mixed Forest", "cropland", "heath"])
+    ground = np.array([[0, 0, 0], [1, 2, 0]])
+    cover = scene._cover(ground, kinds, wet, ["Mixed Forest", "cropland", "heath"])
     assert cover.tolist() == [[1, 2, 0], [4, 3, 4]]
