@@ -48,12 +48,16 @@ class Encoder:
         value: np.ndarray,
         uid: np.ndarray,
         alive: np.ndarray | None = None,
+        genes: np.ndarray | None = None,
     ) -> None:
         """Add the next kind: x, y, z f32[n] [m], heading f32[n] [rad], value u8[n], uid u64[n]. Only `alive`
-        rows bool[n] are written."""
+        rows bool[n] are written. In a plane, `genes` u16[n] that show in bodies take the place of z."""
         alive = np.ones(x.size, np.bool_) if alive is None else alive
+        share = self._share
+        if genes is not None:
+            z, share = genes.astype(np.float32), np.append(share[:2], np.float32(1))
         words = np.empty(WORDS * x.size, np.uint32)
-        end, upper = pack(alive, x, y, z, heading, value, uid, self._share, words, 0)
+        end, upper = pack(alive, x, y, z, heading, value, uid, share, words, 0)
         self._parts.append(words[:end])
         self._uids.append((uid, alive))
         self._wide |= bool(upper)

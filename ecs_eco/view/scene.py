@@ -164,6 +164,7 @@ def wiring(config: WorldConfig | None, species: str) -> dict[str, Any]:
     }
 
 
+COVERS = ("wood", "forest", "tree"), ("crop", "field", "farm"), ("rock", "steep", "bare")
 CELLS = 65_536  # maximum number of ground cells sent; larger grounds are sent at a coarser resolution
 
 
@@ -185,6 +186,12 @@ def coloured_genes(table: Table) -> dict[str, Any]:
     )
 
 
+def shown_genes(genes: Mapping[str, Any], moves: bool) -> tuple[str | None, str | None]:
+    """Return the gene that sizes bodies, and the first other gene of an animal, which draws their stripes."""
+    size = next((name for name, code in genes.items() if code.trait.name == "body.radius"), None)
+    return size, next((name for name in genes if moves and name != size), None)
+
+
 def describe(
     world: World, species: list[str], objects: list[str], genes: dict[str, dict[str, Any]]
 ) -> dict[str, Any]:
@@ -199,8 +206,8 @@ def describe(
         "edges": world.space.edges,
         "day": day(world),
         "usual_speed": 10.0,
-        "species": [_kind(world, name, list(genes.get(name, ()))) for name in species],
-        "objects": [_kind(world, name, []) | {"inanimate": True} for name in objects],
+        "species": [_kind(world, name, genes.get(name, {})) for name in species],
+        "objects": [_kind(world, name, {}) | {"inanimate": True} for name in objects],
         "terrain": ground(world),
         "fields": names_of(world),
     }
@@ -226,7 +233,7 @@ def grows(world: World, name: str) -> bool:
     return own is None or own.reproduction is not None or own.metabolism.photosynthesis > 0 or eaten
 
 
-def _kind(world: World, name: str, genes: list[str]) -> dict[str, Any]:
+def _kind(world: World, name: str, genes: Mapping[str, Any]) -> dict[str, Any]:
     table = world.tables[name]
     nerves, moves = table.species.nerves, Velocity in table
     kind = {
@@ -236,7 +243,7 @@ def _kind(world: World, name: str, genes: list[str]) -> dict[str, Any]:
         "moves": moves,
         "sessile": not moves and grows(world, name),
         "solid": table.species.body.solid,
-        "genes": genes,
+        "genes": list(genes),
         "learns": bool(nerves is not None and nerves.learning),
     }
     config = None if world.config is None else {**world.config.objects, **world.config.species}.get(name)
@@ -247,7 +254,20 @@ def _kind(world: World, name: str, genes: list[str]) -> dict[str, Any]:
     sees = eyes_of([sensor.model_dump() for sensor in getattr(config, "sensors", ())])
     wired = wiring(world.config, name)
     own = {key: value for key, value in (("sees", sees), ("look", getattr(config, "look", None))) if value}
+    if not world.space.volume:  # frames of a volume have no place for genes
+        own |= _shows(genes, *shown_genes(genes, moves), kind["radius"])
     return kind | shape_of(config.body) | sizes_of(table) | wired | own
+
+
+def _shows(genes: Mapping[str, Any], size: str | None, stripes: str | None, radius: float) -> dict[str, Any]:
+    """Return the genes that show in bodies: the size gene with the lowest and highest radius relative to the
+    drawn one, and the stripes gene with its values without and with full stripes (the one nearer 0 first)."""
+    shown: dict[str, Any] = {}
+    if size is not None:
+        shown["size"] = [size, genes[size].low / radius, genes[size].high / radius]
+    if stripes is not None:
+        shown["stripes"] = [stripes, *sorted((genes[stripes].low, genes[stripes].high), key=abs)]
+    return {"shows": shown} if shown else {}
 
 
 def shape_of(body: Body) -> dict[str, Any]:
@@ -301,6 +321,8 @@ def ground(world: World) -> dict[str, Any] | None:
         heights -= heights.min()
         painted = (255 * _coarser(Relief.of(terrain).colours(), every)).astype(np.uint8)
         marks["colours"] = base64.b64encode(painted.tobytes()).decode()
+        cover = _cover(terrain.ground, terrain.land.kinds, terrain.land.wet, getattr(config, "classes", ()))
+        marks["cover"] = base64.b64encode(_coarser(cover, every).tobytes()).decode()
     return {
         "cell": every * world.space.size[0] / nx,
         "nx": heights.shape[1],
@@ -308,6 +330,21 @@ def ground(world: World) -> dict[str, Any] | None:
         "heights": base64.b64encode(heights.tobytes()).decode(),
         **marks,
     }
+
+
+def _cover(
+    ground: np.ndarray, kinds: np.ndarray, wet: np.ndarray | None, classes: Iterable[str]
+) -> np.ndarray:
+    """Return the land cover of each cell, u8[ny, nx]: 1 woods, 2 crops (by the names of classes), 3 rock,
+    4 water, 0 other."""
+    cover = np.array([0, 4, 3], np.uint8)[ground]
+    for number, name in enumerate(classes, 1):
+        for code, words in enumerate(COVERS, 1):
+            if any(word in name.lower() for word in words):
+                cover[(kinds == number) & (ground == 0)] = code
+    if wet is not None:
+        cover[wet] = 4
+    return cover
 
 
 def _coarser(cells: np.ndarray, every: int) -> np.ndarray:

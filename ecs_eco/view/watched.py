@@ -15,7 +15,7 @@ from ecs_eco.view.families import Families, asked, tree
 from ecs_eco.view.frames import Encoder, extent, grade
 from ecs_eco.view.genealogy import Genealogy
 from ecs_eco.view.past import Past
-from ecs_eco.view.scene import map_of, sky
+from ecs_eco.view.scene import map_of, shown_genes, sky
 from ecs_eco.view.sentence import sentence
 from ecs_eco.view.source import Message, Source
 from ecs_eco.view.story import Story
@@ -119,10 +119,22 @@ class Watched(Source):
 
     def frame(self, number: int, colour: str) -> bytes:
         self._encoder.begin(number, self.tick, *self.sky())
-        for name in (*self.species, *self.objects):
+        for s, name in enumerate((*self.species, *self.objects)):
             c = self.crowd(name)
-            self._encoder.add(c.x, c.y, c.z, c.heading, self._graded(name, c, colour), c.uid, c.alive)
+            value, genes = self._graded(name, c, colour), self._shown(s, name, c)
+            self._encoder.add(c.x, c.y, c.z, c.heading, value, c.uid, c.alive, genes)
         return self._encoder.bytes()
+
+    def _shown(self, s: int, name: str, crowd: Crowd) -> np.ndarray | None:
+        """Return the genes that show in bodies as values of colors: u16[n], size + 256 · stripes, or None."""
+        genes = shown_genes(self.genes.get(name, {}), s in self.animals)
+        if len(self.size) > 2 or genes == (None, None):
+            return None
+        low, high = (
+            self._graded(name, crowd, f"gene:{gene}").astype(np.uint16) if gene else np.uint16(0)
+            for gene in genes
+        )
+        return np.asarray(low + 256 * high, np.uint16)
 
     def _graded(self, name: str, crowd: Crowd, colour: str) -> np.ndarray:
         """Return the value of each organism for a color: u8[n]."""

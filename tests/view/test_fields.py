@@ -8,6 +8,7 @@ import pytest
 
 from ecs_eco import World
 from ecs_eco.config import load
+from ecs_eco.view import scene
 from ecs_eco.view.live import Live
 from ecs_eco.view.player import Player
 from ecs_eco.view.scene import SIDE, map_of, names_of
@@ -98,3 +99,10 @@ def test_a_page_gets_the_field_that_it_asked_for_and_then_no_more():
         player._looks = (0.0, 0.0)
         player.poll()
     assert [m["name"] for m in page.got("field")] == ["deer_smell"]  # nothing changes: one is enough
+
+
+def test_land_cover_follows_water_rock_and_the_names_of_classes():
+    kinds, wet = np.array([[1, 2, 3], [1, 0, 3]]), np.array([[False] * 3, [False, False, True]])
+    ground = np.array([[0, 0, 0], [1, 2, 0]])
+    cover = scene._cover(ground, kinds, wet, ["Mixed Forest", "cropland", "heath"])
+    assert cover.tolist() == [[1, 2, 0], [4, 3, 4]]

@@ -139,3 +139,11 @@ def test_upper_halves_of_uids_follow_all_kinds_where_one_needs_them():
         assert list(struct.unpack_from(f"<{len(upper)}I", frame, end)) == upper
         _, (_, (first, second)) = read(frame[:end])
         assert (first[5], second[5]) == (7, 9)
+
+
+def test_in_a_plane_genes_take_the_place_of_heights():
+    encoder, none = Encoder([10.0, 10.0], 1), np.zeros(3, np.uint8)
+    encoder.begin(1, 1)
+    genes = np.array([0, 300, 65535], np.uint16)
+    encoder.add(*(f32(1, 2, 3),) * 4, none, np.arange(3, dtype=np.uint64), genes=genes)
+    assert [one[2] for one in read(encoder.bytes())[1][0]] == [0, 300, 65535]

@@ -291,3 +291,22 @@ def test_curves_say_what_each_species_took_in_and_burnt_in_the_last_tick():
     assert series["energy"]["deer"]["burnt"][-1] == pytest.approx(burnt, rel=1e-4)
     assert burnt > 0
     assert "grass" in series["energy"]
+
+
+def test_genes_show_in_bodies_as_size_and_stripes():
+    world = World.from_config("reflexes", policies="random", record=False)
+    live, table = Live(world), world.tables["goat"]
+    shows = {kind["name"]: kind.get("shows") for kind in live.hello()["species"]}
+    assert shows == dict.fromkeys(("red", "yellow", "green")) | {"goat": {"stripes": ["red", 0.0, -1.0]}}
+    frame = np.frombuffer(live.frame(1, "species"), "<u4")[7 + len(live.species) :].reshape(-1, 3)[-table.n :]
+    codes = dict(zip(frame[:, 2].tolist(), (frame[:, 1] & 65535).tolist(), strict=True))
+    rows = table.rows()
+    red = table.species.heredity.layout.decode(table[Genome].loci[rows], ["red"])["red"]
+    assert codes == {
+        uid: 256 * (1 if value == -1 else 255)
+        for uid, value in zip(table.uid[rows].tolist(), red, strict=True)
+    }
+    assert len(set(codes.values())) == 2
+    fish = World.from_config("studies/data/silversides.toml", record=False)
+    (kind,) = Live(fish).hello()["species"]
+    assert kind["shows"] == {"size": ["size", pytest.approx(0.00585 / 0.0171), 1.0]}  # of the largest

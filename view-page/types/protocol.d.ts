@@ -18,6 +18,7 @@ export interface Kind {
   wiring?: Wiring;
   learns?: boolean;
   genes?: string[];
+  shows?: { size?: [string, number, number]; stripes?: [string, number, number] }; // genes that show in bodies: the radii at the lowest and highest value, relative to `radius`; the values without and with full stripes
   every?: number; // in a file: of how many organisms one is included
   shape?: "capsule" | "box"; // absent: a sphere
   size?: number[]; // length, width and height of a capsule or box [m]
@@ -61,6 +62,8 @@ export interface Terrain {
   heights: string;
   /** for real land: red, green and blue of each cell, as bytes in base64 */
   colours?: string;
+  /** land cover of each cell, as bytes in base64: 1 woods, 2 crops, 3 rock, 4 water; 0 other */
+  cover?: string;
   rocks?: Landmark[];
   lakes?: Landmark[];
 }

@@ -177,6 +177,13 @@ export class Eye {
     this.followed = place ? place.clone() : null;
   }
 
+  /** Keeps the camera above the ground. @param {import("./ground.js").Relief} relief */
+  rise(relief) {
+    const { position, near } = this.camera, [x, y] = this.size;
+    if (this.size.length > 2 || position.x < 0 || position.x > x || position.y < 0 || position.y > y) return;
+    position.z = Math.max(position.z, relief.at(position.x, position.y) + 3 * near);
+  }
+
   /**
    * Updates the camera and returns whether anything moved.
    * @param {number} now [ms]

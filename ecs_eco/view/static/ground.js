@@ -2,9 +2,9 @@
 
 import {
   BackSide, BoxGeometry, BufferAttribute, BufferGeometry, CircleGeometry, Color, DataTexture, DoubleSide, FloatType, Group, IcosahedronGeometry, LineBasicMaterial,
-  LineSegments, Mesh, MeshBasicMaterial, MeshLambertMaterial, NearestFilter, PlaneGeometry, RedFormat, ShaderMaterial, Vector2,
+  LineSegments, Mesh, MeshBasicMaterial, MeshLambertMaterial, NearestFilter, PlaneGeometry, RedFormat, ShaderMaterial, Vector2, Vector3,
 } from "./vendor.js";
-import { LAND_FRAGMENT, WATER_FRAGMENT, WATER_VERTEX } from "./shaders.js";
+import { LAKE_FRAGMENT, LAND_FRAGMENT, SHAFT_FRAGMENT, SHAFT_VERTEX, SOIL, SURFACE_FRAGMENT, WATER_FRAGMENT, WATER_VERTEX } from "./shaders.js";
 
 /** @typedef {import("./protocol.js").Hello} Hello */
 
@@ -19,10 +19,23 @@ export class Relief {
     this.ny = terrain?.ny ?? 0;
     const bytes = terrain ? Uint8Array.from(atob(terrain.heights), (letter) => letter.charCodeAt(0)) : new Uint8Array(4);
     this.heights = new Float32Array(bytes.buffer);
+    this.levels = (terrain?.lakes ?? []).map((lake) => this.drown(lake));
+    const most = terrain?.colours ? 256 : 160;
+    this.parts = [Math.min(most, this.nx), Math.min(most, this.ny)]; // of its mesh, along x and y
     this.highest = this.heights.reduce((a, b) => Math.max(a, b), 0);
     this.lowest = this.heights.reduce((a, b) => Math.min(a, b), 0);
     this.texture = new DataTexture(this.heights, this.nx || 1, this.ny || 1, RedFormat, FloatType, undefined, undefined, undefined, NearestFilter, NearestFilter);
     this.texture.needsUpdate = true;
+  }
+
+  /** Lowers the ground of a lake to its level, the lowest point of its shore; returns the level [m]. @param {import("./protocol.js").Landmark} lake */
+  drown({ at, radius }) {
+    const { nx, ny, size, heights } = this;
+    const from = (/** @type {number} */ i, /** @type {number} */ j) => Math.hypot(((i + 0.5) * size[0]) / nx - at[0], ((j + 0.5) * size[1]) / ny - at[1]) / radius;
+    const within = Array.from(heights, (_, k) => from(k % nx, Math.floor(k / nx)));
+    const shore = heights.filter((_, k) => within[k] > 0.93 && within[k] < 1.07), level = shore.length ? Math.min(...shore) : this.at(at[0], at[1]);
+    within.forEach((share, k) => share < 1 && (heights[k] = Math.min(heights[k], level)));
+    return level;
   }
 
   /**
@@ -42,13 +55,23 @@ export class Relief {
   }
 }
 
+/** Hills get the texture of their land cover. @param {MeshLambertMaterial} material @param {Record<string, {value: any}>} own */
+function textured(material, own) {
+  material.onBeforeCompile = (shader) => {
+    Object.assign(shader.uniforms, own);
+    shader.vertexShader = `varying vec2 vOver;\n${shader.vertexShader.replace("#include <begin_vertex>", "#include <begin_vertex>\n  vOver = position.xy;")}`;
+    shader.fragmentShader = SOIL + shader.fragmentShader.replace("#include <color_fragment>", "#include <color_fragment>\n  diffuseColor.rgb = textured(diffuseColor.rgb);");
+  };
+}
+
 /** The static elements of the scene. */
 export class Ground {
   /**
    * @param {Hello} hello
    * @param {Relief} relief
+   * @param {number} largest radius of the largest animal [m]
    */
-  constructor(hello, relief) {
+  constructor(hello, relief, largest) {
     this.hello = hello;
     this.relief = relief;
     this.group = new Group();
@@ -65,35 +88,45 @@ export class Ground {
     this.dust = new MeshLambertMaterial({ side: DoubleSide, polygonOffset: true, polygonOffsetFactor: -2, polygonOffsetUnits: -2 });
     this.borders = { harvest: new LineBasicMaterial({ color: "#d6454f" }), plant: new LineBasicMaterial({ color: "#3f9b4f" }) };
     this.lines = new LineBasicMaterial({ transparent: true });
-    this.soil = new MeshLambertMaterial({ vertexColors: Boolean(relief.nx) });
+    this.soil = new MeshLambertMaterial({ vertexColors: true });
+    this.sides = new MeshBasicMaterial({ side: DoubleSide });
+    this.grain = { value: 1.5 * largest || Math.max(...hello.size) / 200 };
+    const { nx, ny, cover } = hello.terrain ?? { nx: 1, ny: 1, cover: undefined };
+    const kinds = new DataTexture(cover ? Uint8Array.from(atob(cover), (letter) => letter.charCodeAt(0)) : new Uint8Array(nx * ny), nx, ny, RedFormat);
+    Object.assign(kinds, { unpackAlignment: 1, needsUpdate: true });
+    textured(this.soil, { cover: { value: kinds }, size: { value: new Vector2(...hello.size) }, grain: this.grain });
     this.flat = new ShaderMaterial({
       vertexShader: WATER_VERTEX, fragmentShader: LAND_FRAGMENT, side: DoubleSide, transparent: true, depthWrite: false,
-      uniforms: { size: { value: new Vector2(...hello.size) }, grassy: { value: new Color() }, bare: { value: new Color() }, beyond: { value: 1 } },
+      uniforms: { size: { value: new Vector2(...hello.size) }, grain: this.grain, grassy: { value: new Color() }, bare: { value: new Color() }, beyond: { value: 1 } },
     });
-    this.lake = new MeshLambertMaterial({ transparent: true, opacity: 0.86 });
+    this.lake = { value: new Color() };
     this.stone = new MeshLambertMaterial({ flatShading: true });
-    this.surface = new MeshBasicMaterial({ transparent: true, opacity: 0.16, side: DoubleSide, depthWrite: false });
+    const shine = { value: new Color() };
+    this.shine = shine.value;
+    this.surface = new ShaderMaterial({ vertexShader: WATER_VERTEX, fragmentShader: SURFACE_FRAGMENT, transparent: true, side: DoubleSide, depthWrite: false, uniforms: { colour: shine, grain: this.grain } });
     this.water = new ShaderMaterial({
       vertexShader: WATER_VERTEX, fragmentShader: WATER_FRAGMENT, side: BackSide,
       uniforms: {
-        depth: { value: hello.size[2] ?? 0 }, murk: { value: this.murk }, day: { value: 1 },
+        depth: { value: hello.size[2] ?? 0 }, grain: this.grain,  murk: { value: this.murk }, day: { value: 1 },
         shallow: { value: new Color() }, deep: { value: new Color() }, night: { value: new Color() },
       },
     });
+    const { shallow, deep, night } = this.water.uniforms;
+    this.waters = { shallow, deep, night };
     if (this.volume) this.sea();
     else this.land();
   }
 
   land() {
     const [x, y] = this.hello.size;
-    if (this.relief.nx) this.group.add(this.hills());
+    if (this.relief.nx) this.group.add(this.hills(), this.cut());
     else {
       const plane = new Mesh(new PlaneGeometry(9 * x, 9 * y), this.flat); // the land around the world fades into the distance
       plane.position.set(x / 2, y / 2, -0.02 * Math.min(1, x / 100));
       plane.renderOrder = -1;
       this.group.add(plane, this.grid());
     }
-    for (const lake of this.hello.terrain?.lakes ?? []) this.group.add(this.disc(lake));
+    for (const [i, lake] of (this.hello.terrain?.lakes ?? []).entries()) this.group.add(this.disc(lake, this.relief.levels[i]));
     for (const [i, rock] of (this.hello.terrain?.rocks ?? []).entries()) this.group.add(this.rock(rock, i));
   }
 
@@ -111,14 +144,16 @@ export class Ground {
   }
 
   hills() {
-    const { nx, ny, size } = this.relief;
-    const most = this.hello.terrain?.colours ? 256 : 160;
-    const [mx, my] = [Math.min(most, nx), Math.min(most, ny)];
+    const { size, parts: [mx, my] } = this.relief;
     const geometry = new PlaneGeometry(size[0], size[1], mx, my);
     const at = geometry.getAttribute("position");
     for (let k = 0; k < at.count; k++) {
       const [x, y] = [at.getX(k) + size[0] / 2, at.getY(k) + size[1] / 2];
       at.setXYZ(k, x, y, this.relief.at(x, y));
+      this.hello.terrain?.lakes?.forEach(({ at: [u, v], radius }, i) => { // round shores
+        const away = Math.hypot(x - u, y - v);
+        if (Math.abs(away - radius) < (0.7 * size[0]) / mx) at.setXYZ(k, u + ((x - u) * radius) / away, v + ((y - v) * radius) / away, this.relief.levels[i]);
+      });
     }
     geometry.setAttribute("color", new BufferAttribute(new Float32Array(at.count * 3), 3));
     geometry.computeVertexNormals();
@@ -126,18 +161,27 @@ export class Ground {
     return new Mesh(geometry, this.soil);
   }
 
-  /** @param {import("./protocol.js").Landmark} lake */
-  disc(lake) {
-    const geometry = new CircleGeometry(lake.radius, 48);
-    const at = geometry.getAttribute("position");
-    const lift = 0.004 * Math.max(...this.hello.size);
-    const level = this.relief.at(lake.at[0], lake.at[1]);
-    for (let k = 0; k < at.count; k++) {
-      const [x, y] = [at.getX(k) + lake.at[0], at.getY(k) + lake.at[1]];
-      at.setXYZ(k, x, y, Math.max(level, this.relief.at(x, y)) + lift);
-    }
+  /** The cut edges of the land. */
+  cut() {
+    const { relief, hello: { size: [x, y] } } = this, low = relief.lowest - 0.03 * Math.max(x, y), parts = 128, points = [];
+    const ring = [[0, 0], [x, 0], [x, y], [0, y], [0, 0]];
+    for (let side = 0; side < 4; side++)
+      for (let p = 0; p < parts; p++) {
+        const [a, b] = [p, p + 1].map((at) => ring[side].map((from, axis) => from + ((ring[side + 1][axis] - from) * at) / parts));
+        const [high, next] = [a, b].map(([u, v]) => relief.at(u, v));
+        points.push(...a, low, ...b, low, ...b, next, ...a, low, ...b, next, ...a, high);
+      }
+    const geometry = new BufferGeometry().setAttribute("position", new BufferAttribute(new Float32Array(points), 3));
     geometry.computeVertexNormals();
-    return new Mesh(geometry, this.lake);
+    return new Mesh(geometry, this.sides);
+  }
+
+  /** @param {import("./protocol.js").Landmark} lake @param {number} level [m] */
+  disc({ at: [x, y], radius }, level) {
+    const uniforms = { colour: this.lake, grain: this.grain, round: { value: [x, y, radius, 0] } };
+    const water = new Mesh(new CircleGeometry(radius, 96), new ShaderMaterial({ vertexShader: WATER_VERTEX, fragmentShader: LAKE_FRAGMENT, transparent: true, uniforms }));
+    water.position.set(x, y, level + 0.0006 * Math.max(...this.hello.size));
+    return water;
   }
 
   /**
@@ -259,7 +303,23 @@ export class Ground {
     for (const c of [0, z]) points.push(0, 0, c, x, 0, c, x, 0, c, x, y, c, x, y, c, 0, y, c, 0, y, c, 0, 0, c);
     const edges = new BufferGeometry();
     edges.setAttribute("position", new BufferAttribute(new Float32Array(points), 3));
-    this.group.add(box, surface, new LineSegments(edges, this.lines));
+    this.group.add(box, surface, this.shafts(), new LineSegments(edges, this.lines));
+  }
+
+  /** Shafts of light, from the surface to the deep. */
+  shafts() {
+    const corners = [], each = [], chance = (/** @type {number} */ k) => (0.618034 * k) % 1;
+    for (let k = 1; k <= 14; k++)
+      for (const [u, v] of [[-1, 0], [1, 0], [1, 1], [-1, 0], [1, 1], [-1, 1]]) {
+        corners.push(u, 0.9 * v, 0);
+        each.push(0.05 + 0.72 * chance(k), 0.05 + 0.8 * chance(2.7 * k), 0.012 + 0.03 * chance(5.3 * k), 0.5 + 0.5 * chance(7.1 * k));
+      }
+    const geometry = new BufferGeometry().setAttribute("position", new BufferAttribute(new Float32Array(corners), 3)).setAttribute("shaft", new BufferAttribute(new Float32Array(each), 4));
+    const uniforms = { size: { value: new Vector3(...this.hello.size) }, colour: this.surface.uniforms.colour, day: this.water.uniforms.day };
+    const mesh = new Mesh(geometry, new ShaderMaterial({ vertexShader: SHAFT_VERTEX, fragmentShader: SHAFT_FRAGMENT, transparent: true, side: DoubleSide, depthWrite: false, uniforms }));
+    mesh.frustumCulled = false;
+    mesh.renderOrder = 4;
+    return mesh;
   }
 
   /**
@@ -278,9 +338,10 @@ export class Ground {
     this.lines.opacity = this.volume ? 0.55 : dark ? 0.28 : 0.26;
     this.dust.color.copy(dark ? mix("#2c2822", "#5a5041") : mix("#a89f8c", "#d8ccb4"));
     this.wood.color.copy(new Color(dark ? "#c9a36a" : "#7a5a2e"));
-    this.lake.color.copy(dark ? mix("#173248", "#2f6f9e") : mix("#6f93b0", "#7fb7dc"));
+    this.sides.color.copy(dark ? mix("#1c1712", "#3a2f24") : mix("#6d5c48", "#a08a6c"));
+    this.lake.value.copy(dark ? mix("#173248", "#2f6f9e") : mix("#6f93b0", "#7fb7dc"));
     this.stone.color.copy(dark ? mix("#3c4347", "#6b7377") : mix("#8b9297", "#aab0b3"));
-    this.surface.color.copy(mix("#5b7fa6", "#d9f3ff"));
+    this.shine.copy(mix("#5b7fa6", "#d9f3ff"));
     const uniforms = this.water.uniforms;
     uniforms.day.value = day;
     uniforms.shallow.value.set(dark ? "#2f7fa3" : "#a9d8ea");
@@ -296,10 +357,10 @@ export class Ground {
     this.painted = dark;
     const cells = this.hello.terrain?.colours;
     const land = cells && Uint8Array.from(atob(cells), (letter) => letter.charCodeAt(0));
-    const stops = (dark ? ["#1d3226", "#2a3d2a", "#4a4a3c", "#77736a"] : ["#cde2b4", "#dde6bd", "#dccfa9", "#f3f1ec"]).map((hex) => new Color(hex));
+    const stops = (dark ? ["#1d3226", "#2a3d2a", "#4a4a3c", "#77736a"] : ["#b8e096", "#cde6a8", "#dccfa9", "#f3f1ec"]).map((hex) => new Color(hex));
     const [at, colour] = [geometry.getAttribute("position"), geometry.getAttribute("color")];
     const span = Math.max(1e-6, this.relief.highest - this.relief.lowest);
-    const mixed = new Color();
+    const mixed = new Color(), shore = new Color(dark ? "#4d4430" : "#f3e6c0");
     for (let k = 0; k < at.count; k++) {
       const level = 2.999 * Math.min(1, Math.max(0, (at.getZ(k) - this.relief.lowest) / span));
       const i = Math.floor(level);
@@ -309,6 +370,10 @@ export class Ground {
         const cell = (/** @type {number} */ at, /** @type {number} */ n) => Math.min(n - 1, Math.max(0, Math.floor(at * n)));
         const c = 3 * (cell(at.getY(k) / size[1], ny) * nx + cell(at.getX(k) / size[0], nx));
         mixed.setHex(land[c] * 65536 + land[c + 1] * 256 + land[c + 2]).multiplyScalar(dark ? 0.3 : 1);
+      }
+      for (const { at: [x, y], radius } of this.hello.terrain?.lakes ?? []) { // a sandy shore
+        const away = Math.hypot(at.getX(k) - x, at.getY(k) - y) / radius - 1;
+        if (away < 0.1) mixed.lerp(shore, Math.min(1, 1.2 - away / 0.1));
       }
       colour.setXYZ(k, mixed.r, mixed.g, mixed.b);
     }

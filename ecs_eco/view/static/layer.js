@@ -13,6 +13,9 @@ import { BODY_FRAGMENT, BODY_VERTEX, POINT_FRAGMENT, POINT_VERTEX, SHADOW_FRAGME
 const DARTS = 3000; // maximum number of bodies; beyond that, points are drawn
 const BOXES = 50000;
 const RIM = 0.24; // width of the rim of animals in water, in radii
+/** The stripes at the lowest and highest value of the gene that draws them: none 0, full 1. @param {import("./protocol.js").Kind} kind */
+const stripesOf = ({ shows, build }) => (!build || !shows?.stripes ? [0, 0] : shows.stripes[1] > shows.stripes[2] ? [1, 0] : [0, 1]);
+
 const NOTHING = { n: 0, words: new Uint16Array(0), longs: new Uint32Array(0), upper: null };
 
 /** @typedef {import("./frame.js").Block} Block */
@@ -43,7 +46,10 @@ export class Layer {
       rim: { value: 0 }, // size of the dark copy behind the body; 0: none
       nearer: { value: kind.hunts ? 2e-5 : 1e-5 }, // hunters are drawn in front of other animals
       pointed: { value: kind.moves || kind.rests ? 1 : 0 },
+      sizes: { value: (!kind.shape && kind.shows?.size?.slice(1)) || [1, 1] },
+      striped: { value: stripesOf(kind) },
       gait: { value: kind.build ? gaitOf(kind.build) : 0 },
+      drifts: { value: kind.sessile && !kind.inanimate && this.sea ? 1 : 0 },
       grows: { value: kind.sessile && !kind.inanimate && !this.sea ? 1 : 0 },
       lying: { value: kind.inanimate && !kind.solid && !this.sea ? 1 : 0 },
     };

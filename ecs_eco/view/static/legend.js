@@ -76,12 +76,18 @@ function row(stage, k, hide, solo, find) {
   const line = s("polyline", { fill: "none", stroke: stage.colours[k], "stroke-width": 1.6, "stroke-linejoin": "round" });
   const spark = s("svg", { class: "spark", viewBox: `0 0 ${WIDE} ${HIGH}`, width: WIDE, height: HIGH, role: "img", "aria-label": "no curve yet" }, line);
   const way = h("span", { class: "way" });
-  const flow = h("small", { class: "flow" });
+  const flow = h("small", { class: "flow" }), genes = h("small", { class: "flow shows", text: shown(kind) });
   const toggle = h("button", { class: "legend-row", type: "button", "aria-pressed": String(stage.layers[k].shown), title: `Show or hide ${kind.name}`, onclick: hide },
-    sign(kind, stage.colours[k]), h("span", { class: "named", text: kind.name }), spark, way, count, other, flow);
+    sign(kind, stage.colours[k]), h("span", { class: "named", text: kind.name }), spark, way, count, other, flow, genes);
   const small = (/** @type {string} */ text, /** @type {string} */ label, /** @type {() => void} */ does) => h("button", { class: "mini", type: "button", text, title: label, "aria-label": label, onclick: does });
   const root = h("div", { class: "legend-line" }, toggle, small("◉", `Show only ${kind.name}, or all kinds again`, solo), kind.inanimate ? null : small("⊕", `Select one ${kind.name}`, find));
   return { root, toggle, count, other, line, spark, way, flow, drawn: "" };
+}
+
+/** The genes that show in bodies. @param {import("./protocol.js").Kind} kind */
+function shown({ shows, build, shape }) {
+  const [size, stripes] = [shape ? undefined : shows?.size, build ? shows?.stripes : undefined];
+  return [size ? `size: gene ${size[0]}` : "", stripes ? `stripes: gene ${stripes[0]} (none at ${number(stripes[1])}, widest at ${number(stripes[2])})` : ""].filter(Boolean).join(", ");
 }
 
 /**

@@ -67,10 +67,10 @@ class Sheet {
       const wall = new PlaneGeometry(size[0], size[2]).rotateX(Math.PI / 2);
       return wall.translate(size[0] / 2, 0.999 * size[1], size[2] / 2);
     }
-    const parts = relief.nx ? [Math.min(160, relief.nx), Math.min(160, relief.ny)] : [1, 1];
+    const parts = relief.nx ? relief.parts : [1, 1]; // as of the ground, so that it lies close to it
     const ground = new PlaneGeometry(size[0], size[1], parts[0], parts[1]).translate(size[0] / 2, size[1] / 2, 0);
     const at = /** @type {BufferAttribute} */ (ground.getAttribute("position"));
-    for (let k = 0; k < at.count; k++) at.setZ(k, relief.at(at.getX(k), at.getY(k)) + (relief.nx ? 0.0015 * Math.max(size[0], size[1]) : 0));
+    for (let k = 0; k < at.count; k++) at.setZ(k, relief.at(at.getX(k), at.getY(k)) + (relief.nx ? 0.0002 * Math.max(size[0], size[1]) : 0));
     return ground;
   }
 
@@ -114,19 +114,22 @@ export class Meadow {
     const shown = this.plants.filter((layer) => layer.shown && layer.block.n && layer.own.byValue.value === 0);
     this.sheet.mesh.visible = shown.length > 0 && !stage.field?.name;
     if (!this.sheet.mesh.visible) return;
-    const maps = shown.map((layer) => ({ ...density(stage, [layer]), colour: rgb(stage.colours[stage.layers.indexOf(layer)]), radius: layer.own.radius.value }));
+    const maps = shown.map((layer) => { // woods shade the ground below their crowns
+      const wood = layer.kind.build ? 1 : 0, colour = rgb(stage.colours[stage.layers.indexOf(layer)]).map((part) => part * (1 - 0.45 * wood));
+      return { ...density(stage, [layer]), colour, radius: layer.own.radius.value * (1 + 2 * wood), thick: THICK * (1 + 0.7 * wood) };
+    });
     const { nx, ny } = maps[0];
     const cell = (stage.hello.size[0] / nx) * (stage.hello.size[1] / ny);
     const pixels = new Uint8Array(4 * nx * ny);
     const most = maps.map(({ cells }) => cells.reduce((a, b) => Math.max(a, b), 0));
     for (let c = 0; c < nx * ny; c++) {
       let [r, g, b, sum, cover] = [0, 0, 0, 0, 0];
-      maps.forEach(({ cells, colour, radius }, m) => {
+      maps.forEach(({ cells, colour, radius, thick }, m) => {
         const share = Math.min(1, cells[c] / Math.max(most[m], (0.04 * cell) / (radius * radius + 0.02)));
         [r, g, b] = [r + colour[0] * share, g + colour[1] * share, b + colour[2] * share];
-        [sum, cover] = [sum + share, Math.max(cover, share)];
+        [sum, cover] = [sum + share, Math.max(cover, thick * Math.sqrt(share))];
       });
-      if (sum) pixels.set([r / sum, g / sum, b / sum, 255 * THICK * Math.sqrt(cover)], 4 * c);
+      if (sum) pixels.set([r / sum, g / sum, b / sum, 255 * cover], 4 * c);
     }
     this.sheet.paint(pixels, nx, ny);
   }

@@ -56,6 +56,9 @@ class Lives {
     this.now = new Float64Array(6);
     this.goal = new Float64Array(6);
     this.wraps = hello.edges === "torus";
+    const shows = hello.species.find(({ name }) => name === kind.name)?.shows;
+    this.size = shows?.size && `gene:${shows.size[0]}`; // columns of genes that show in bodies
+    this.stripes = shows?.stripes && `gene:${shows.stripes[0]}`;
     /** @type {Record<string, [number, number]>} */
     this.scales = { ...kind.scales, age: [0, kind.oldest * hello.dt] };
     /** @type {{uid: number, rows: Set<number>}} descendants of an organism */
@@ -298,9 +301,9 @@ export class Shelf {
     const words = new Uint32Array(buffer, HEAD + 4 * counts.length);
     let next = 0, upper = WORDS * all;
     rows.forEach((some, k) => some.forEach((i) => {
-      const state = lives[k].state(i, tick);
+      const state = lives[k].state(i, tick), { columns, size, stripes } = lives[k];
       words[next++] = Math.round(state[0]) | (Math.round(state[1]) << 16);
-      words[next++] = Math.round(state[2]) | ((Math.round(state[3] || 0) & 255) << 16) | (lives[k].colour(i, tick, by, state) << 24);
+      words[next++] = (Math.round(state[2]) | (size ? columns[size][i] : 0) | (stripes ? columns[stripes][i] << 8 : 0)) | ((Math.round(state[3] || 0) & 255) << 16) | (lives[k].colour(i, tick, by, state) << 24);
       words[next++] = lives[k].uid[i] % HALF;
       if (wide) words[upper++] = Math.floor(lives[k].uid[i] / HALF);
     }));

@@ -37,9 +37,10 @@ export class Stage {
     Object.assign(this.renderer, { outputColorSpace: LinearSRGBColorSpace }).setClearColor(0, 0);
     this.scene = new Scene();
     this.relief = new Relief(hello);
-    this.ground = new Ground(hello, this.relief);
+    const largest = Math.max(0, ...this.kinds.map(({ moves, radius }) => (moves ? radius : 0)));
+    this.ground = new Ground(hello, this.relief, largest);
     const top = hello.size.length > 2 ? hello.size[2] : Math.max(this.relief.highest, 0);
-    this.eye = new Eye(canvas, hello.size, [Math.min(0, this.relief.lowest), top], Math.max(0, ...this.kinds.map(({ moves, radius }) => (moves ? radius : 0))));
+    this.eye = new Eye(canvas, hello.size, [Math.min(0, this.relief.lowest), top], largest);
     this.sun = new DirectionalLight(0xffffff, 2.2);
     this.sky = new AmbientLight(0xffffff, 1.6);
     const group = new Group();
@@ -52,7 +53,7 @@ export class Stage {
       alpha: { value: 1 },
       lens: { value: 500 },
       day: { value: 1 },
-      murk: { value: this.ground.murk },
+      murk: { value: this.ground.murk }, ...this.ground.waters,
       clear: { value: [0, 0, 0, 0] }, // where elements in front of the followed organism fade
       followed: { value: [0, 0, 0, 0] }, // its position [m]; 1 if an organism is followed
       sun: { value: new Vector3(0.3, -0.4, 0.86) },
@@ -210,6 +211,7 @@ export class Stage {
     const place = this.selected === null ? null : this.place(this.selected);
     this.eye.follow(place);
     this.trail.step(place);
+    this.eye.rise(this.relief);
     clear(this, place);
     const start = performance.now();
     this.renderer.render(this.scene, this.eye.camera);

@@ -1,0 +1,92 @@
+"""Genes show in the bodies on the page, and the camera enters none, in a real browser."""
+
+import pytest
+
+from ecs_eco.testing.browser import served, until
+from tests.view.pages import IN_A_BROWSER, opened, pause, scene
+
+pytestmark = IN_A_BROWSER
+YARD = """
+format = 1
+name = "yard"
+space = {{ size = [20.0, 20.0], edges = "walls" }}
+[species.goat]
+count = 12
+color = "#2244ee"
+body = {{ radius = 0.5 }}
+locomotion = {{ speed = {{ rest = 0.0 }} }}
+actions = {{ speed = ["rest"] }}
+automatic = ["rest"]
+{genome}
+"""
+GENE = """[species.goat.genome]
+alphabet = "ACGT"
+genes = [{{ name = "{name}", trait = "{trait}", letters = 1, values = {values} }}]"""
+
+
+def blue(page):
+    r, g, b = (scene(page)[..., i] for i in range(3))
+    return float(((b > r + 0.2) & (b > g + 0.08)).mean())
+
+
+@pytest.fixture
+def yard(tmp_path, browser):
+    """Show goats with a gene; return what a function of the page returns."""
+
+    def show(look, **gene):
+        file = tmp_path / "yard.toml"
+        file.write_text(YARD.format(genome=GENE.format(**gene) if gene else ""))
+        with served("watch", str(file), "--seed", "1") as run, opened(browser, run.address()) as page:
+            pause(page)
+            page.locator("[data-eye=top]").click()
+            until(page, "ecs.counts.goat === 12 && ecs.still")
+            return look(page)
+
+    return show
+
+
+def test_size_and_stripes_follow_genes_and_the_legend_names_them(yard):
+    def seen(page):
+        return blue(page), page.locator("#legend").inner_text()
+
+    plain, words = yard(seen)
+    assert plain > 5e-4
+    assert "gene" not in words
+    large, words = yard(seen, name="girth", trait="body.radius", values=[1.0, 1.0, 1.0, 1.001])
+    assert "size: gene girth" in words
+    assert 3 < large / plain < 5  # twice as long
+    striped, words = yard(seen, name="pace", trait="locomotion.pace", values=[2.0, 2.0, 2.0, 1.0])
+    assert "stripes: gene pace (none at 1, widest at 2)" in words
+    assert 0.4 < striped / plain < 0.85
+
+
+def test_the_camera_is_above_the_ground_and_in_no_body(yard):
+    def look(page):
+        x, y, z = page.evaluate("ecs.place(ecs.uids('goat')[0])")
+
+        def stand(away, height):  # looks past the goat
+            eye = [x + away, y, height, x + away - 4, y, height - 0.5, 0, 0]
+            page.evaluate("eye => { location.hash = `eye=${eye}` }", eye)
+            until(page, f"Math.abs(ecs.camera[0] - {eye[0]}) < 0.01 && ecs.still")
+            return page.evaluate("ecs.camera[2]"), blue(page)
+
+        return stand(3.5, 1.0), stand(0.6, z), stand(3.0, -2.0)
+
+    (_, away), (_, inside), (height, _) = yard(look)
+    assert away > 0.01
+    assert inside < away
+    assert height > 0
+
+
+def test_a_page_that_is_a_file_has_the_genes_in_place_of_z(page):
+    words = page.evaluate("""async () => {
+      const [{ Shelf }, { decode }] = await Promise.all([import('/shelf.js'), import('/frame.js')]);
+      const columns = { 'gene:girth': [3, 9], 'gene:red': [255, 1] };
+      const lives = { columns, size: 'gene:girth', stripes: 'gene:red', n: 2, uid: [7, 8],
+        alive: () => [0, 1], state: () => [10, 20, 0, 5], colour: () => 0 };
+      const head = { hello: { first: 0, objects: [] } }, clock = { objects: new Uint32Array(0) };
+      const shelf = { tick: 0, by: 'species', number: 0, head, clock, lives: [lives] };
+      const { words } = decode(Shelf.prototype.frame.call(shelf)).blocks[0];
+      return [words[2], words[8]];
+    }""")
+    assert words == [3 + 256 * 255, 9 + 256]
