@@ -8,7 +8,7 @@ import numpy as np
 
 from ecs_eco.analysis.cycles import Surrogates, cross_correlation, living_stretch
 from ecs_eco.analysis.land import Land, draw_land
-from ecs_eco.analysis.palette import AXIS, BAND, INK, SOFT, TIME
+from ecs_eco.analysis.palette import AXIS, BAND, GREY, INK, SOFT, TIME
 from ecs_eco.analysis.relief import Relief, draw_relief
 from ecs_eco.analysis.runs import DIED, Series, load_series
 from ecs_eco.analysis.spectrum import Peak, smooth, thin, transform
@@ -19,6 +19,7 @@ from ecs_eco.analysis.style import (
     Figure,
     colors,
     colors_of,
+    fill,
     grid_of_arms,
     many_and_one,
     panels,
@@ -84,7 +85,7 @@ def interventions(series: Series) -> list[tuple[int, str]]:
     return [(int(tick), describe(done)) for tick, done in series.manifest.get("intervened") or ()]
 
 
-ALONG: dict[str, Any] = {"rotation": 90, "ha": "left", "va": "top", "fontsize": 7.5, "color": INK}
+ALONG: dict[str, Any] = {"rotation": 90, "ha": "left", "va": "top", "fontsize": 9, "color": INK}
 PATCH = {"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 0.6}
 """Styles of the text along a vertical line, and of the patch behind it."""
 
@@ -238,7 +239,7 @@ def spectra(peaks: Mapping[str, Peak], hue: Mapping[str, str] | None = None) -> 
         ax.set_title(f"{s}: {named}")
         ax.set_xlabel("period [ticks]")
     axes[0, 0].set_ylabel("power")
-    axes[0, 0].legend(loc="lower right", fontsize=8.5, frameon=True, framealpha=1, edgecolor="none")
+    axes[0, 0].legend(loc="lower right", fontsize=9, frameon=True, framealpha=1, edgecolor="none")
     return figure
 
 
@@ -293,7 +294,7 @@ def lags(
         ax.axvline(0, color=AXIS, lw=0.8)
         ax.axvline(best, color=PALETTE[3], lw=1.2, ls="--", label=f"highest at {best:.2f}")
         ax.set(xlabel=f"{b} behind {a} [periods]", title=f"{a} → {b}", xlim=(-1, 1), ylim=(-1, 1.05))
-        ax.legend(loc="lower left", fontsize=8)
+        ax.legend(loc="lower left", fontsize=9)
     axes[0, 0].set_ylabel("correlation")
     return figure
 
@@ -331,12 +332,11 @@ def deaths(series: Series) -> Figure:
     shown = [i for i in range(len(series.species)) if counts[:, i].any()]
     used = [j for j in range(len(series.causes)) if counts[..., j].any()]
     figure, axes = panels(max(1, len(shown)), 1, 9, 1.9 * max(1, len(shown)) + 0.7, sharex=True)
-    hatches = ("", "////", "\\\\\\\\", "xx", "++", "||")
     for ax, i in zip(axes[:, 0], shown, strict=False):
         middle, rate = binned(series, counts[:, i][:, used])
-        ax.stackplot(middle, rate.T, colors=[PALETTE[(k + 1) % len(PALETTE)] for k in range(len(used))], lw=0)
-        for k, area in enumerate(ax.collections):
-            area.set(hatch=hatches[k % len(hatches)], edgecolor="white", linewidth=0)
+        ax.stackplot(middle, rate.T, colors=[fill(j)[0] for j in used], lw=0)
+        for j, area in zip(used, ax.collections, strict=True):
+            area.set(hatch=fill(j)[1], edgecolor="white", linewidth=0)
         ax.set(ylabel="deaths per tick", title=series.species[i], ylim=(0, None))
         ax.margins(x=0)
     axes[-1, 0].set_xlabel("tick")
@@ -350,8 +350,8 @@ FLOWS = (
     ("taken_in", "taken in", 1, PALETTE[0]),
     ("endowed", "endowed", 1, PALETTE[1]),
     ("burnt", "burned", -1, PALETTE[3]),
-    ("given", "given to offspring", -1, PALETTE[4]),
-    ("lost", "lost through death", -1, PALETTE[5]),
+    ("given", "given to newborns", -1, PALETTE[4]),
+    ("lost", "lost through death", -1, GREY),
 )
 
 

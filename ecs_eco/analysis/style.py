@@ -52,7 +52,11 @@ STYLE: dict[Any, Any] = {
     "text.parse_math": False,  # a $ in a name or cause is not the start of a formula
 }
 
+HATCHES = ("", "////", "\\\\\\\\", "xx", "++", "||", "--", "//\\\\")
+
 RASTER = 110  # dots per inch of images: relief and color maps
+
+WIDEST = 9.9  # [inches] width of a report's page on a screen, on which text of 9 pt is 12 px high
 
 _bare = False  # whether `as_delivered` has set matplotlib's defaults
 
@@ -76,9 +80,16 @@ def _png(figure: Figure) -> bytes:
 
 
 def panels(rows: int, columns: int, width: float, height: float, **more: Any) -> tuple[Figure, np.ndarray]:
-    """Return a figure of this size [inches] with rows × columns of axes, which notebooks can display."""
+    """Return a figure of this size [inches] with rows × columns of axes, which notebooks can display; up to
+    four columns fit on a report's page."""
+    width = min(width, max(WIDEST, 2.4 * columns))
     figure = empty(width, height, layout="constrained")
     return figure, figure.subplots(rows, columns, squeeze=False, **more)
+
+
+def fill(cause: int) -> tuple[str, str]:
+    """Return the color and hatching of a cause of death, given its index among all causes of the world."""
+    return PALETTE[(cause + 1) % len(PALETTE)], HATCHES[cause % len(HATCHES)]
 
 
 def several(

@@ -329,7 +329,7 @@ def _cells(
                     _cell(mean, outcome),
                     ha="center",
                     va="center",
-                    fontsize=8,
+                    fontsize=9,
                     color=ON_CELL[bool(mean >= middle)],
                 )
     return drawn

@@ -5,19 +5,14 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.analysis.figures import binned, interventions, mark
-from ecs_eco.analysis.palette import GREY, SOFT
+from ecs_eco.analysis.figures import FLOWS, binned, interventions, mark
+from ecs_eco.analysis.palette import SOFT
 from ecs_eco.analysis.runs import DIED
-from ecs_eco.analysis.style import DASHES, PALETTE, Axes, Figure, colors_of, panels, styled
+from ecs_eco.analysis.style import DASHES, HATCHES, PALETTE, Axes, Figure, colors_of, fill, panels, styled
 from ecs_eco.analysis.why.case import Case
 from ecs_eco.analysis.why.diagnose import VERDICTS
 
-HATCHES = ("", "////", "\\\\\\\\", "xx", "++", "||", "--", "//\\\\")
-OUT = (
-    ("burnt", "burned", PALETTE[3]),
-    ("given", "given to newborns", PALETTE[5]),
-    ("lost", "lost through death", GREY),
-)
+OUT = tuple((name, word, hue) for name, word, sign, hue in FLOWS if sign < 0)
 MOST = 5  # maximum number of species with a row
 
 
@@ -43,7 +38,7 @@ def draw(case: Case, findings: Mapping[str, Any]) -> Figure:
             left.set_xlabel("tick")
             right.set_xlabel("tick")
     top.set_xlim(*_span(case))
-    _legend(figure, used, bool(shown))
+    _legend(figure, {cause: fill(case.series.causes.index(cause)) for cause in used}, bool(shown))
     return figure
 
 
@@ -96,17 +91,12 @@ def _causes(ax: Axes, case: Case, species: str, used: list[str]) -> None:
     share = np.divide(rate, total, out=np.zeros_like(rate), where=total > 0)
     width = np.diff(middle, append=2 * middle[-1] - middle[-2] if len(middle) > 1 else middle[-1] + 1)
     base = np.zeros(len(middle))
-    for k in range(len(used)):
-        hue, pattern = _fill(k)
+    for k, cause in enumerate(used):
+        hue, pattern = fill(case.series.causes.index(cause))
         ax.bar(middle, share[:, k], width, bottom=base, lw=0, facecolor=hue, hatch=pattern, edgecolor="white")
         base += share[:, k]
     ax.set(ylim=(0, 1), ylabel="share of deaths", title=species)
     ax.yaxis.set_major_formatter(lambda x, _: f"{x:.0%}")
-
-
-def _fill(k: int) -> tuple[str, str]:
-    """Return the color and hatching of the k-th cause of death."""
-    return PALETTE[(k + 1) % len(PALETTE)], HATCHES[k % len(HATCHES)]
 
 
 def _energy(ax: Axes, case: Case, species: str) -> None:
@@ -129,14 +119,14 @@ def _energy(ax: Axes, case: Case, species: str) -> None:
     ax.set(title=species, ylim=(-1.15 * span, 1.15 * span) if span > 0 else None)
 
 
-def _legend(figure: Figure, used: list[str], any_shown: bool) -> None:
+def _legend(figure: Figure, used: Mapping[str, tuple[str, str]], any_shown: bool) -> None:
     from matplotlib.patches import Patch
 
     if not any_shown:
         return
-    fills = [(_fill(k), cause) for k, cause in enumerate(used)]
     causes = [
-        Patch(facecolor=hue, hatch=pattern, edgecolor="white", label=cause) for (hue, pattern), cause in fills
+        Patch(facecolor=hue, hatch=pattern, edgecolor="white", label=cause)
+        for cause, (hue, pattern) in used.items()
     ]
     flows = [Patch(facecolor=PALETTE[0], alpha=0.5, label="taken in")]
     flows += [
@@ -148,4 +138,4 @@ def _legend(figure: Figure, used: list[str], any_shown: bool) -> None:
         (flows, "right", 2, "energy"),
     ):
         where: Any = {"loc": f"outside lower {side}", "alignment": "left"}
-        figure.legend(handles=handles, ncols=ncols, title=title, fontsize=8.5, **where)
+        figure.legend(handles=handles, ncols=ncols, title=title, fontsize=9, **where)

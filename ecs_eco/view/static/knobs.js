@@ -103,7 +103,7 @@ export class Changes {
 }
 
 const KEPT = "ecs-eco-knobs"; // in localStorage: whether they are unfolded
-const WIDE = 900; // [px] scenes of at least this width have space for them
+export const WIDE = 900; // [px] scenes of at least this width have space for them
 
 /** Sliders for the knobs of a world, in the scene: unfolded if there is space, or as the user left them. */
 export class Knobs {
