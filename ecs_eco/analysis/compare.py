@@ -36,6 +36,7 @@ from ecs_eco.analysis.survival import (
     log_rank,
     wilson,
 )
+from ecs_eco.engine.errors import in_words
 
 
 def compare(
@@ -423,8 +424,13 @@ def _draw_grid(folder: Path, arm: str, grid: Grid) -> list[str]:
 def _head(result: dict[str, Any], loaded: Mapping[str, Sequence[Series]]) -> list[str]:
     """Return the top of the page: the world, persistence in each arm with the causes of extinctions, and clear
     differences in mean numbers."""
-    arms, lines = result["arms"], [f"{arm}: {text}" for arm, text in result["opening"].items()]
-    lines += [f"{arm}: {differing(of, result['reference'])}" for arm, of in result["effects"].items()]
+    arms = result["arms"]
+    told = [(arm, text) for arm, text in result["opening"].items()]
+    told += [(arm, differing(of, result["reference"])) for arm, of in result["effects"].items()]
+    lines = [
+        f"{in_words(arm for arm, same in told if same == text)}: {text}"
+        for text in dict.fromkeys(text for _, text in told)
+    ]
     of = {str(run.manifest.get("world", "")) for run in chain(*loaded.values())}
     known = [f"{arm} runs with {a['policies']}." for arm, a in arms.items() if "policies" in a]
     return [

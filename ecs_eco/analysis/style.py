@@ -6,7 +6,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial, wraps
 from io import BytesIO, StringIO
+from itertools import cycle
 from pathlib import Path
+from textwrap import fill
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeAlias
 
 import numpy as np
@@ -87,9 +89,15 @@ def panels(rows: int, columns: int, width: float, height: float, **more: Any) ->
     return figure, figure.subplots(rows, columns, squeeze=False, **more)
 
 
-def fill(cause: int) -> tuple[str, str]:
-    """Return the color and hatching of a cause of death, given its index among all causes of the world."""
-    return PALETTE[(cause + 1) % len(PALETTE)], HATCHES[cause % len(HATCHES)]
+def fills(series: Series) -> dict[str, tuple[str, str]]:
+    """Return the color and hatching of each cause of death: being eaten has the color of the eater, and other
+    causes have colors that no species has."""
+    hue = colors_of(series)
+    rest = cycle([colour for colour in PALETTE if colour not in hue.values()] or PALETTE)
+    return {
+        cause: (hue.get(cause.removeprefix("eaten by ")) or next(rest), HATCHES[i % len(HATCHES)])
+        for i, cause in enumerate(series.causes)
+    }
 
 
 def several(
@@ -115,7 +123,7 @@ def grid_of_arms(
     wide, high = each[0] * len(runs) + 1, each[1] * len(labels) + edge
     figure, axes = panels(len(labels), len(runs), wide, high, sharex=True, **more)
     for ax, (arm, members) in zip(axes[0], runs.items(), strict=True):
-        ax.set_title(f"{arm} (n = {len(members)})")
+        ax.set_title(fill(f"{arm} (n = {len(members)})", max(12, int(9 * figure.get_figwidth() / len(runs)))))
     for ax, label in zip(axes[:, 0], labels, strict=True):
         ax.set_ylabel(label)
     return figure, axes

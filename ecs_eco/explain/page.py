@@ -150,7 +150,7 @@ def write_explanation(
     options: Which = {"tick": tick, "forks": forks, "learned": learned, "reverse": reverse}
     accounts = accounts_of(run, some, options, how, together, progress)
     told = [accounts.get(id(sweep), Account(sweep)) for sweep in sweeps]
-    summary = [*clearest(told), *opening(sweeps, lineage, list(paths), islands and bool(forks), bool(some))]
+    summary = [*headline(told), *opening(sweeps, lineage, list(paths), islands and bool(forks), bool(some))]
     if together and some and not with_another(some):
         summary.append("No species has two sweeps whose alleles can be taken out together.")
     contents: dict[str, Any] = {"format": 1, "species": list(paths), "fdr": fdr, "forks": forks}
@@ -265,7 +265,7 @@ def traits_of(genomes: Mapping[str, Any]) -> dict[str, str]:
     return {gene["name"]: gene.get("trait") or "" for gene in genes_in(genomes)} if genomes else {}
 
 
-def clearest(told: Sequence[Account]) -> list[str]:
+def headline(told: Sequence[Account]) -> list[str]:
     """Return the clearest sweep and the effect of its allele on the number of young, if there is a sweep."""
     lines = []
     for one in sorted(told, key=lambda one: one.sweep.p)[:1]:

@@ -5,14 +5,16 @@ from typing import Any
 
 import numpy as np
 
+from ecs_eco.analysis import palette
 from ecs_eco.analysis.figures import FLOWS, binned, interventions, mark
 from ecs_eco.analysis.palette import SOFT
 from ecs_eco.analysis.runs import DIED
-from ecs_eco.analysis.style import DASHES, HATCHES, PALETTE, Axes, Figure, colors_of, fill, panels, styled
+from ecs_eco.analysis.style import DASHES, HATCHES, Axes, Figure, colors_of, fills, panels, styled
 from ecs_eco.analysis.why.case import Case
 from ecs_eco.analysis.why.diagnose import VERDICTS
 
-OUT = tuple((name, word, hue) for name, word, sign, hue in FLOWS if sign < 0)
+OUT = tuple((name, word, palette.FLOWS[name]) for name, word, sign in FLOWS if sign < 0)
+IN = palette.FLOWS["taken_in"]
 MOST = 5  # maximum number of species with a row
 
 
@@ -26,7 +28,8 @@ def draw(case: Case, findings: Mapping[str, Any]) -> Figure:
     rows = figure.add_gridspec(len(shown) + 1, 2, height_ratios=[1.7, *[1.0] * len(shown)])
     top = figure.add_subplot(rows[0, :])
     _numbers(top, case, findings)
-    used = [c for c in case.series.causes if any(case.series.of(s, DIED + c).any() for s in shown)]
+    looks = fills(case.series)
+    used = {c: looks[c] for c in looks if any(case.series.of(s, DIED + c).any() for s in shown)}
     for i, s in enumerate(shown):
         left, right = (figure.add_subplot(rows[i + 1, side], sharex=top) for side in (0, 1))
         _causes(left, case, s, used)
@@ -38,7 +41,7 @@ def draw(case: Case, findings: Mapping[str, Any]) -> Figure:
             left.set_xlabel("tick")
             right.set_xlabel("tick")
     top.set_xlim(*_span(case))
-    _legend(figure, {cause: fill(case.series.causes.index(cause)) for cause in used}, bool(shown))
+    _legend(figure, used, bool(shown))
     return figure
 
 
@@ -84,15 +87,14 @@ def _numbers(ax: Axes, case: Case, findings: Mapping[str, Any]) -> None:
     mark(ax, interventions(series))
 
 
-def _causes(ax: Axes, case: Case, species: str, used: list[str]) -> None:
+def _causes(ax: Axes, case: Case, species: str, used: Mapping[str, tuple[str, str]]) -> None:
     counts = np.stack([case.series.of(species, DIED + c) for c in used], -1)
     middle, rate = binned(case.series, counts, 60)
     total = rate.sum(1, keepdims=True)
     share = np.divide(rate, total, out=np.zeros_like(rate), where=total > 0)
     width = np.diff(middle, append=2 * middle[-1] - middle[-2] if len(middle) > 1 else middle[-1] + 1)
     base = np.zeros(len(middle))
-    for k, cause in enumerate(used):
-        hue, pattern = fill(case.series.causes.index(cause))
+    for k, (hue, pattern) in enumerate(used.values()):
         ax.bar(middle, share[:, k], width, bottom=base, lw=0, facecolor=hue, hatch=pattern, edgecolor="white")
         base += share[:, k]
     ax.set(ylim=(0, 1), ylabel="share of deaths", title=species)
@@ -105,8 +107,8 @@ def _energy(ax: Axes, case: Case, species: str) -> None:
     flows = np.stack([case.flow(species, name) for name in ("taken_in", *(name for name, _, _ in OUT))], -1)
     _, per = binned(case.series, flows, 60)
     per = np.divide(per, heads, out=np.full_like(per, np.nan), where=heads >= 0.5)
-    ax.plot(middle, per[:, 0], color=PALETTE[0], lw=1.8)
-    ax.fill_between(middle, 0, per[:, 0], color=PALETTE[0], alpha=0.25, lw=0)
+    ax.plot(middle, per[:, 0], color=IN, lw=1.8)
+    ax.fill_between(middle, 0, per[:, 0], color=IN, alpha=0.25, lw=0)
     base = np.zeros(len(middle))
     for k, (_, _, colour) in enumerate(OUT):
         end = base - per[:, k + 1]
@@ -128,7 +130,7 @@ def _legend(figure: Figure, used: Mapping[str, tuple[str, str]], any_shown: bool
         Patch(facecolor=hue, hatch=pattern, edgecolor="white", label=cause)
         for cause, (hue, pattern) in used.items()
     ]
-    flows = [Patch(facecolor=PALETTE[0], alpha=0.5, label="taken in")]
+    flows = [Patch(facecolor=IN, alpha=0.5, label="taken in")]
     flows += [
         Patch(facecolor=c, hatch=HATCHES[k], edgecolor="white", label=word)
         for k, (_, word, c) in enumerate(OUT)
