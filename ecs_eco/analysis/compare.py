@@ -424,20 +424,16 @@ def _draw_grid(folder: Path, arm: str, grid: Grid) -> list[str]:
 def _head(result: dict[str, Any], loaded: Mapping[str, Sequence[Series]]) -> list[str]:
     """Return the top of the page: the world, persistence in each arm with the causes of extinctions, and clear
     differences in mean numbers."""
-    arms = result["arms"]
-    told = [(arm, text) for arm, text in result["opening"].items()]
+    arms, told = result["arms"], [*result["opening"].items()]
     told += [(arm, differing(of, result["reference"])) for arm, of in result["effects"].items()]
-    lines = [
-        f"{in_words(arm for arm, same in told if same == text)}: {text}"
-        for text in dict.fromkeys(text for _, text in told)
-    ]
+    lines = [f"{in_words(a for a, t in told if t == x)}: {x}" for x in dict.fromkeys(t for _, t in told)]
     of = {str(run.manifest.get("world", "")) for run in chain(*loaded.values())}
-    known = [f"{arm} runs with {a['policies']}." for arm, a in arms.items() if "policies" in a]
+    known = ["The replicates are seeds. All intervals are 95% intervals."]
+    known += [f"{arm} runs with {a['policies']}." for arm, a in arms.items() if "policies" in a]
     return [
         f"<h1>{escape(': '.join([*of, '']) if len(of) == 1 and all(of) else '')}{len(arms)} arms compared</h1>",
         verdict(lines, any(a["persisted"] < a["n"] for a in arms.values())),
-        "<p class='under'>The replicates are seeds. All intervals are 95% intervals.</p>",
-        *(f"<p class='under'>{escape(line)}</p>" for line in known),
+        f"<p class='under'>{escape(' '.join(known))}</p>",
     ]
 
 

@@ -83,8 +83,8 @@ def _png(figure: Figure) -> bytes:
 
 def panels(rows: int, columns: int, width: float, height: float, **more: Any) -> tuple[Figure, np.ndarray]:
     """Return a figure of this size [inches] with rows × columns of axes, which notebooks can display; up to
-    four columns fit on a report's page."""
-    width = min(width, max(WIDEST, 2.4 * columns))
+    five columns fit on a report's page."""
+    width = min(width, max(WIDEST, WIDEST / 5 * columns))
     figure = empty(width, height, layout="constrained")
     return figure, figure.subplots(rows, columns, squeeze=False, **more)
 

@@ -275,7 +275,7 @@ def _head(sweep: Sweep, rows: Sequence[Row], failed: dict[int, str], opening: Se
     lost = not all(row["persisted"] for row in rows)
     blocks = [
         f"<h1>Sweep: {escape(title)}</h1>",
-        verdict([*lines_of(sweep, rows), *opening], lost),
+        verdict([*(f"{line}." for line in lines_of(sweep, rows)), *opening], lost),
         "<p class='under'>The replicates are seeds. All intervals are 95% intervals.</p>",
     ]
     if missing := len(sweep.jobs) - len(rows):

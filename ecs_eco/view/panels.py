@@ -28,7 +28,7 @@ class Panels:
     it. Raises TypeError if `functions` is not a mapping from names to functions.
     """
 
-    def __init__(self, source: Any, functions: Mapping[str, Function] | None) -> None:
+    def __init__(self, source: object, functions: Mapping[str, Function] | None) -> None:
         self.functions = dict(functions or {})
         for name, function in self.functions.items():
             if not isinstance(name, str) or not name.strip() or not callable(function):
@@ -36,7 +36,7 @@ class Panels:
                     f"panels: {name!r} = {function!r}; expected a name and a function of the world"
                 )
         first = getattr(source, "first", source)
-        self.subject = getattr(first, "world", first)
+        self.subject: object = getattr(first, "world", first)
         self.made: dict[str, Message] = {}  # the last message of each panel
         self._due = dict.fromkeys(self.functions, -math.inf)
 
