@@ -492,8 +492,9 @@ class World(SpatialWorld):
         ticks : int, optional
             Number of ticks to run; default: no limit.
         **how
-            `speed` [ticks/s], None for as fast as possible, `playing`, False to wait until a page plays it, and
-            `port`; in a notebook, also `height` [px].
+            `speed` [ticks/s], None for as fast as possible, `playing`, False to wait until a page plays it,
+            `port`, and `panels`, your own panels: functions of the world by name, which return a number, a
+            matplotlib figure or an SVG text; in a notebook, also `height` [px].
 
         Returns
         -------
@@ -508,7 +509,8 @@ class World(SpatialWorld):
         --------
         >>> from ecs_eco import World
         >>> world = World.from_config("predator-prey", seed=1)
-        >>> world.view(ticks=500, speed=20)  # doctest: +SKIP
+        >>> panels = {"Deer per wolf": lambda world: world.table("deer").n / world.table("wolf").n}
+        >>> world.view(ticks=500, speed=20, panels=panels)  # doctest: +SKIP
         """
         return _watch.view(self, ticks, **how)
 

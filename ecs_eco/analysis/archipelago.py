@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 
-from ecs_eco.analysis.page import Markup, drawn, page, table, write_text
+from ecs_eco.analysis.page import Markup, drawn, page, table, verdict, write_text
 from ecs_eco.analysis.palette import AXIS, INK
 from ecs_eco.analysis.runs import Series, load_series, tables
 from ecs_eco.analysis.style import Figure, colors_of, panels, styled
 from ecs_eco.config.models.archipelago import Archipelago
-from ecs_eco.engine.errors import RecordingError
+from ecs_eco.engine.errors import RecordingError, in_words
 from ecs_eco.record.archipelago import ISLANDS, check_island, read
 from ecs_eco.record.container import inside
 
@@ -123,7 +123,7 @@ def chart(islands: Islands) -> Figure:
             begin = turned - 360 * count / total
             ax.add_patch(Wedge((x, y), radius, begin, turned, color=hue[species], zorder=2))
             turned = begin
-        text = {"textcoords": "offset points", "ha": "center", "va": "top", "fontsize": 8}
+        text = {"textcoords": "offset points", "ha": "center", "va": "top", "fontsize": 9}
         ax.annotate(f"{name}\n{sum(n):,.0f}", (x, y), (0, -30), **text)
     handles = [Wedge((0, 0), 1, 0, 1, color=hue[s], label=s) for s in wander]
     ax.legend(handles=handles, loc="upper right", frameon=False)
@@ -186,6 +186,7 @@ def write_archipelago(folder: Path | str, out: Path | str | None = None) -> Path
     head = ["island", *islands.species, "immigrants", "emigrants", "island's own values"]
     blocks = [
         f"<h1>{escape(title)}</h1>",
+        verdict(*opening(islands)),
         f"<p class='under'>{escape(what)}</p>",
         picture,
         "<h2>Islands</h2>",
@@ -195,6 +196,32 @@ def write_archipelago(folder: Path | str, out: Path | str | None = None) -> Path
         *_ways(islands),
     ]
     return write_text(place / "report.html", page(title, *blocks))
+
+
+def opening(islands: Islands) -> tuple[list[str], bool]:
+    """Return sentences on the islands where species died out and on migrants, and whether a species died out."""
+    lines, many = [], len(islands.series)
+    for s, name in enumerate(islands.species):
+        gone = {
+            island: int(series.extinct[s])
+            for island, series in islands.series.items()
+            if series.n[:, s].any() and np.isfinite(series.extinct[s])
+        }
+        if gone:
+            first = [
+                f"{island} at tick {tick:,}" for island, tick in sorted(gone.items(), key=lambda one: one[1])
+            ]
+            places = in_words(first[:3]) + (f" and {len(gone) - 3} more" if len(gone) > 3 else "")
+            lines.append(f"{name} died out on {len(gone)} of {many} islands ({places}).")
+    lost = bool(lines)
+    if not lost:
+        lines.append(
+            f"All species that an island began with live there at the end of {islands.manifest['tick']:,} ticks."
+        )
+    counts = {name: islands.moved(name).sum() for name in islands.migrants}
+    if counts:
+        lines.append(f"Migrants that arrived: {in_words(f'{n:,} {name}' for name, n in counts.items())}.")
+    return lines, lost
 
 
 def _rows(islands: Islands, root: Path, place: Path) -> Iterator[list[object]]:

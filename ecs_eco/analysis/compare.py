@@ -36,6 +36,7 @@ from ecs_eco.analysis.survival import (
     log_rank,
     wilson,
 )
+from ecs_eco.engine.errors import in_words
 
 
 def compare(
@@ -421,17 +422,22 @@ def _draw_grid(folder: Path, arm: str, grid: Grid) -> list[str]:
 
 
 def _head(result: dict[str, Any], loaded: Mapping[str, Sequence[Series]]) -> list[str]:
-    """Return the top of the page: the world, persistence in each arm with the causes of extinctions, and clear
-    differences in mean numbers."""
-    arms, lines = result["arms"], [f"{arm}: {text}" for arm, text in result["opening"].items()]
-    lines += [f"{arm}: {differing(of, result['reference'])}" for arm, of in result["effects"].items()]
+    """Return the top of the page: the world, persistence in each arm, and clear differences in mean numbers."""
+    arms, told = (
+        result["arms"],
+        [
+            *result["opening"].items(),
+            *((arm, differing(of, result["reference"])) for arm, of in result["effects"].items()),
+        ],
+    )
+    lines = [f"{in_words(a for a, t in told if t == x)}: {x}" for x in dict.fromkeys(t for _, t in told)]
     of = {str(run.manifest.get("world", "")) for run in chain(*loaded.values())}
     known = [f"{arm} runs with {a['policies']}." for arm, a in arms.items() if "policies" in a]
     return [
         f"<h1>{escape(': '.join([*of, '']) if len(of) == 1 and all(of) else '')}{len(arms)} arms compared</h1>",
         verdict(lines, any(a["persisted"] < a["n"] for a in arms.values())),
-        "<p class='under'>The replicates are seeds. All intervals are 95% intervals.</p>",
-        *(f"<p class='under'>{escape(line)}</p>" for line in known),
+        "<p class='under'>The replicates are seeds. All intervals are 95% intervals. "
+        f"{escape(' '.join(known))}</p>",
     ]
 
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ecs_eco.analysis import palette
 from ecs_eco.analysis.cycles import Surrogates, cross_correlation, living_stretch
 from ecs_eco.analysis.land import Land, draw_land
 from ecs_eco.analysis.palette import AXIS, BAND, INK, SOFT, TIME
@@ -19,6 +20,7 @@ from ecs_eco.analysis.style import (
     Figure,
     colors,
     colors_of,
+    fills,
     grid_of_arms,
     many_and_one,
     panels,
@@ -84,7 +86,7 @@ def interventions(series: Series) -> list[tuple[int, str]]:
     return [(int(tick), describe(done)) for tick, done in series.manifest.get("intervened") or ()]
 
 
-ALONG: dict[str, Any] = {"rotation": 90, "ha": "left", "va": "top", "fontsize": 7.5, "color": INK}
+ALONG: dict[str, Any] = {"rotation": 90, "ha": "left", "va": "top", "fontsize": 9, "color": INK}
 PATCH = {"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 0.6}
 """Styles of the text along a vertical line, and of the patch behind it."""
 
@@ -238,7 +240,7 @@ def spectra(peaks: Mapping[str, Peak], hue: Mapping[str, str] | None = None) -> 
         ax.set_title(f"{s}: {named}")
         ax.set_xlabel("period [ticks]")
     axes[0, 0].set_ylabel("power")
-    axes[0, 0].legend(loc="lower right", fontsize=8.5, frameon=True, framealpha=1, edgecolor="none")
+    axes[0, 0].legend(loc="lower right", fontsize=9, frameon=True, framealpha=1, edgecolor="none")
     return figure
 
 
@@ -293,7 +295,7 @@ def lags(
         ax.axvline(0, color=AXIS, lw=0.8)
         ax.axvline(best, color=PALETTE[3], lw=1.2, ls="--", label=f"highest at {best:.2f}")
         ax.set(xlabel=f"{b} behind {a} [periods]", title=f"{a} → {b}", xlim=(-1, 1), ylim=(-1, 1.05))
-        ax.legend(loc="lower left", fontsize=8)
+        ax.legend(loc="lower left", fontsize=9)
     axes[0, 0].set_ylabel("correlation")
     return figure
 
@@ -330,28 +332,27 @@ def deaths(series: Series) -> Figure:
     counts = np.stack([series.columns[DIED + c] for c in series.causes], -1)  # (ticks, species, causes)
     shown = [i for i in range(len(series.species)) if counts[:, i].any()]
     used = [j for j in range(len(series.causes)) if counts[..., j].any()]
+    causes, looks = [series.causes[j] for j in used], fills(series)
     figure, axes = panels(max(1, len(shown)), 1, 9, 1.9 * max(1, len(shown)) + 0.7, sharex=True)
-    hatches = ("", "////", "\\\\\\\\", "xx", "++", "||")
     for ax, i in zip(axes[:, 0], shown, strict=False):
         middle, rate = binned(series, counts[:, i][:, used])
-        ax.stackplot(middle, rate.T, colors=[PALETTE[(k + 1) % len(PALETTE)] for k in range(len(used))], lw=0)
-        for k, area in enumerate(ax.collections):
-            area.set(hatch=hatches[k % len(hatches)], edgecolor="white", linewidth=0)
+        ax.stackplot(middle, rate.T, colors=[looks[cause][0] for cause in causes], lw=0)
+        for cause, area in zip(causes, ax.collections, strict=True):
+            area.set(hatch=looks[cause][1], edgecolor="white", linewidth=0)
         ax.set(ylabel="deaths per tick", title=series.species[i], ylim=(0, None))
         ax.margins(x=0)
     axes[-1, 0].set_xlabel("tick")
     if shown:
-        causes = [series.causes[j] for j in used]
         figure.legend(axes[0, 0].collections, causes, loc="outside upper left", ncols=5)
     return figure
 
 
 FLOWS = (
-    ("taken_in", "taken in", 1, PALETTE[0]),
-    ("endowed", "endowed", 1, PALETTE[1]),
-    ("burnt", "burned", -1, PALETTE[3]),
-    ("given", "given to offspring", -1, PALETTE[4]),
-    ("lost", "lost through death", -1, PALETTE[5]),
+    ("taken_in", "taken in", 1),
+    ("endowed", "endowed", 1),
+    ("burnt", "burned", -1),
+    ("given", "given to newborns", -1),
+    ("lost", "lost through death", -1),
 )
 
 
@@ -381,7 +382,7 @@ def energy(series: Series) -> Figure:
         for sign in (1, -1):
             flows = [flow for flow in FLOWS if flow[2] == sign and flow[0] in series.columns]
             middle, rate = binned(series, np.stack([series.columns[flow[0]][:, i] for flow in flows], -1))
-            labels, hues = [flow[1] for flow in flows], [flow[3] for flow in flows]
+            labels, hues = [flow[1] for flow in flows], [palette.FLOWS[flow[0]] for flow in flows]
             ax.stackplot(middle, sign * rate.T, colors=hues, labels=labels, lw=0)
         ax.axhline(0, color=INK, lw=0.8)
         ax.set(title=s, ylabel="energy per tick")
@@ -436,7 +437,9 @@ def _apart(xy: np.ndarray, wide: float) -> np.ndarray:
 
 
 @styled
-def survival(curves: Mapping[str, SurvivalCurve], until: float, title: str = "") -> Figure:
+def survival(
+    curves: Mapping[str, SurvivalCurve], until: float, title: str = "", hue: Mapping[str, str] | None = None
+) -> Figure:
     """Plot the Kaplan–Meier curve of each group with its 95% band.
 
     Parameters
@@ -446,6 +449,8 @@ def survival(curves: Mapping[str, SurvivalCurve], until: float, title: str = "")
     until : float
         End of the time axis [ticks].
     title : str, default ""
+    hue : mapping of str to str, optional
+        Color of each group; default: the palette.
 
     Returns
     -------
@@ -462,10 +467,10 @@ def survival(curves: Mapping[str, SurvivalCurve], until: float, title: str = "")
     for k, (name, curve) in enumerate(curves.items()):
         time = np.append(curve.time, max(until, curve.time[-1]))
         share, low, high = (np.append(x, x[-1]) for x in (curve.survival, curve.low, curve.high))
-        hue = PALETTE[(k + 2) % len(PALETTE)]
-        ax.fill_between(time, low, high, step="post", color=hue, alpha=0.15, lw=0)
+        color = (hue or {}).get(name, PALETTE[(k + 2) % len(PALETTE)])
+        ax.fill_between(time, low, high, step="post", color=color, alpha=0.15, lw=0)
         label = f"{name} (n = {curve.at_risk[0]})"
-        ax.step(time, share, where="post", color=hue, ls=DASHES[k % len(DASHES)], lw=2, label=label)
+        ax.step(time, share, where="post", color=color, ls=DASHES[k % len(DASHES)], lw=2, label=label)
     ax.set(xlim=(0, until), ylim=(-0.02, 1.04), xlabel="tick", ylabel="fraction surviving", title=title)
     ax.legend(loc="lower left")
     return figure

@@ -71,7 +71,7 @@ def courses(genes: Sequence[Course], traits: Mapping[str, str | None], title: st
         ax.set_title(f"{title}: {g.gene}" if title else g.gene)
         ax.grid(visible=False)
         bar = figure.colorbar(mesh, ax=ax, pad=0.01, aspect=12, format=lambda x, _: f"{100 * x:.2g} %")
-        bar.set_label("fraction of living organisms", fontsize=8.5)
+        bar.set_label("fraction of living organisms", fontsize=9)
         bar.set_ticks([0, top / 4, top])
         if k == 0:
             figure.legend(*ax.get_legend_handles_labels(), loc="outside upper left", ncols=2)

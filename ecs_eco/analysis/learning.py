@@ -10,9 +10,9 @@ import numpy as np
 import pyarrow as pa
 
 from ecs_eco.analysis.page import drawn, interval, number, page, table, write_text
-from ecs_eco.analysis.palette import AXIS, GREY
+from ecs_eco.analysis.palette import AXIS, TIME
 from ecs_eco.analysis.runs import Series, tables
-from ecs_eco.analysis.style import PALETTE, Figure, colors, colors_of, panels, styled
+from ecs_eco.analysis.style import Figure, colors, colors_of, panels, styled
 from ecs_eco.record.parquet import to_numpy
 
 POINTS = 150  # maximum number of points per curve
@@ -148,7 +148,7 @@ def actions(acts: Acts, title: str = "") -> Figure:
             [np.nan_to_num(c[1]) for c in curves],
             lw=0,
             labels=[acts.actions[i].partition(".")[2] for i in at],
-            colors=[PALETTE[(k + 1) % 6] if k < 6 else GREY for k in range(len(at))],
+            colors=[TIME[(len(TIME) - 1) * k // max(len(at) - 1, 1)] for k in range(len(at))],
         )
         ax.set(ylabel="share", ylim=(0, 1), title=f"{title}: {group}" if title else group)
         ax.margins(x=0)

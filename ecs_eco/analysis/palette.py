@@ -24,6 +24,8 @@ UNSET = "#4477aa"
 INK, SOFT, AXIS, BAND, GRID = "#1b1f23", "#57606a", "#7a838c", "#dfe3e8", "#e6eaee"
 """Colors on a light background: primary text, secondary text, axes, a band behind curves, and the grid."""
 NIGHT, SUN = "#a9b4c2", "#b58900"
+FLOWS = {"taken_in": SUN, "endowed": "#7d6200", "burnt": AXIS, "given": SOFT, "lost": INK}
+"""Colors of energy flows, which no species has."""
 CLEAR = {
     "red": ("#d7191c", "#f0605a"),
     "yellow": ("#a68500", "#e6b800"),
@@ -65,7 +67,13 @@ def _on_dark() -> dict[str, str]:
     """Return the dark-background color of each light-background color in figures."""
     pairs = {light: dark for light, dark, _ in SAFE}
     pairs |= {_paler(light, dark=False): _paler(dark, dark=True) for light, dark in pairs.items()}
-    pairs |= {NIGHT: "#3a4350", SUN: "#f0cf57", "#d8ccb4": "#857a60", **dict(CLEAR.values())}
+    pairs |= {
+        NIGHT: "#3a4350",
+        SUN: "#f0cf57",
+        FLOWS["endowed"]: "#b39b3c",
+        "#d8ccb4": "#857a60",
+        **dict(CLEAR.values()),
+    }
     pairs |= {"#b2182b": "#ef6a6a", "#1b7837": "#4fb36a", "#222222": "#e4eaea"}
     pairs |= {INK: "#e4eaea", "#000000": "#e4eaea", SOFT: "#98a5aa", AXIS: "#7f8c92", BAND: "#2c363b"}
     pairs |= {GRID: "#283136", "#ffffff": "#12181b"}

@@ -501,7 +501,7 @@ def lifetimes(grid: Grid, title: str = "") -> Figure:
             first = declines(grid.runs[i][j])[:1]
             text = f"{first[0].tick:,}\n{first[0].species}" if first else "all persist"
             color = ON_CELL[bool(lived[i, j] > 0.55 * top)]
-            ax.text(j, i, text, ha="center", va="center", fontsize=8.5, color=color)
+            ax.text(j, i, text, ha="center", va="center", fontsize=9, color=color)
     for edge in range(1, rows):
         ax.axhline(edge - 0.5, color="white", lw=1.2)
     for edge in range(1, columns):

@@ -6,7 +6,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial, wraps
 from io import BytesIO, StringIO
+from itertools import cycle
 from pathlib import Path
+from textwrap import fill
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeAlias
 
 import numpy as np
@@ -52,7 +54,11 @@ STYLE: dict[Any, Any] = {
     "text.parse_math": False,  # a $ in a name or cause is not the start of a formula
 }
 
+HATCHES = ("", "////", "\\\\\\\\", "xx", "++", "||", "--", "//\\\\")
+
 RASTER = 110  # dots per inch of images: relief and color maps
+
+WIDEST = 9.9  # [inches] width of a report's page on a screen, on which text of 9 pt is 12 px high
 
 _bare = False  # whether `as_delivered` has set matplotlib's defaults
 
@@ -76,9 +82,22 @@ def _png(figure: Figure) -> bytes:
 
 
 def panels(rows: int, columns: int, width: float, height: float, **more: Any) -> tuple[Figure, np.ndarray]:
-    """Return a figure of this size [inches] with rows × columns of axes, which notebooks can display."""
+    """Return a figure of this size [inches] with rows × columns of axes, which notebooks can display; up to
+    five columns fit on a report's page."""
+    width = min(width, max(WIDEST, WIDEST / 5 * columns))
     figure = empty(width, height, layout="constrained")
     return figure, figure.subplots(rows, columns, squeeze=False, **more)
+
+
+def fills(series: Series) -> dict[str, tuple[str, str]]:
+    """Return the color and hatching of each cause of death: being eaten has the color of the eater, and other
+    causes have colors that no species has."""
+    hue = colors_of(series)
+    rest = cycle([colour for colour in PALETTE if colour not in hue.values()] or PALETTE)
+    return {
+        cause: (hue.get(cause.removeprefix("eaten by ")) or next(rest), HATCHES[i % len(HATCHES)])
+        for i, cause in enumerate(series.causes)
+    }
 
 
 def several(
@@ -104,7 +123,7 @@ def grid_of_arms(
     wide, high = each[0] * len(runs) + 1, each[1] * len(labels) + edge
     figure, axes = panels(len(labels), len(runs), wide, high, sharex=True, **more)
     for ax, (arm, members) in zip(axes[0], runs.items(), strict=True):
-        ax.set_title(f"{arm} (n = {len(members)})")
+        ax.set_title(fill(f"{arm} (n = {len(members)})", max(12, int(9 * figure.get_figwidth() / len(runs)))))
     for ax, label in zip(axes[:, 0], labels, strict=True):
         ax.set_ylabel(label)
     return figure, axes

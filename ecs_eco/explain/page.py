@@ -22,7 +22,18 @@ from ecs_eco.analysis.runs import read_manifest
 from ecs_eco.engine.arguments import whole_number
 from ecs_eco.engine.errors import in_words
 from ecs_eco.explain import figures
-from ecs_eco.explain.account import Account, Options, When, Which, account, candidates, jobs_of, moments
+from ecs_eco.explain.account import (
+    Account,
+    Options,
+    When,
+    Which,
+    account,
+    candidates,
+    jobs_of,
+    moments,
+    rose,
+    signed,
+)
 from ecs_eco.explain.alleles import Paths
 from ecs_eco.explain.events import LEAST, Sweep, sweeps_and_tests
 from ecs_eco.record.archipelago import is_archipelago, read as read_archipelago
@@ -139,7 +150,7 @@ def write_explanation(
     options: Which = {"tick": tick, "forks": forks, "learned": learned, "reverse": reverse}
     accounts = accounts_of(run, some, options, how, together, progress)
     told = [accounts.get(id(sweep), Account(sweep)) for sweep in sweeps]
-    summary = opening(sweeps, lineage, list(paths), islands and bool(forks), bool(some))
+    summary = [*headline(told), *opening(sweeps, lineage, list(paths), islands and bool(forks), bool(some))]
     if together and some and not with_another(some):
         summary.append("No species has two sweeps whose alleles can be taken out together.")
     contents: dict[str, Any] = {"format": 1, "species": list(paths), "fdr": fdr, "forks": forks}
@@ -252,6 +263,17 @@ def bred(lineage: Lineage, species: str, place: Path) -> list[str]:
 def traits_of(genomes: Mapping[str, Any]) -> dict[str, str]:
     """Return what each gene codes for."""
     return {gene["name"]: gene.get("trait") or "" for gene in genes_in(genomes)} if genomes else {}
+
+
+def headline(told: Sequence[Account]) -> list[str]:
+    """Return the clearest sweep and the effect of its allele on the number of young, if there is a sweep."""
+    lines = []
+    for one in sorted(told, key=lambda one: one.sweep.p)[:1]:
+        lines.append(rose(one.sweep))
+        births = one.taken[0][1].effect("births") if one.taken else None
+        if births is not None and not np.isnan(births.low):
+            lines.append(f"Taking it out changes the number of young of its carriers by {signed(births)}.")
+    return lines
 
 
 def opening(

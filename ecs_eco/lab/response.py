@@ -245,7 +245,9 @@ def _values_axis(ax: Axes, key: str, values: list[Any]) -> None:
     if _are_numbers(values):
         if len(values) <= 6:
             ax.set_xticks(values)
-            ax.set_xticklabels([_written(v) for v in values])
+            names = [_written(v) for v in values]
+            crowded = min(np.diff(values), default=1) < 0.04 * max(map(len, names)) * np.ptp(values)
+            ax.set_xticklabels(names, rotation=45 * crowded, ha="right" if crowded else "center")
         ax.margins(x=0.08)
     else:
         names = [_written(v) for v in values]
@@ -329,7 +331,7 @@ def _cells(
                     _cell(mean, outcome),
                     ha="center",
                     va="center",
-                    fontsize=8,
+                    fontsize=9,
                     color=ON_CELL[bool(mean >= middle)],
                 )
     return drawn

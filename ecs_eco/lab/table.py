@@ -201,10 +201,14 @@ def write_page(sweep: Sweep, rows: Sequence[Row], failed: dict[int, str]) -> Pat
     species = [name for name in species if f"{name}.mean" in rows[0]]
     hue = colors(species, read_manifest(sweep.job_folder(rows[0]["job"]) / RUN).get("colors"))
     outcomes, keys = outcomes_of(rows, species), list(sweep.jobs[0].values)
+    given = sweep.content["plan"].get("latin_hypercube") or {}
+    design = given.get("design", "lhs")
+    found = [] if design == "lhs" else [*sensitivity.indices_of(Sample.model_validate(given), rows, outcomes)]
+    opening = [*_opening(rows, keys, outcomes), *_depends(design, found)]
     blocks = [
-        *_head(sweep, rows, failed),
+        *_head(sweep, rows, failed, opening),
         *_responses(rows, keys, outcomes, hue, folder),
-        *_sensitivity(sweep, rows, outcomes, folder),
+        *_sensitivity(sweep, design, found, folder),
         *_points(rows, keys, outcomes),
         *_seeds(rows, keys, outcomes),
         *_origin(sweep, rows),
@@ -226,12 +230,52 @@ def lines_of(sweep: Sweep, rows: Sequence[Row]) -> tuple[str, ...]:
     return tuple(out)
 
 
-def _head(sweep: Sweep, rows: Sequence[Row], failed: dict[int, str]) -> list[str]:
+def _opening(rows: Sequence[Row], keys: list[str], outcomes: list[Outcome]) -> list[str]:
+    """Return a sentence on the largest clear difference between the ends of a key's values, relative to the
+    larger mean, in the untreated world if there is one."""
+    kept = [row for row in rows if row["treatment"] == UNTREATED] or rows
+    tried, found = 0, []
+    for key in keys:
+        ends = response.values_of(kept, key)
+        if not 2 <= len(ends) <= response.FEW or not all(isinstance(end, int | float) for end in ends):
+            continue
+        for outcome in outcomes:
+            low, high = (
+                response.of_seeds([row for row in kept if row[key] == end], outcome.column)
+                for end in (ends[0], ends[-1])
+            )
+            if min(len(low), len(high)) < FEWEST:
+                continue
+            tried += 1
+            x = Effect("", high, low, outcome.share).after(max(len(low), len(high)))
+            if x.low > 0 or x.high < 0:
+                words = f"{key} = {ends[-1]} instead of {ends[0]}: {outcome.label} {'+' * (x.value > 0)}"
+                found.append((abs(x.value) / max(low.mean(), high.mean()), words + interval(x)))
+    if not tried:
+        return []
+    if not found:
+        return ["No outcome differs clearly between the lowest and the highest value of a key."]
+    return [f"{max(found)[1]}, the largest of {tried} differences relative to the mean."]
+
+
+def _depends(design: str, found: Sequence[tuple[str, Outcome, sensitivity.Indices]]) -> list[str]:
+    """Return a sentence on the key with the largest total index or, for Morris, the largest μ*."""
+    best = design == "sobol"
+    ranked = [
+        (of[key][best].value, f"{what.label} depends", key, of) for _, what, of in found[:1] for key in of
+    ]
+    return [
+        f"The {words} most on {key} ({sensitivity.NAMES[design][best]} {_cell(of[key][best])})."
+        for _, words, key, of in sorted(ranked, key=lambda one: -one[0])[:1]
+    ]
+
+
+def _head(sweep: Sweep, rows: Sequence[Row], failed: dict[int, str], opening: Sequence[str]) -> list[str]:
     title = sweep.content["title"] or sweep.content["world"]
     lost = not all(row["persisted"] for row in rows)
     blocks = [
         f"<h1>Sweep: {escape(title)}</h1>",
-        verdict(lines_of(sweep, rows), lost),
+        verdict([*(f"{line}." for line in lines_of(sweep, rows)), *opening], lost),
         "<p class='under'>The replicates are seeds. All intervals are 95% intervals.</p>",
     ]
     if missing := len(sweep.jobs) - len(rows):
@@ -262,13 +306,13 @@ def _responses(
     return blocks
 
 
-def _sensitivity(sweep: Sweep, rows: Sequence[Row], outcomes: list[Outcome], folder: Path) -> list[str]:
+def _sensitivity(
+    sweep: Sweep, design: str, found: Sequence[tuple[str, Outcome, sensitivity.Indices]], folder: Path
+) -> list[str]:
     """Return the section with sensitivity indices, if the points are those of Sobol or Morris and complete;
     write sensitivity.parquet."""
-    design = (given := sweep.content["plan"].get("latin_hypercube") or {}).get("design", "lhs")
     if design == "lhs":
         return []
-    found = list(sensitivity.indices_of(Sample.model_validate(given), rows, outcomes))
     if not found:
         return ["<h2>Sensitivity</h2><p>Indices need all points, at which an outcome differs.</p>"]
     write_table(sensitivity.as_rows(design, found), sweep.folder / "sensitivity.parquet")

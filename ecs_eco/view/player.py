@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
 from ecs_eco.engine.errors import nearest
 from ecs_eco.view.families import asked
+from ecs_eco.view.panels import Function, Panels
 from ecs_eco.view.shown import Inbox, Log, Page, View, beside, choose, panel
 from ecs_eco.view.source import Message, Source, is_whole, said, short, text
 
@@ -41,7 +42,10 @@ ELSEWHERE = (
 
 
 class Player(Inbox):
-    """Plays a source at `speed` [ticks/s] (None: full speed) for any number of pages until `halted()`."""
+    """Plays a source at `speed` [ticks/s] (None: full speed) for any number of pages until `halted()`.
+
+    `panels` are functions of the world whose results pages show, by name (`ecs_eco.view.panels`).
+    """
 
     def __init__(
         self,
@@ -49,9 +53,11 @@ class Player(Inbox):
         speed: float | None = USUAL,
         playing: bool = True,
         halted: Callable[[], bool] = lambda: False,
+        panels: Mapping[str, Function] | None = None,
     ) -> None:
         self.source, self.speed, self.playing, self.halted = source, speed, playing, halted
         super().__init__()
+        self.panels = Panels(source, panels)
         self.frames = 0  # frames made so far
         self._views: dict[Page, View] = {}
         self._steps = 0
@@ -165,6 +171,7 @@ class Player(Inbox):
             stood = not self.playing and view.sent_tick != tick  # after a single step by the user
             due, shown = view.news or ((state or stood) and view.awaits is None), view.seen
             if view.awaits is None:
+                self.panels.add(view, tick, out)
                 self._timed("frame", partial(self._show, view, out, now))
                 new = min(new, view.frame_at + self._period())
                 if view.awaits is None and not view.whole(tick):
@@ -247,7 +254,8 @@ class Player(Inbox):
         kind = request.get("kind")
         if kind == "join":
             new = self._views[page] = View()
-            greeting = self.source.hello(), *self.source.greeting(), *self._log.came(new)
+            hello = self.source.hello() | {"panels": list(self.panels.functions)}
+            greeting = hello, *self.source.greeting(), *self._log.came(new)
             page.send([text(message) for message in greeting])
             return
         if (view := self._views.get(page)) is None:
@@ -291,6 +299,7 @@ class Player(Inbox):
         tick = self._passed = self.source.tick
         self._sampled, self._sample_at, self._ticked = -1, -math.inf, (time.monotonic(), tick)
         self._next = time.monotonic()
+        self.panels.made.clear()
         for view in self._views.values():
             view.back(tick)
 
@@ -346,4 +355,5 @@ REQUESTS: dict[str, Callable[[Player, View, Message], None]] = {
     "select": lambda player, view, request: choose(player.source, view, request),
     "colour": Player._colour,
     "field": lambda player, view, request: view.lay(player.source, request),
+    "panels": lambda player, view, request: player.panels.ask(view, request),
 }

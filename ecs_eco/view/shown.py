@@ -45,6 +45,7 @@ class View:
         self.fated = -1  # the last tick whose deaths were sent
         self.field: str | None = None  # the field laid over the scene
         self.mapped: tuple[Any, ...] | None = None  # contents of the last map
+        self.panels: dict[str, Message | None] = {}  # users' panels on this page, and what was last sent
 
     def back(self, tick: int) -> None:
         """Discard the data already sent for this tick and later ticks."""

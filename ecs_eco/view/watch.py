@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack, closing
 from html import escape
 from typing import Any
@@ -14,6 +14,7 @@ from ecs_eco.engine.hooks import listening
 from ecs_eco.view.entrance import Entrance
 from ecs_eco.view.live import Live
 from ecs_eco.view.pair import Pair
+from ecs_eco.view.panels import Function
 from ecs_eco.view.player import USUAL, Player
 from ecs_eco.view.replay import Replay
 from ecs_eco.view.server import Server
@@ -29,14 +30,43 @@ def watch(
     speed: float | None = USUAL,
     playing: bool = False,
     browser: bool = False,
+    panels: Mapping[str, Function] | None = None,
 ) -> None:
-    """Serve a source, and any world that pages start in its place, until Ctrl-C. Call this in the thread that
-    created the source. Unless `playing`, it waits until a page plays it. `announce` receives an address, and a
-    new one after each use.
+    """Serve a source, and any world that pages start in its place, until Ctrl-C.
 
-    Raises OSError if the port is taken.
+    Call this in the thread that created the source.
+
+    Parameters
+    ----------
+    source : Live or Replay or Pair
+        A live world, a recorded run, or two of them side by side.
+    announce : callable
+        Receives the page's address, and a new one after each use.
+    port : int, default 0
+        Any free port if 0.
+    speed : float or None
+        [ticks/s]; None for as fast as possible.
+    playing : bool, default False
+        Start at once, without waiting for a page to play it.
+    browser : bool, default False
+        Also open the page in the browser.
+    panels : mapping of str to callable, optional
+        Your own panels on the page, by name. Each function receives the `World`, or the `Replay` of a recorded
+        run, and returns a number, a matplotlib figure or an SVG text.
+
+    Raises
+    ------
+    OSError
+        If the port is taken.
+
+    Examples
+    --------
+    >>> from ecs_eco.view.replay import Replay
+    >>> from ecs_eco.view.watch import watch
+    >>> panels = {"Oldest deer": lambda run: run.tick - run.listed("deer")["born"].min()}
+    >>> watch(Replay("my-run"), panels=panels)  # doctest: +SKIP
     """
-    player = served(source, speed, playing)
+    player = served(source, speed, playing, panels=panels)
     with Server(player, port) as server, closing(Entrance(server, announce, browser)):
         try:
             player.source.run(player.turn)
@@ -69,7 +99,7 @@ def _begun(player: Player) -> Player | None:
     if isinstance(made, str):
         player.tell("error", made)
         return player
-    return served(made, player.speed)
+    return served(made, player.speed, panels=player.panels.functions)
 
 
 class Window(ExitStack):
@@ -107,10 +137,19 @@ class Panel:
     """
 
     def __init__(
-        self, world: World, ticks: int | None, *, speed: float | None, playing: bool, height: int, port: int
+        self,
+        world: World,
+        ticks: int | None,
+        *,
+        speed: float | None,
+        playing: bool,
+        height: int,
+        port: int,
+        panels: Mapping[str, Function] | None = None,
     ) -> None:
         self.world, self.height = world, height
-        self.player = served(Live(world, None if ticks is None else world.tick + ticks), speed, playing)
+        live = Live(world, None if ticks is None else world.tick + ticks)
+        self.player = served(live, speed, playing, panels=panels)
         self.server: Server | None = Server(self.player, port, FRAMES).start()
         self._loop = asyncio.get_running_loop()
         self._next = self._loop.call_soon(self._pump)
@@ -162,19 +201,23 @@ def view(
     playing: bool = False,
     height: int = 640,
     port: int = 0,
+    panels: Mapping[str, Function] | None = None,
 ) -> Panel | None:
     """Show a live world in the output cell of a notebook or, outside a notebook, in the browser until Ctrl-C.
 
     The world runs for `ticks` more ticks (None: indefinitely). `speed` is in ticks/s (None: full speed),
-    `height` in px. The notebook must run on this machine, because the page is served from 127.0.0.1.
+    `height` in px, and `panels` are as in `watch`. The notebook must run on this machine, because the page is
+    served from 127.0.0.1.
     """
     try:
         asyncio.get_running_loop()
     except RuntimeError:
         last = None if ticks is None else world.tick + ticks
-        watch(Live(world, last), port=port, speed=speed, playing=playing, browser=True)
+        watch(Live(world, last), port=port, speed=speed, playing=playing, browser=True, panels=panels)
         return None
     if (former := _PANELS.get(world)) is not None:
         former.close()
-    panel = _PANELS[world] = Panel(world, ticks, speed=speed, playing=playing, height=height, port=port)
+    panel = _PANELS[world] = Panel(
+        world, ticks, speed=speed, playing=playing, height=height, port=port, panels=panels
+    )
     return panel

@@ -13,8 +13,9 @@ import pytest
 from ecs_eco.analysis import figures
 from ecs_eco.analysis.cycles import cross_seed_surrogates, cycle_statistics
 from ecs_eco.analysis.nervous_figure import draw_nervous_system
-from ecs_eco.analysis.palette import safe
+from ecs_eco.analysis.palette import FLOWS, safe
 from ecs_eco.analysis.runs import Series, load_series
+from ecs_eco.analysis.style import colors_of, fills
 from ecs_eco.analysis.survival import kaplan_meier
 from ecs_eco.config import load
 
@@ -87,6 +88,15 @@ def test_deaths_stack_to_all_deaths(run: Series) -> None:
     top = max(area.get_paths()[0].vertices[:, 1].max() for area in figure.axes[1].collections)
     binned = run.of("deer", "deaths").reshape(120, 10).mean(1)
     assert top == pytest.approx(binned.max())
+
+
+def test_being_eaten_has_the_color_of_the_eater_and_nothing_else_that_of_a_species(run: Series) -> None:
+    hue, looks = colors_of(run), fills(run)
+    assert [looks[f"eaten by {eater}"][0] for eater in ("deer", "wolf")] == [hue["deer"], hue["wolf"]]
+    others = [looks["starved"][0], looks["too old"][0], *FLOWS.values()]
+    assert not {*others} & {*hue.values()}
+    assert len({*others}) == len(others)
+    assert len({hatch for _, hatch in looks.values()}) == len(looks)
 
 
 def test_energy_flows_are_drawn_on_both_sides_of_zero(run: Series) -> None:

@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
+import ecs_eco
 from ecs_eco.analysis import depth_figures, figures
 from ecs_eco.analysis.cycles import cycle_statistics
 from ecs_eco.analysis.page import page, picture, table
@@ -23,6 +24,7 @@ from ecs_eco.testing.browser import chromium, launched
 chains = SimpleNamespace(**runpy.run_path(str(Path(__file__).with_name("chains.py"))))
 contrast = runpy.run_path(str(Path(__file__).with_name("test_palette.py")))["contrast"]
 GROUND = "#ffffff", "#12181b"
+PACKAGE = Path(ecs_eco.__file__).parent
 BEHIND = {BAND, GRID, GROUND[0], NIGHT, "none"}
 """Colours of what lies behind curves."""
 PAIRS = [("grass", "deer"), ("deer", "wolf")]
@@ -182,6 +184,20 @@ def test_a_browser_shows_a_figure_in_the_theme_of_its_page_and_readable_on_a_pho
     assert seen["dark"]["letter"] >= 9
 
 
+def test_figures_with_up_to_five_columns_fit_on_the_page_of_a_report_and_their_text_has_12_px() -> None:
+    for columns, wide in ((1, 9.0), (5, 20.0), (8, 20.0)):
+        figure, _ = panels(1, columns, wide, 3)
+        assert figure.get_figwidth() == pytest.approx({1: 9.0, 5: 9.9, 8: 15.84}[columns])
+    sources = [path for folder in ("analysis", "lab", "explain") for path in (PACKAGE / folder).rglob("*.py")]
+    sizes = [
+        (path.name, float(size))
+        for path in sources
+        for size in re.findall(r"""fontsize"?[=:] ?([\d.]+)""", path.read_text(encoding="utf-8"))
+    ]
+    assert len(sizes) > 10
+    assert [(name, size) for name, size in sizes if size < 9] == []  # 9 pt are 12 px
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(chromium() is None, reason="needs Chromium")
 def test_printing_loses_no_column(tmp_path: Path) -> None:
@@ -189,13 +205,14 @@ def test_printing_loses_no_column(tmp_path: Path) -> None:
     head = ["world", *(f"a column with a long name, {i}" for i in range(11))]
     rows = [["with more wolves", *(["1,234.5 (1,000.5 … 2,345.6)"] * 11)]]
     file = tmp_path / "page.html"
-    file.write_text(page("x", table(head, rows)), encoding="utf-8")
+    wide = picture(save_svg(panels(1, 12, 40, 3)[0], tmp_path / "wide.svg"), "Wide")
+    file.write_text(page("x", table(head, rows), wide), encoding="utf-8")
     with launched() as browser:
         shown = browser.new_page(viewport={"width": 718, "height": 1000})  # A4 with margins of 1 cm
         shown.goto(file.as_uri())
         shown.emulate_media(media="print")
         right, hidden = shown.evaluate("""() => [
-            Math.max(...[...document.querySelectorAll('td, th')].map(cell => cell.getBoundingClientRect().right)),
+            Math.max(...[...document.querySelectorAll('td, th, .plot')].map(x => x.getBoundingClientRect().right)),
             getComputedStyle(document.querySelector('.wide')).overflowX]""")
     assert right <= 718
     assert hidden == "visible"

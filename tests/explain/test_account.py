@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 
 from ecs_eco import explain
 from ecs_eco.analysis.lineage import Lineage
+from ecs_eco.analysis.page import number
 from ecs_eco.cli import app
 from ecs_eco.config import load
 from ecs_eco.engine.errors import ConfigError, RecordingError
@@ -29,7 +30,7 @@ from ecs_eco.explain.account import (
     without,
 )
 from ecs_eco.explain.figures import birth, clearest, largest, neutral
-from ecs_eco.explain.page import births_of, opening, with_another
+from ecs_eco.explain.page import births_of, headline, opening, with_another
 from ecs_eco.record import run_to_folder
 from tests.explain.newts import recorded
 
@@ -258,6 +259,18 @@ def test_what_was_examined_is_told_first(pond):
     assert (
         "Only alleles of the 8 clearest sweeps" in opening([sweep()] * 9, lineage, ["newt"], False, True)[-1]
     )
+
+
+def test_the_clearest_sweep_and_its_effect_open_the_page():
+    weak, clear = replace(sweep(), p=0.009), replace(sweep(), p=0.001)
+    without = taken()
+    effect = without.effect("births")
+    told = headline([Account(weak), Account(clear, taken=((RED, without),))])
+    assert told[0] == rose(clear)
+    words = f"{number(effect.value, 2)} ({number(effect.low, 2)} to {number(effect.high, 2)})"
+    assert told[1:] == [f"Taking it out changes the number of young of its carriers by {words}."]
+    assert headline([Account(weak)]) == [rose(weak)]
+    assert headline([]) == []
 
 
 def test_two_sweeps_of_a_species_are_taken_out_together():

@@ -8,6 +8,7 @@ import pytest
 from ecs_eco.analysis.seed_grid import mean_interval
 from ecs_eco.analysis.survival import wilson
 from ecs_eco.lab.response import Outcome, answers, by_point, interval, outcomes_of, responses, values_of
+from ecs_eco.lab.table import _opening
 
 N, KEPT = Outcome("moss.mean", "mean number of moss", "moss"), Outcome("persisted", "share", share=True)
 
@@ -51,6 +52,21 @@ def test_an_answer_is_the_mean_over_seeds_of_the_means_over_all_else() -> None:
     assert nine.mean.value == 30.0
     assert np.isnan(nine.mean.low)  # of one run
     assert five.runs == (10.0, 14.0, 20.0, 24.0)
+
+
+def test_the_largest_clear_difference_opens_the_page_of_a_sweep() -> None:
+    of_five, of_nine = (10.0, 12.0, 14.0), (30.0, 32.0, 34.0)
+    rows = [row(0, 5, 0.1, seed, n) for seed, n in enumerate(of_five)]
+    rows += [row(1, 9, 0.1, seed, n) for seed, n in enumerate(of_nine)]
+    (said,) = _opening(rows, ["count"], [N, KEPT])
+    assert said.startswith("count = 9 instead of 5: mean number of moss +20 (")
+    assert said.endswith("), the largest of 2 differences relative to the mean.")
+    same = [row(n, count, 0.1, seed, 7.0) for n, count in enumerate((5, 9)) for seed in range(3)]
+    assert _opening(same, ["count"], [N, KEPT]) == [
+        "No outcome differs clearly between the lowest and the highest value of a key."
+    ]
+    assert _opening(rows[1:], ["count"], [N]) == []  # two seeds are too few
+    assert _opening(rows, ["rate"], [N]) == []  # it has one value
 
 
 def test_shares_have_wilsons_interval_and_stay_between_0_and_1() -> None:

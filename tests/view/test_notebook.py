@@ -104,7 +104,7 @@ def test_outside_of_a_notebook_it_opens_the_browser(monkeypatch):
     asked = {}
     monkeypatch.setattr(watch, "watch", lambda source, **how: asked.update(how, last=source.last))
     assert mites().view(7) is None
-    assert asked == {"port": 0, "speed": 10.0, "playing": False, "browser": True, "last": 7}
+    assert asked == {"port": 0, "speed": 10.0, "playing": False, "browser": True, "panels": None, "last": 7}
 
 
 @pytest.mark.parametrize("browsers", [pytest.param("chromium", marks=IN_A_BROWSER)])

@@ -3,28 +3,38 @@
 import pytest
 
 from ecs_eco.testing.browser import until
-from tests.view.pages import IN_A_BROWSER, opened, passed, pause
+from tests.view.pages import IN_A_BROWSER, opened, passed, pause, play
 
 pytestmark = IN_A_BROWSER
 LOG = "document.querySelector('#act .log').textContent"
 RUN = "wolf: running speed"
 
 
+def unfold(page):
+    page.locator("#knobs").wait_for()
+    if not page.locator("#knobs").evaluate("knobs => knobs.open"):
+        page.locator("#knobs summary").click()
+    page.get_by_label(RUN, exact=True).wait_for()
+
+
 @pytest.fixture
 def act(page):
     page.locator("#tab-act").click()
     pause(page)
-    page.get_by_label(RUN, exact=True).wait_for()
+    unfold(page)
     return page
 
 
-def test_knobs_come_first_as_sliders_between_their_ends_with_unit(act):
+def test_knobs_are_sliders_in_the_scene_between_their_ends_with_unit(act):
     page = act
-    assert page.locator("#act fieldset legend").first.inner_text() == "Knobs"
+    scene, knobs = (page.locator(id).bounding_box() for id in ("#stage", "#knobs"))
+    assert scene["x"] < knobs["x"]
+    assert knobs["x"] + knobs["width"] < scene["x"] + scene["width"]
+    assert knobs["y"] + knobs["height"] < scene["y"] + scene["height"]
     slider = page.get_by_label(RUN, exact=True)
     assert slider.evaluate("it => [it.min, it.max]") == ["0.5", "2"]
-    assert page.locator("#act .knobs output").all_inner_texts()[2] == "1.3 m/s"
-    assert page.locator("#act .knobs input").count() == 6
+    assert page.locator("#knobs .knobs output").all_inner_texts()[2] == "1.3 m/s"
+    assert page.locator("#knobs .knobs input").count() == 6
 
 
 def test_a_knob_is_turned_undone_and_reset(act):
@@ -55,11 +65,43 @@ def test_a_knob_is_turned_undone_and_reset(act):
     assert float(slider.input_value()) == before
 
 
+def test_a_knob_is_turned_beside_the_charts_while_the_world_runs_and_undone_there(page):
+    page.locator("#tab-charts").click()
+    unfold(page)
+    play(page)
+    before = float(page.get_by_label(RUN, exact=True).input_value())
+    page.get_by_label(RUN, exact=True).focus()
+    page.keyboard.press("End")
+    until(page, f"{LOG}.includes('species.wolf.locomotion.speed.run = 2')")
+    assert page.locator("#charts").is_visible()
+    assert page.evaluate("ecs.playing")
+    page.locator("#knobs").get_by_role("button", name="Undo", exact=True).click()
+    assert float(page.get_by_label(RUN, exact=True).input_value()) == before
+    pause(page)
+    passed(page)
+
+
+def test_knobs_unfold_in_a_wide_scene_fold_on_a_phone_and_stay_as_they_were_left(park, browser):
+    def arrives(page, width, height):
+        page.set_viewport_size({"width": width, "height": height})
+        page.reload()
+        until(page, "ecs.frames > 0 && ecs.connected && document.querySelectorAll('#knobs input').length")
+        return page.locator("#knobs").evaluate("knobs => knobs.open")
+
+    with opened(browser, park.run.address()) as page:
+        assert arrives(page, 1440, 900)
+        assert not arrives(page, 390, 844)
+        page.locator("#knobs summary").click()
+        assert arrives(page, 390, 844)
+        page.locator("#knobs summary").click()
+        assert not arrives(page, 1440, 900)
+
+
 def test_what_another_page_turns_is_seen_on_this_one(act, browser):
     page = act
-    turned = "document.querySelectorAll('#act .knobs output')[2].textContent"
+    turned = "document.querySelectorAll('#knobs .knobs output')[2].textContent"
     with opened(browser, page.run.address()) as other:
-        other.locator("#tab-act").click()
+        unfold(other)
         until(other, f"{turned} === '1.3 m/s'")
         other.get_by_label(RUN, exact=True).focus()
         other.keyboard.press("End")

@@ -73,6 +73,7 @@ export interface Hello {
   mode: "live" | "replay";
   world: string;
   title: string;
+  panels?: string[]; // names of the user's own panels
   about?: string; // its description, paragraphs separated by empty lines
   seed?: number;
   dt: number;
@@ -445,6 +446,16 @@ export interface Knob {
   high: number;
 }
 
+/** The result of a user's panel: a number (null: not finite), a picture or an error. */
+export interface PanelMessage {
+  kind: "panel";
+  name: string;
+  tick: number;
+  number?: number | null;
+  svg?: string;
+  error?: string;
+}
+
 export interface Params {
   kind: "params";
   list: Parameter[];
@@ -477,7 +488,7 @@ export interface OpenedIsland {
   address: string;
 }
 
-export type Message = Islands | OpenedIsland | Hello | State | Series | Marks | Organism | Said | LogMessage | Params | StoryMessage | Why | Fates | FieldMessage | TableMessage | TreeMessage | ScatterMessage | Beside | FileMessage | Pairs;
+export type Message = Islands | OpenedIsland | Hello | State | Series | Marks | Organism | Said | LogMessage | Params | StoryMessage | Why | Fates | FieldMessage | TableMessage | TreeMessage | ScatterMessage | Beside | FileMessage | Pairs | PanelMessage;
 
 /** Data about the page for tests, as `window.ecs`; see docs/reference/viewer_protocol.md. */
 export interface Counters {

@@ -5,19 +5,16 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.analysis.figures import binned, interventions, mark
-from ecs_eco.analysis.palette import GREY, SOFT
+from ecs_eco.analysis import palette
+from ecs_eco.analysis.figures import FLOWS, binned, interventions, mark
+from ecs_eco.analysis.palette import SOFT
 from ecs_eco.analysis.runs import DIED
-from ecs_eco.analysis.style import DASHES, PALETTE, Axes, Figure, colors_of, panels, styled
+from ecs_eco.analysis.style import DASHES, HATCHES, Axes, Figure, colors_of, fills, panels, styled
 from ecs_eco.analysis.why.case import Case
 from ecs_eco.analysis.why.diagnose import VERDICTS
 
-HATCHES = ("", "////", "\\\\\\\\", "xx", "++", "||", "--", "//\\\\")
-OUT = (
-    ("burnt", "burned", PALETTE[3]),
-    ("given", "given to newborns", PALETTE[5]),
-    ("lost", "lost through death", GREY),
-)
+OUT = tuple((name, word, palette.FLOWS[name]) for name, word, sign in FLOWS if sign < 0)
+IN = palette.FLOWS["taken_in"]
 MOST = 5  # maximum number of species with a row
 
 
@@ -31,7 +28,8 @@ def draw(case: Case, findings: Mapping[str, Any]) -> Figure:
     rows = figure.add_gridspec(len(shown) + 1, 2, height_ratios=[1.7, *[1.0] * len(shown)])
     top = figure.add_subplot(rows[0, :])
     _numbers(top, case, findings)
-    used = [c for c in case.series.causes if any(case.series.of(s, DIED + c).any() for s in shown)]
+    looks = fills(case.series)
+    used = {c: looks[c] for c in looks if any(case.series.of(s, DIED + c).any() for s in shown)}
     for i, s in enumerate(shown):
         left, right = (figure.add_subplot(rows[i + 1, side], sharex=top) for side in (0, 1))
         _causes(left, case, s, used)
@@ -89,24 +87,18 @@ def _numbers(ax: Axes, case: Case, findings: Mapping[str, Any]) -> None:
     mark(ax, interventions(series))
 
 
-def _causes(ax: Axes, case: Case, species: str, used: list[str]) -> None:
+def _causes(ax: Axes, case: Case, species: str, used: Mapping[str, tuple[str, str]]) -> None:
     counts = np.stack([case.series.of(species, DIED + c) for c in used], -1)
     middle, rate = binned(case.series, counts, 60)
     total = rate.sum(1, keepdims=True)
     share = np.divide(rate, total, out=np.zeros_like(rate), where=total > 0)
     width = np.diff(middle, append=2 * middle[-1] - middle[-2] if len(middle) > 1 else middle[-1] + 1)
     base = np.zeros(len(middle))
-    for k in range(len(used)):
-        hue, pattern = _fill(k)
+    for k, (hue, pattern) in enumerate(used.values()):
         ax.bar(middle, share[:, k], width, bottom=base, lw=0, facecolor=hue, hatch=pattern, edgecolor="white")
         base += share[:, k]
     ax.set(ylim=(0, 1), ylabel="share of deaths", title=species)
     ax.yaxis.set_major_formatter(lambda x, _: f"{x:.0%}")
-
-
-def _fill(k: int) -> tuple[str, str]:
-    """Return the color and hatching of the k-th cause of death."""
-    return PALETTE[(k + 1) % len(PALETTE)], HATCHES[k % len(HATCHES)]
 
 
 def _energy(ax: Axes, case: Case, species: str) -> None:
@@ -115,8 +107,8 @@ def _energy(ax: Axes, case: Case, species: str) -> None:
     flows = np.stack([case.flow(species, name) for name in ("taken_in", *(name for name, _, _ in OUT))], -1)
     _, per = binned(case.series, flows, 60)
     per = np.divide(per, heads, out=np.full_like(per, np.nan), where=heads >= 0.5)
-    ax.plot(middle, per[:, 0], color=PALETTE[0], lw=1.8)
-    ax.fill_between(middle, 0, per[:, 0], color=PALETTE[0], alpha=0.25, lw=0)
+    ax.plot(middle, per[:, 0], color=IN, lw=1.8)
+    ax.fill_between(middle, 0, per[:, 0], color=IN, alpha=0.25, lw=0)
     base = np.zeros(len(middle))
     for k, (_, _, colour) in enumerate(OUT):
         end = base - per[:, k + 1]
@@ -129,16 +121,16 @@ def _energy(ax: Axes, case: Case, species: str) -> None:
     ax.set(title=species, ylim=(-1.15 * span, 1.15 * span) if span > 0 else None)
 
 
-def _legend(figure: Figure, used: list[str], any_shown: bool) -> None:
+def _legend(figure: Figure, used: Mapping[str, tuple[str, str]], any_shown: bool) -> None:
     from matplotlib.patches import Patch
 
     if not any_shown:
         return
-    fills = [(_fill(k), cause) for k, cause in enumerate(used)]
     causes = [
-        Patch(facecolor=hue, hatch=pattern, edgecolor="white", label=cause) for (hue, pattern), cause in fills
+        Patch(facecolor=hue, hatch=pattern, edgecolor="white", label=cause)
+        for cause, (hue, pattern) in used.items()
     ]
-    flows = [Patch(facecolor=PALETTE[0], alpha=0.5, label="taken in")]
+    flows = [Patch(facecolor=IN, alpha=0.5, label="taken in")]
     flows += [
         Patch(facecolor=c, hatch=HATCHES[k], edgecolor="white", label=word)
         for k, (_, word, c) in enumerate(OUT)
@@ -148,4 +140,4 @@ def _legend(figure: Figure, used: list[str], any_shown: bool) -> None:
         (flows, "right", 2, "energy"),
     ):
         where: Any = {"loc": f"outside lower {side}", "alignment": "left"}
-        figure.legend(handles=handles, ncols=ncols, title=title, fontsize=8.5, **where)
+        figure.legend(handles=handles, ncols=ncols, title=title, fontsize=9, **where)

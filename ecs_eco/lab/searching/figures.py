@@ -86,10 +86,10 @@ def scatter(
         ax.axvline(best[p.name], color=BEST, lw=1.4, label="best")
         ax.set_ylim(0, 1)
         scaled(ax.xaxis, p)
-        ax.set_xlabel(short(p.name), fontsize=8.5)
+        ax.set_xlabel(short(p.name), fontsize=9)
     for row in axes:
         row[0].set_ylabel("share of worse candidates")
-    axes[0, 0].legend(loc="best", fontsize=8)
+    axes[0, 0].legend(loc="best", fontsize=9)
     return figure
 
 
@@ -126,7 +126,7 @@ def pairs(
         scaled(ax.xaxis, x)
         scaled(ax.yaxis, y)
         ax.grid(visible=False)
-    axes[0, 0].legend(loc="best", fontsize=8, frameon=True)
+    axes[0, 0].legend(loc="best", fontsize=9, frameon=True)
     figure.colorbar(dots, ax=axes[0].tolist(), label="share of worse candidates", pad=0.02)
     return figure
 

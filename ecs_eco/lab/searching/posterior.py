@@ -2,7 +2,6 @@
 
 import csv
 import io
-from html import escape
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -10,9 +9,10 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.analysis.page import drawn, number, table
-from ecs_eco.analysis.palette import GREY, SAFE
+from ecs_eco.analysis.palette import GREY, INK, SAFE
 from ecs_eco.analysis.style import Figure, several, styled
 from ecs_eco.engine import files
+from ecs_eco.engine.errors import in_words
 from ecs_eco.lab.response import short
 from ecs_eco.lab.searching.figures import scaled
 from ecs_eco.lab.searching.plan import Parameter
@@ -95,8 +95,32 @@ def summary(sampler: Sampler, kept: Population, entries: dict[int, dict[str, Any
     return out
 
 
-POSTERIOR, START = SAFE[6][0], SAFE[2][0]
+POSTERIOR, START = SAFE[6][0], INK
 MOST = 6  # maximum number of parameters in the figure of pairs
+
+
+def posterior_opening(result: dict[str, Any]) -> list[str]:
+    """Return the parameters that the measurements allow, narrowest first, and the measurements that the
+    posterior does not predict."""
+    known = {
+        name: (of["high"] - of["low"]) / (of["range"][1] - of["range"][0])
+        for name, of in result["numbers"].items()
+    }
+    told = [
+        f"{name} = {number(of['median'])} ({number(of['low'])} to {number(of['high'])})"
+        for name in sorted(known, key=known.__getitem__)[:3]
+        for of in [result["numbers"][name]]
+    ]
+    lines = [f"Median and central 90% of the posterior: {', '.join(told)}."] if told else []
+    outside = [name for name, of in result["statistics"].items() if _place(of)]
+    if outside:
+        lines.append(
+            f"The posterior does not predict {in_words(outside)}: the measured value is outside the central 90% "
+            "of the runs. The world may lack a process that causes it."
+        )
+    elif told:
+        lines.append(f"It predicts {in_words(result['statistics'])}.")
+    return lines
 
 
 def posterior_blocks(sampler: Sampler, result: dict[str, Any], folder: Path) -> list[str]:
@@ -128,11 +152,6 @@ def posterior_blocks(sampler: Sampler, result: dict[str, Any], folder: Path) -> 
         ]
         for name, of in result["statistics"].items()
     ]
-    outside = [name for name, of in result["statistics"].items() if _place(of)]
-    warned = (
-        f"<p>The posterior does not predict {escape(', '.join(outside))}: the measured value is outside the "
-        "central 90% of the runs. The world may lack a process that causes it.</p>"
-    )
     parameters = sampler.plan.parameters
     shown = [
         drawn(
@@ -151,7 +170,6 @@ def posterior_blocks(sampler: Sampler, result: dict[str, Any], folder: Path) -> 
         table(["parameter", "range", "median", "central 90%"], numbers),
         *shown,
         table(["statistic", "measured", "median of the runs", "central 90%", "measured value"], statistics),
-        *([warned] if outside else []),
     ]
 
 
@@ -176,8 +194,8 @@ def marginals(parameters: tuple[Parameter, ...], kept: Population, start: dict[s
         ax.set(ylim=(0, None), yticks=[])
         scaled(ax.xaxis, p)
         ax.set_xlim(p.low, p.high)
-        ax.set_xlabel(short(p.name), fontsize=8.5)
-    axes[0, 0].legend(loc="best", fontsize=8)
+        ax.set_xlabel(short(p.name), fontsize=9)
+    axes[0, 0].legend(loc="best", fontsize=9)
     return figure
 
 
@@ -192,8 +210,8 @@ def pairs(parameters: tuple[Parameter, ...], kept: Population) -> Figure:
         scaled(ax.xaxis, parameters[i])
         scaled(ax.yaxis, parameters[j])
         ax.set(xlim=(parameters[i].low, parameters[i].high), ylim=(parameters[j].low, parameters[j].high))
-        ax.set_xlabel(short(parameters[i].name), fontsize=8.5)
-        ax.set_ylabel(short(parameters[j].name), fontsize=8.5)
+        ax.set_xlabel(short(parameters[i].name), fontsize=9)
+        ax.set_ylabel(short(parameters[j].name), fontsize=9)
     return figure
 
 

@@ -10,8 +10,8 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from ecs_eco.analysis.figures import survival
-from ecs_eco.analysis.page import drawn, number, page, table, write_text
-from ecs_eco.analysis.survival import kaplan_meier, wilson
+from ecs_eco.analysis.page import drawn, interval, number, page, table, verdict, write_text
+from ecs_eco.analysis.survival import difference_of_shares, kaplan_meier, wilson
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.edit import as_toml, edited
 from ecs_eco.config.loading import document_of
@@ -24,7 +24,7 @@ from ecs_eco.lab.searching import figures
 from ecs_eco.lab.searching.course import BEST, Search
 from ecs_eco.lab.searching.optimise import Importance, importances, merit, ranks, space_of
 from ecs_eco.lab.searching.plan import TRAINED, Plan
-from ecs_eco.lab.searching.posterior import posterior_blocks, write_posterior
+from ecs_eco.lab.searching.posterior import posterior_blocks, posterior_opening, write_posterior
 from ecs_eco.lab.searching.sampler import SAMPLERS
 from ecs_eco.lab.trained import forget_trained
 from ecs_eco.record.code import keep_beside
@@ -44,7 +44,7 @@ def write_page(search: Search, result: dict[str, Any]) -> None:
     title = search.plan.config.title or search.plan.config.name
     blocks = [
         f"<h1>Search: {escape(title)}</h1>",
-        f"<p>{escape(_opening(result))}</p>",
+        verdict(_opening(search, result), False),
         *_confirmed(result, folder),
         *sampled,
         "<h2>The best worlds</h2>",
@@ -57,19 +57,34 @@ def write_page(search: Search, result: dict[str, Any]) -> None:
     write_text(search.out / "search.html", page(f"Search: {title}", *blocks))
 
 
-def _opening(result: dict[str, Any]) -> str:
+def _opening(search: Search, result: dict[str, Any]) -> list[str]:
+    """Return what the search found: the posterior or the best world, with its values and its effect, and the
+    course of the search."""
     best, start = result["confirmation"]["best"], result["confirmation"]["start"]
     spent, whole = f"{result['seconds'] / 60:.1f} minutes", result["by_stage"][-1]
     course = f"{result['candidates']} candidates in {spent} ({result['optimiser']})"
     course += f"; {whole} reached the last stage."
+    lines = [] if search.sampler is None else posterior_opening(result["posterior"])
     if not best["runs"]:
-        return course
+        return [*lines, course]
     ticks = f"{result['confirmation']['ticks']:,}"
     share = f"{best['persisted']} of {best['runs']} runs of the best world"
     sentences = [f"On fresh seeds, all species persist for {ticks} ticks in {share}."]
     if start["runs"] and start["candidate"] != best["candidate"]:
-        sentences.append(f"In the world as written, they do in {start['persisted']} of {start['runs']} runs.")
-    return " ".join([*sentences, course])
+        gain = difference_of_shares(best["persisted"], best["runs"], start["persisted"], start["runs"])
+        sentences.append(
+            f"In the world as written, they do in {start['persisted']} of {start['runs']} runs: a difference of "
+            f"{interval(gain)}."
+        )
+    if search.sampler is None and best["candidate"]:
+        values = next(one["values"] for one in result["best"] if one["candidate"] == best["candidate"])
+        changed = [
+            f"{name} = {number(x)} ({number(search.plan.start[name])} as written)"
+            for name, x in values.items()
+        ]
+        more = f", and {len(changed) - 3} more values (best-1.toml)" if len(changed) > 3 else ""
+        sentences.append(f"The best world has {', '.join(changed[:3])}{more}.")
+    return [*lines, " ".join(sentences), course]
 
 
 def _confirmed(result: dict[str, Any], folder: Path) -> list[str]:
@@ -83,7 +98,10 @@ def _confirmed(result: dict[str, Any], folder: Path) -> list[str]:
         for world, c in both.items()
     }
     lives = survival(
-        curves, result["confirmation"]["ticks"], "all species, on seeds that the search did not use"
+        curves,
+        result["confirmation"]["ticks"],
+        "all species, on seeds that the search did not use",
+        {"best": figures.BEST, "as written": figures.START},
     )
     rows = [
         [

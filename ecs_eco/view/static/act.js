@@ -26,7 +26,7 @@ export class Act {
     this.changes = new Changes({ send: (what, as) => this.request(what, as), back: calls.back, now: calls.now });
     this.knobs = new Knobs(this.changes);
     this.log = h("ol", { class: "log", "aria-live": "polite" });
-    $("act").replaceChildren(h("div", { class: "row undo" }, ...this.changes.buttons()), this.knobs.element, this.place(), this.cull(), ...(hello.size.length < 3 ? [this.fences()] : []), this.switches(), this.change(), h("h2", { text: "Log of all pages" }), this.log);
+    $("act").replaceChildren(h("div", { class: "row undo" }, ...this.changes.buttons()), this.place(), this.cull(), ...(hello.size.length < 3 ? [this.fences()] : []), this.switches(), this.change(), h("h2", { text: "Log of all pages" }), this.log);
   }
 
   /** Sends an intervention that can be undone if the world can go back. @param {Record<string, unknown>} what */

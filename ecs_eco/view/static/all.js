@@ -1,6 +1,7 @@
 // The "All" tab: the organisms of a species as a table, sorted by a column, filtered by comparisons.
 
 import { $, h, number } from "./dom.js";
+import { displayed } from "./tabs.js";
 
 /** @typedef {import("./protocol.js").TableMessage} TableMessage */
 
@@ -44,7 +45,7 @@ export class All {
 
   /** Called at each tick: refreshes the table at intervals while it is shown. @param {number} tick */
   time(tick) {
-    if (this.root.hidden || tick === this.tick || performance.now() - this.at < PACE) return;
+    if (!displayed("all") || tick === this.tick || performance.now() - this.at < PACE) return;
     this.tick = tick;
     this.again();
   }

@@ -115,8 +115,8 @@ export class Eye {
     const [w, h] = [this.width, this.height];
     const left = Math.max(0, ...this.covered.filter(([a]) => a < w / 3).map(([, , c]) => c));
     const right = Math.max(0, ...this.covered.filter(([, , c]) => c > (2 * w) / 3).map(([a]) => w - a));
-    const top = Math.max(0, ...this.covered.filter(([, b]) => b < h / 3).map(([, , , d]) => d));
-    return [0, 0.25, 0.5].flatMap((down) => [[0, down * top], [(left - right) / 2, down * top]]);
+    const top = Math.max(0, ...this.covered.filter(([, b, , d]) => b < h / 3 && d < h / 2).map(([, , , d]) => d));
+    return [0, 0.25, 0.5].flatMap((down) => [0, (left - right) / 2, -right / 2].map((across) => [across, down * top]));
   }
 
   /**

@@ -1,6 +1,6 @@
 // Sliders for the knobs of a world, and undo for what was done on this page.
 
-import { h, number } from "./dom.js";
+import { $, h, number } from "./dom.js";
 
 /** @typedef {import("./protocol.js").Parameter} Parameter @typedef {import("./protocol.js").Knob} Knob */
 
@@ -102,13 +102,26 @@ export class Changes {
   }
 }
 
-/** Sliders for the knobs of a world, in a frame that is hidden if there are no knobs. */
+const KEPT = "ecs-eco-knobs"; // in localStorage: whether they are unfolded
+export const WIDE = 900; // [px] scenes of at least this width have space for them
+
+/** Sliders for the knobs of a world, in the scene: unfolded if there is space, or as the user left them. */
 export class Knobs {
   /** @param {Changes} changes */
   constructor(changes) {
     this.changes = changes;
     this.list = h("div", { class: "knobs" });
-    this.element = h("fieldset", { hidden: true }, h("legend", { text: "Knobs" }), this.list);
+    this.element = /** @type {HTMLDetailsElement} */ ($("knobs"));
+    this.element.replaceChildren(h("summary", { text: "Knobs", onclick: () => {
+      try {
+        localStorage.setItem(KEPT, this.element.open ? "folded" : "open");
+      } catch {} // storage may be unavailable in private windows
+    } }), this.list, h("div", { class: "row" }, ...changes.buttons()));
+    let kept = null;
+    try {
+      kept = localStorage.getItem(KEPT);
+    } catch {}
+    this.element.open = kept ? kept === "open" : $("stage").clientWidth >= WIDE;
     /** @type {{knob: Knob, slider: HTMLInputElement, show: () => void}[]} */
     this.sliders = [];
     changes.heard.push(() => this.sliders.forEach(({ show }) => show()));

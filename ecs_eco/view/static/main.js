@@ -29,7 +29,8 @@ import { save } from "./save.js";
 import { Stage } from "./stage.js";
 import { Story } from "./story.js";
 import { splitter } from "./splitter.js";
-import { PANELS, listenTabs, openPanel, opened } from "./tabs.js";
+import { OwnPanels } from "./own.js";
+import { PANELS, arrange, listenTabs, openPanel, opened } from "./tabs.js";
 import { onTheme, recallTheme, switchTheme } from "./theme.js";
 import { Timeline } from "./timeline.js";
 import { Tour } from "./tour.js";
@@ -40,7 +41,7 @@ import { hints, world } from "./world.js";
 /** @typedef {import("./protocol.js").Hello} Hello @typedef {import("./protocol.js").State} State */
 
 const connection = new Connection();
-/** @type {{stage: Stage, charts: Charts, panel: Panel, timeline: Timeline, loop: Loop, story: Story, all: All, act: Act | null, hello: Hello} | null} */
+/** @type {{stage: Stage, charts: Charts, panel: Panel, timeline: Timeline, loop: Loop, story: Story, all: All, act: Act | null, own: OwnPanels, hello: Hello} | null} */
 let page = null;
 /** @type {State | null} */
 let state = null;
@@ -58,7 +59,7 @@ let wanted = read(location.hash); // the view requested by the address, until th
 connection.on("hello", (hello) => {
   if (page) { // after a reconnection, the world may be a different one: reload
     if (another(page.hello, hello)) return anew();
-    (page.stage.jump = true), field?.again();
+    (page.stage.jump = true), field?.again(), page.own.look(true);
     if (by !== "species") connection.send({ kind: "colour", by });
     if (chosen.uid !== null) connection.send({ kind: "select", ...chosen.asked });
     return;
@@ -85,6 +86,7 @@ connection.on("field", (message) => field?.take(message));
 connection.on("scatter", (scatter) => page?.charts.figures.scatter.show(scatter));
 connection.on("tree", (tree) => page?.panel.tree.take(tree));
 connection.on("table", (table) => page?.all.show(table));
+connection.on("panel", (panel) => page?.own.show(panel));
 connection.on("params", ({ list, knobs }) => page?.act?.offer(list, knobs));
 connection.on("organism", (organism) => {
   if (!page || !chosen.told(organism)) return;
@@ -141,8 +143,11 @@ function begin(hello) {
   $("tab-act").hidden = !act;
   $("tab-all").hidden = $("link").hidden = Boolean(hello.file);
   const all = new All(hello, { ask: (request) => connection.send({ kind: "table", ...request }), select });
-  page = { stage, charts, panel, timeline, loop, story, all, act, hello };
+  const panels = new OwnPanels(hello.panels ?? [], (shown) => connection.send({ kind: "panels", shown }));
+  page = { stage, charts, panel, timeline, loop, story, all, act, own: panels, hello };
+  arrange(), panels.look();
   stage.eye.cover = overlay.covered;
+  stage.sized.observe($("knobs"));
   originates(() => `${hello.title || hello.world} · seed ${hello.seed ?? "–"} · tick ${number(stage.tick)} · ecs-eco`);
   stage.onrender = () => {
     overlay.follow(stage);
@@ -305,6 +310,7 @@ function open(name) {
   if (name !== "act") page?.act?.aim(false);
   if (name === "why") did("why"), page?.story.open();
   if (name === "all") page?.all.again();
+  page?.own.look();
 }
 
 /** Applies the view requested by a link. @param {import("./link.js").Sight} sight */

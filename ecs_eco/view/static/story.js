@@ -1,6 +1,7 @@
 // The "Why" tab: a list of events, and the diagnosis of `ecs-eco why` for the run so far.
 
 import { $, announce, h, number } from "./dom.js";
+import { displayed } from "./tabs.js";
 
 /** @typedef {import("./protocol.js").Entry} Entry */
 
@@ -66,7 +67,7 @@ export class Story {
     const passed = this.hello.mode === "replay" && tick > this.tick && tick - this.tick < NEAR;
     for (const entry of passed ? this.all().filter((one) => one.tick > this.tick && one.tick <= tick) : []) this.tell(entry);
     this.tick = tick;
-    if (this.hello.mode === "replay" && !$("why").hidden) for (const row of this.list.children) row.classList.toggle("later", Number(/** @type {HTMLElement} */ (row).dataset.tick) > tick);
+    if (this.hello.mode === "replay" && displayed("why")) for (const row of this.list.children) row.classList.toggle("later", Number(/** @type {HTMLElement} */ (row).dataset.tick) > tick);
   }
 
   /** @param {Entry} entry */

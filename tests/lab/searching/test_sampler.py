@@ -19,7 +19,7 @@ from ecs_eco.lab.searching.evaluate import likeness
 from ecs_eco.lab.searching.fit import Fit, sampled, statistics
 from ecs_eco.lab.searching.journal import Journal
 from ecs_eco.lab.searching.plan import Plan, plan_of
-from ecs_eco.lab.searching.posterior import posterior_blocks, summary
+from ecs_eco.lab.searching.posterior import posterior_blocks, posterior_opening, summary
 from ecs_eco.lab.searching.sampler import Sampler, weighted_quantiles
 from tests.analysis.test_against import waves
 
@@ -111,8 +111,19 @@ def test_a_measured_value_that_the_posterior_does_not_predict_is_flagged(
     simulate(sampler, range(1, 200))
     told = summary(sampler, sampler.posterior(), {e["candidate"]: e for e in sampler.journal.entries})
     said = "".join(posterior_blocks(sampler, told, tmp_path / "figures"))
-    assert ("does not predict mean mite" in said) == bool(place)
+    assert ("does not predict mean mite" in posterior_opening(told)[1]) == bool(place)
     assert (f">{place}</td>" in said) or not place
+
+
+def test_the_narrowest_parameters_open_the_page() -> None:
+    ends = {"median": 5.0, "low": 4.0, "high": 6.0}
+    wide, narrow = ends | {"range": [3.0, 7.0]}, ends | {"range": [0.0, 20.0]}
+    known = {"numbers": {"a": wide, "b": narrow}, "statistics": {"mean mite": ends | {"observed": 4.0}}}
+    assert posterior_opening(known) == [
+        "Median and central 90% of the posterior: b = 5 (4 to 6), a = 5 (4 to 6).",
+        "It predicts mean mite.",
+    ]
+    assert posterior_opening({"numbers": {}, "statistics": {}}) == []
 
 
 def test_weights_undo_that_later_generations_are_drawn_elsewhere(world: Path) -> None:
