@@ -2,6 +2,7 @@
 
 import re
 from importlib.metadata import version as version_of
+from pathlib import Path
 from typing import Any
 
 from tools.api_pages import entries, is_public, thing_of
@@ -34,6 +35,7 @@ html_theme = "pydata_sphinx_theme"
 html_title = "ecs-eco"
 html_static_path = ["_static"]
 html_css_files, html_js_files = ["site.css"], ["living.js"]
+html_search_scorer = str(Path(__file__).parent / "_static" / "scorer.js")
 html_favicon = "_static/logo.svg"
 html_copy_source = html_show_sourcelink = False
 html_show_sphinx = False

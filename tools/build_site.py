@@ -37,6 +37,8 @@ PICTURE = re.compile(r"!\[[^]]*\]\(img/(?:gallery/|page_)(\w+)\.\w+\)")  # of a 
 FAULTS = (  # of the generators, which axe reports
     (re.compile('<summary>(?=<span class="toctree-toggle")'), '<summary aria-label="Pages of this section">'),
     (re.compile("<th((?: [^>]*)?)>(?:<p></p>)?</th>"), r"<td\1></td>"),
+    (re.compile('<dd>(<em class="sig-param">.*</em>,)</dd>'), r"<span>\1</span>"),
+    (re.compile(r"<dl>(\n(?:<span>.*</span>\n)+)</dl>"), r'<span class="sig-params">\1</span>'),
 )
 LONGEST = 400  # maximum number of lines shown from a file, enough for every Python file
 SHIPPED_WORLDS = ROOT / "ecs_eco" / "worlds"
@@ -152,7 +154,7 @@ def _living(picture: re.Match[str]) -> str:
 
 
 def accessible(html: str) -> str:
-    """Return a page of the site in which all buttons have names and no heading of a table is empty."""
+    """Return a page of the site whose buttons have names, and whose lists and tables have proper headings."""
     for fault, mended in FAULTS:
         html = fault.sub(mended, html)
     return html

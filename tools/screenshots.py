@@ -213,7 +213,7 @@ def take(browser: Any, name: str, shot: Shot) -> Path:
     return path
 
 
-def still(browser: Any, world: str) -> Path:
+def of_gallery(browser: Any, world: str) -> Path:
     """Take the gallery's picture of a world, about halfway through its recorded run; return its path."""
     from PIL import Image
 
@@ -283,7 +283,9 @@ def small(png: bytes) -> bytes:
 def main() -> int:
     """Take the requested screenshots, or all whose worlds are available."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
-    parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(known := ["readme", *SHOTS, *TICKS]))
+    parser.add_argument(
+        "names", nargs="*", metavar="NAME", help=", ".join(known := ["readme", *SHOTS, *TICKS])
+    )
     there = ["readme", *(name for name, shot in SHOTS.items() if shot.map or shot.world in shipped()), *TICKS]
     names = parser.parse_args().names or there
     if unknown := [name for name in names if name not in known]:
@@ -291,7 +293,7 @@ def main() -> int:
     with launched() as browser:
         for name in names:
             if name in TICKS:
-                path = still(browser, name)
+                path = of_gallery(browser, name)
             else:
                 path = readme(browser) if name == "readme" else take(browser, name, SHOTS[name])
             print(
