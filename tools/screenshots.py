@@ -24,7 +24,7 @@ from ecs_eco.view.export import MOST
 ROOT = Path(__file__).parents[1]
 IMAGES = ROOT / "docs" / "img"
 SIZE = {"width": 1280, "height": 800}
-LARGEST = 300_000  # [bytes]
+LARGEST = 400_000  # [bytes]
 STILL, NEARER = (960, 600), 900  # [px] of a picture in the gallery; [px] of the wheel
 NOON = {"island": 375}  # a tick with light, if the middle of the run is at night
 STYLE = """
