@@ -2,6 +2,7 @@
 
 import re
 from importlib.metadata import version as version_of
+from pathlib import Path
 from typing import Any
 
 from tools.api_pages import entries, is_public, thing_of
@@ -33,24 +34,25 @@ napoleon_use_rtype = False
 html_theme = "pydata_sphinx_theme"
 html_title = "ecs-eco"
 html_static_path = ["_static"]
-html_css_files = ["site.css"]
+html_css_files, html_js_files = ["site.css"], ["living.js"]
+html_search_scorer = str(Path(__file__).parent / "_static" / "scorer.js")
 html_favicon = "_static/logo.svg"
 html_copy_source = html_show_sourcelink = False
 html_show_sphinx = False
 html_theme_options: dict[str, Any] = {
     "logo": {"image_light": "_static/logo.svg", "image_dark": "_static/logo.svg", "text": "ecs-eco"},
-    "header_links_before_dropdown": 8,
+    "header_links_before_dropdown": 7,
     "navbar_align": "left",
     "navbar_end": ["theme-switcher"],
-    "navbar_persistent": ["search-button"],
+    "navbar_persistent": ["search-button-field"],
     "show_toc_level": 2,
     "secondary_sidebar_items": ["page-toc"],
     "footer_start": ["copyright"],
     "footer_end": [],
-    "pygments_light_style": "tango",
-    "pygments_dark_style": "github-dark",
+    "pygments_light_style": "a11y-high-contrast-light",
+    "pygments_dark_style": "a11y-high-contrast-dark",
 }
-html_sidebars = {"index": [], "results": [], "benchmarks": [], "glossary": [], "releases": []}
+html_sidebars = {"index": [], "gallery": [], "results": [], "benchmarks": [], "glossary": [], "releases": []}
 copybutton_prompt_text = r"\$ |>>> "
 copybutton_prompt_is_regexp = True
 

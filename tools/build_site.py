@@ -5,8 +5,8 @@
 All pages are staged in build/site-source, where files outside docs/ that pages link to become pages, and the
 generated pages (API, commands, components, shipped worlds) are added. Warnings are errors. Without --out, the
 site is written to ecs_eco/_site, where the wheel includes it and `ecs-eco docs` opens it. Notebook output is
-kept in build/notebooks until the notebooks change. The picture of the viewer on the home page becomes a recorded
-run, saved as a page.
+kept in build/notebooks until the notebooks change. The pictures on the home page and in the gallery start recorded
+runs, which are saved as pages.
 """
 
 import argparse
@@ -15,7 +15,6 @@ import re
 import shutil
 import subprocess
 import sys
-import tempfile
 from pathlib import Path
 
 from site_pages import generated  # a file in this folder
@@ -34,11 +33,13 @@ BESIDE = {
 PLAIN = "---\norphan: true\nnosearch: true\nhtml_theme.sidebar_secondary.remove: true\n---\n\n"
 LANGUAGE = {".py": "python", ".toml": "toml", ".js": "javascript", ".json": "json", ".md": "markdown"}
 CELL = "```{code-cell} ipython3"
-PICTURE = re.compile(r"!\[[^]]*\]\(img/page_predator_prey\.png\)")
-FRAME = (
-    '<div class="replay"><iframe src="_static/replay.html" title="A recorded run" loading="lazy"></iframe>'
+PICTURE = re.compile(r"!\[[^]]*\]\(img/(?:gallery/|page_)(\w+)\.\w+\)")  # of a world
+FAULTS = (  # of the generators, which axe reports
+    (re.compile('<summary>(?=<span class="toctree-toggle")'), '<summary aria-label="Pages of this section">'),
+    (re.compile("<th((?: [^>]*)?)>(?:<p></p>)?</th>"), r"<td\1></td>"),
+    (re.compile('<dd>(<em class="sig-param">.*</em>,)</dd>'), r"<span>\1</span>"),
+    (re.compile(r"<dl>(\n(?:<span>.*</span>\n)+)</dl>"), r'<span class="sig-params">\1</span>'),
 )
-TICKS = 400  # of the run on the home page
 LONGEST = 400  # maximum number of lines shown from a file, enough for every Python file
 SHIPPED_WORLDS = ROOT / "ecs_eco" / "worlds"
 
@@ -135,17 +136,28 @@ def stage(folder: Path = STAGE, notebooks: bool = True) -> Stage:
     return staged
 
 
-def replay(folder: Path) -> None:
-    """Record a run, save it as a page of the staged copy, and show it on the home page."""
-    from ecs_eco.runs.run import run_to_folder
-    from ecs_eco.view.export import page
-    from ecs_eco.view.replay import Replay
+def replays(folder: Path) -> None:
+    """Save recorded runs of the shipped worlds as pages of the staged copy; their pictures become links to them."""
+    from gallery import TICKS, save
 
-    with tempfile.TemporaryDirectory() as run:
-        run_to_folder("predator-prey", seed=1, ticks=TICKS, out=run, report=False)
-        (folder / "_static" / "replay.html").write_text(page(Replay(run), 2_000_000), encoding="utf-8")
-    home = folder / "index.md"
-    home.write_text(PICTURE.sub(f"{FRAME}</div>", home.read_text(encoding="utf-8")), encoding="utf-8")
+    (there := folder / "_static" / "replays").mkdir(parents=True, exist_ok=True)
+    for world in TICKS:
+        save(world, there)
+    for name in ("index.md", "gallery.md"):
+        text = (folder / name).read_text(encoding="utf-8")
+        (folder / name).write_text(PICTURE.sub(_living, text), encoding="utf-8")
+
+
+def _living(picture: re.Match[str]) -> str:
+    """Return a picture as a link to the recorded run, which _static/living.js starts in the picture's place."""
+    return f'<a class="living" href="_static/replays/{picture[1]}.html">{picture[0]}</a>'
+
+
+def accessible(html: str) -> str:
+    """Return a page of the site whose buttons have names, and whose lists and tables have proper headings."""
+    for fault, mended in FAULTS:
+        html = fault.sub(mended, html)
+    return html
 
 
 def build(out: Path, notebooks: bool) -> int:
@@ -187,14 +199,16 @@ def main() -> int:
     shutil.rmtree(STAGE, ignore_errors=True)
     stage(notebooks=not asked.no_notebooks)
     if not asked.no_notebooks:
-        replay(STAGE)
+        replays(STAGE)
     if status := build(BUILT, not asked.no_notebooks):  # notebooks leave a folder next to the output
         return status
     shutil.rmtree(asked.out, ignore_errors=True)
-    shutil.copytree(BUILT, asked.out)
+    shutil.copytree(BUILT, asked.out, ignore=shutil.ignore_patterns("*.map"))
     for name in ("_sources", ".buildinfo", "objects.inv"):
         path = asked.out / name
         shutil.rmtree(path) if path.is_dir() else path.unlink(missing_ok=True)
+    for path in asked.out.rglob("*.html"):
+        path.write_text(accessible(path.read_text(encoding="utf-8")), encoding="utf-8")
     size = sum(path.stat().st_size for path in asked.out.rglob("*") if path.is_file())
     print(f"{asked.out / 'index.html'}: {size / 1e6:.0f} MB")
     return 0

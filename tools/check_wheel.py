@@ -20,6 +20,7 @@ ROOT = Path(__file__).parents[1]
 IN_WHEEL = (
     "ecs_eco/py.typed",
     "ecs_eco/_site/index.html",
+    "ecs_eco/_site/_static/replays/predator_prey.html",
     "ecs_eco/view/static/index.html",
     "ecs_eco/view/static/vendor.js",
     "ecs_eco/worlds/predator_prey/deer.safetensors",
@@ -29,6 +30,7 @@ IN_WHEEL = (
 )
 LEFT = shutil.ignore_patterns("*.egg-info", "node_modules", "__pycache__", ".*_cache")
 LEFT_AT_TOP = {".git", ".venv", "build", "dist", "runs", "my-run"}
+LARGEST = 30_000_000  # [bytes] of the wheel
 IN_SDIST = ("LICENSE", "THIRD_PARTY.md", "README.md", "pyproject.toml")
 
 
@@ -70,6 +72,8 @@ def build(folder: Path) -> Path:
         missing += [name for name in IN_SDIST if not any(n.endswith(f"/{name}") for n in file.getnames())]
     if missing:
         sys.exit(f"missing from the wheel or sdist: {', '.join(missing)}")
+    if (size := wheel.stat().st_size) > LARGEST:
+        sys.exit(f"the wheel has {size / 1e6:.1f} MB, expected at most {LARGEST / 1e6:g} MB")
     return wheel
 
 

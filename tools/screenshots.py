@@ -1,4 +1,4 @@
-"""Take the screenshots of the viewer and of README, and write them to docs/img.
+"""Take the screenshots of the viewer, of README and of the gallery, and write them to docs/img.
 
     python tools/screenshots.py [NAME …]
 
@@ -15,13 +15,18 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from gallery import TICKS, save  # a file in this folder
+
 from ecs_eco.config.shipped import shipped
 from ecs_eco.testing.browser import launched, served, until
+from ecs_eco.view.export import MOST
 
 ROOT = Path(__file__).parents[1]
 IMAGES = ROOT / "docs" / "img"
 SIZE = {"width": 1280, "height": 800}
-LARGEST = 300_000  # [bytes]
+LARGEST = 400_000  # [bytes]
+STILL, NEARER = (960, 600), 900  # [px] of a picture in the gallery; [px] of the wheel
+NOON = {"island": 375}  # a tick with light, if the middle of the run is at night
 STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; box-sizing: border-box; width: 1012px; margin: 0 auto; padding: 32px; }
 h1 { margin: 0 0 16px; border-bottom: 1px solid #d1d9e0; } p { margin: 0 0 16px; } img { max-width: 100%; }
@@ -208,6 +213,34 @@ def take(browser: Any, name: str, shot: Shot) -> Path:
     return path
 
 
+def of_gallery(browser: Any, world: str) -> Path:
+    """Take the gallery's picture of a world, about halfway through its recorded run; return its path."""
+    from PIL import Image
+
+    path = IMAGES / "gallery" / f"{world.replace('-', '_')}.webp"
+    path.parent.mkdir(exist_ok=True)
+    with tempfile.TemporaryDirectory() as folder:
+        page = browser.new_page(viewport={"width": 1440, "height": 900}, color_scheme="light")
+        tick = NOON.get(world, TICKS[world] // 2)
+        page.goto(f"{save(world, Path(folder), MOST).as_uri()}#tick={tick}")
+        until(page, f"ecs.tick === {tick} && ecs.frames > 0 && ecs.still", 600)
+        page.add_style_tag(content="#cameras, #legend, #tip, #scale, #dial { visibility: hidden }")
+        page.mouse.move(430, 400)
+        page.mouse.wheel(0, -NEARER)
+        page.wait_for_timeout(1500)  # [ms] of the movement
+        until(page, "ecs.still")
+        png = page.locator("#stage").screenshot()
+        page.close()
+    picture = Image.open(io.BytesIO(png)).convert("RGB")
+    width = min(picture.width, picture.height * STILL[0] // STILL[1])
+    height, left = width * STILL[1] // STILL[0], (picture.width - width) // 2
+    top = (picture.height - height) // 2
+    picture.crop((left, top, left + width, top + height)).resize(STILL, Image.Resampling.LANCZOS).save(
+        path, quality=80, method=6
+    )
+    return path
+
+
 def readme(browser: Any) -> Path:
     """Take a picture of the first screen of README, as wide as GitHub shows it; return its path."""
     from markdown_it import MarkdownIt
@@ -250,14 +283,19 @@ def small(png: bytes) -> bytes:
 def main() -> int:
     """Take the requested screenshots, or all whose worlds are available."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
-    parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(known := ["readme", *SHOTS]))
-    there = ["readme", *(name for name, shot in SHOTS.items() if shot.map or shot.world in shipped())]
+    parser.add_argument(
+        "names", nargs="*", metavar="NAME", help=", ".join(known := ["readme", *SHOTS, *TICKS])
+    )
+    there = ["readme", *(name for name, shot in SHOTS.items() if shot.map or shot.world in shipped()), *TICKS]
     names = parser.parse_args().names or there
     if unknown := [name for name in names if name not in known]:
         parser.error(f"{unknown[0]}: there is {', '.join(known)}")
     with launched() as browser:
         for name in names:
-            path = readme(browser) if name == "readme" else take(browser, name, SHOTS[name])
+            if name in TICKS:
+                path = of_gallery(browser, name)
+            else:
+                path = readme(browser) if name == "readme" else take(browser, name, SHOTS[name])
             print(
                 f"{path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path}: "
                 f"{path.stat().st_size / 1000:.0f} kB"

@@ -54,9 +54,59 @@ def test_links_that_leave_the_docs_lead_to_pages_of_the_site(target, becomes, to
     assert (tmp_path / "how-to" / "page.md").read_text(encoding="utf-8") == becomes
 
 
-def test_the_home_page_has_the_picture_that_a_recorded_run_replaces(tool):
-    home = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
-    assert len(tool.PICTURE.findall(home)) == 1
+def test_every_shipped_world_has_a_recorded_run_and_a_picture_that_starts_it(tool):
+    from gallery import TICKS
+
+    names = {world.replace("-", "_") for world in TICKS}
+    assert {path.parent.name for path in tool.shipped_worlds()} == names
+    home, gallery = (
+        (ROOT / "docs" / name).read_text(encoding="utf-8") for name in ("index.md", "gallery.md")
+    )
+    assert tool.PICTURE.findall(home) == ["predator_prey"]
+    assert sorted(tool.PICTURE.findall(gallery)) == sorted(names)
+    pictures = [ROOT / "docs" / "img" / "gallery" / f"{name}.webp" for name in names]
+    assert [path.name for path in pictures if path.stat().st_size > 150_000] == []
+
+
+def test_a_picture_becomes_a_link_to_its_recorded_run(tool, tmp_path, monkeypatch):
+    monkeypatch.setattr("gallery.TICKS", {"lamb": 3})
+    for name in ("index.md", "gallery.md"):
+        (tmp_path / name).write_text("![A lamb](img/gallery/lamb.webp) ![](img/why.png)", encoding="utf-8")
+    tool.replays(tmp_path)
+    assert (tmp_path / "gallery.md").read_text(encoding="utf-8") == (
+        '<a class="living" href="_static/replays/lamb.html">![A lamb](img/gallery/lamb.webp)</a> ![](img/why.png)'
+    )
+    assert "Lambs and ewes" in (tmp_path / "_static" / "replays" / "lamb.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("html", "mended"),
+    [
+        (
+            '<summary><span class="toctree-toggle"></span></summary><summary>A</summary>',
+            '<summary aria-label="Pages of this section"><span class="toctree-toggle"></span></summary>'
+            "<summary>A</summary>",
+        ),
+        ('<th class="head"><p></p></th><th></th><th>a</th>', '<td class="head"></td><td></td><th>a</th>'),
+        (
+            '<dl>\n<dd><em class="sig-param">a</em>,</dd>\n</dl><dl>\n<dt>b</dt><dd>c</dd>\n</dl>',
+            '<span class="sig-params">\n<span><em class="sig-param">a</em>,</span>\n</span>'
+            "<dl>\n<dt>b</dt><dd>c</dd>\n</dl>",
+        ),
+    ],
+)
+def test_faults_of_the_generated_pages_are_mended(html, mended, tool):
+    assert tool.accessible(html) == mended
+
+
+def test_site_and_viewer_have_the_same_logo():
+    logo, viewer = (
+        (ROOT / path).read_text(encoding="utf-8")
+        for path in ("docs/_static/logo.svg", "ecs_eco/view/static/index.html")
+    )
+    mark = re.search(r'<svg class="mark".*?</svg>', viewer)
+    assert mark
+    assert re.findall(r' d="[^"]*" fill="[^"]*"', logo) == re.findall(r' d="[^"]*" fill="[^"]*"', mark[0])
 
 
 def test_every_component_and_command_is_in_the_reference(tool):
