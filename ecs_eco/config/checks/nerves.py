@@ -205,7 +205,9 @@ def _check_policy(key: Key, species: Species, folder: Path, dims: int) -> Iterat
         yield Problem((*at, "hidden"), fault, policy.hidden, allowed)
     if policy.kind == "shared" and policy.network is None and not policy.hidden:
         fault = "a shared network has at least one hidden layer"
-        yield Problem((*at, "hidden"), fault, policy.hidden, 'a list such as [8], or policy.kind = "individual"')
+        yield Problem(
+            (*at, "hidden"), fault, policy.hidden, 'a list such as [8], or policy.kind = "individual"'
+        )
     if policy.kind == "function" and policy.function is None:
         allowed = '"module:name" of a function from sensors (n, channels) and uids (n) to choices (n, groups)'
         yield Problem((*at, "function"), "is missing", allowed=allowed)
