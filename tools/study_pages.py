@@ -57,7 +57,7 @@ FIGURES = {  # other figures are named after their study; each entry is its capt
     "outside": ("outside.png", "Deer intake while three learners train"),
     "learning_classics": (
         "learning_classics.svg",
-        "Periods of rotifers, weights and catches of fish, intake of grazers, neighbors of prey, if they learn or not",
+        "Periods of rotifers, weights and catches of fish, intake of grazers, neighbors of prey; they learn or not",
     ),
     "prudence": (
         "prudence.svg",
