@@ -1,6 +1,6 @@
 """Take the screenshots of the viewer, of README and of the gallery, and write them to docs/img.
 
-    python tools/screenshots.py [NAME …]
+    python -m tools.screenshots [NAME …]
 
 Needs playwright and Chromium (Debian: apt-get install chromium). A live world stops near the requested tick,
 because the page's delay in stopping it varies.
@@ -15,11 +15,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from gallery import TICKS, save  # a file in this folder
-
 from ecs_eco.config.shipped import shipped
 from ecs_eco.testing.browser import launched, served, until
 from ecs_eco.view.export import MOST
+from tools.gallery import TICKS, save
 
 ROOT = Path(__file__).parents[1]
 IMAGES = ROOT / "docs" / "img"

@@ -1,6 +1,6 @@
 """Take the screenshots for the ten-second test, and write them to docs/img/ten_seconds.
 
-    python tools/ten_seconds.py [NAME …]
+    python -m tools.ten_seconds [NAME …]
 
 Shows three worlds at ticks 50 and 500, and after an extinction; docs/explanation/ten_seconds.md asks ten
 questions about each. Needs playwright and Chromium (Debian: apt-get install chromium).
