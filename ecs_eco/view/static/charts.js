@@ -310,7 +310,7 @@ export class Charts {
       values.set(name, value);
       head.append(h("span", { class: "key" }, stroke(colours[i], dashes[i]), name || "the world", " ", value));
     });
-    head.append(h("span", { class: "grow" }), ...saves(title, () => table(this.ticks, names, this.lines[key], heading), () => ({
+    head.append(h("span", { class: "grow" }), saves(title, () => table(this.ticks, names, this.lines[key], heading), () => ({
       unit, body: plotted(plot, heading ?? unit, colours, [(u) => nights(u, this.ticks, this.light), (u) => this.cursor(u)]),
       legend: [...names.map((name, i) => ({ name: name || "the world", mark: stroke(colours[i], dashes[i]) })), ...(this.other?.items() ?? [])],
     })));

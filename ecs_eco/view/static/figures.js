@@ -68,13 +68,13 @@ export class Figures {
           remember(this.pair);
           this.draw();
         } }, ...this.names.map((name) => h("option", { value: name, text: name, selected: name === this.pair[axis] })));
-        this.root.append(h("div", { class: "chart" }, h("div", { class: "chart-head" }, h("h2", { text: "Phase plane" }), h("span", { class: "unit", text: "organisms" }), choice(1), "against", choice(0), h("span", { class: "grow" }), ...saves("Phase plane", null, () => ({ body: place.querySelector("svg"), unit: "organisms" }))), place));
+        this.root.append(h("div", { class: "chart" }, h("div", { class: "chart-head" }, h("h2", { text: "Phase plane" }), h("span", { class: "unit", text: "organisms" }), choice(1), "against", choice(0), h("span", { class: "grow" }), saves("Phase plane", null, () => ({ body: place.querySelector("svg"), unit: "organisms" }))), place));
       } else {
         this.spread = place;
         const choice = h("select", { class: "input", "aria-label": "Value of the distribution", onchange: () => this.scene.colour(choice.value) },
           ...this.scene.colours.map((name) => h("option", { value: name, text: name === "species" ? "choose …" : name.replace("gene:", "gene "), selected: name === this.scene.by() })));
         this.choice = choice;
-        this.root.append(h("div", { class: "chart" }, h("div", { class: "chart-head" }, h("h2", { text: "Distribution" }), h("span", { class: "unit", text: "share of a species, by" }), choice, h("span", { class: "grow" }), ...saves("Distribution", null, () => ({ body: place.querySelector("svg"), unit: `share of a species, by ${this.scene.by().replace("gene:", "gene ")}` }))), place));
+        this.root.append(h("div", { class: "chart" }, h("div", { class: "chart-head" }, h("h2", { text: "Distribution" }), h("span", { class: "unit", text: "share of a species, by" }), choice, h("span", { class: "grow" }), saves("Distribution", null, () => ({ body: place.querySelector("svg"), unit: `share of a species, by ${this.scene.by().replace("gene:", "gene ")}` }))), place));
       }
     }
     this.draw();

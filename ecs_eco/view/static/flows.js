@@ -51,7 +51,7 @@ export class Flows {
     const numbers = h("details", {}, h("summary", { text: "show as a table" }), h("table", { class: "all" }, h("thead", {}, h("tr", {}, ...heads)), this.table));
     this.root.append(h("div", { class: "chart" },
       h("div", { class: "chart-head" }, h("h2", { text: "Who eats whom" }), choice, this.keys, h("span", { class: "grow" }),
-        ...saves("Who eats whom", () => this.csv(), () => ({
+        saves("Who eats whom", () => this.csv(), () => ({
           body: this.place?.querySelector("svg"), unit: choice.selectedOptions[0].text,
           legend: [...(this.keys?.children ?? [])].map((one) => ({ name: one.textContent?.trim() ?? "", mark: /** @type {SVGElement} */ (one.children[0].cloneNode(true)) })),
         }))),

@@ -16,7 +16,7 @@ const MM = 170 / (WIDE + 2 * MARGIN); // a chart is 170 mm wide, as in journals 
 export const DOTS = (300 / 25.4) * MM; // [px] of a picture, for 300 dots per inch
 
 /**
- * Buttons that save a chart.
+ * Buttons that save a chart, in one line.
  * @param {string} title
  * @param {(() => string) | null} table the numbers
  * @param {() => Omit<Drawn, "title" | "body"> & {body: SVGElement | null | undefined}} drawn
@@ -28,11 +28,11 @@ export function saves(title, table, drawn) {
     const { body, legend, ...more } = drawn();
     if (body) print(slug(title), { title, body, legend: legend ?? kindsIn(body), ...more }, kind);
   };
-  return [
+  return h("span", { class: "saves" },
     ...(table ? [button("csv", `Save the numbers: ${title}`, () => save(`${slug(title)}.csv`, new Blob([table()], { type: "text/csv" })))] : []),
     button("png", `Save the picture: ${title}`, printed("png")),
     button("svg", `Save the drawing: ${title}`, printed("svg")),
-  ];
+  );
 }
 
 /** The kinds in a drawing, with their colors. @param {SVGElement} body */

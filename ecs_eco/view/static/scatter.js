@@ -37,7 +37,7 @@ export class Scatter {
     this.ask();
     this.draw();
     return h("div", { class: "chart" }, h("div", { class: "chart-head" }, h("h2", { text: "Organisms" }), h("span", { class: "unit", text: "one point per organism" }), this.choices[1], "against", this.choices[0],
-      h("span", { class: "grow" }), ...saves("Organisms", null, () => ({ body: this.place?.querySelector("svg"), unit: "one point per organism" }))), this.place);
+      h("span", { class: "grow" }), saves("Organisms", null, () => ({ body: this.place?.querySelector("svg"), unit: "one point per organism" }))), this.place);
   }
 
   ask() {
