@@ -186,7 +186,9 @@ class Story:
             if name not in self.species:
                 continue
             a, b = (int(turn.others[self.species.index(name)]) for turn in (then, now))
-            if b >= 1.25 * a if rises else b <= 0.8 * a:
+            if a == b == 0:
+                lines += [] if rises else [f"There was no {name}."]
+            elif b >= 1.25 * a if rises else b <= 0.8 * a:
                 lines.append(f"Meanwhile, {word} ({name}) went from {a:,} to {b:,}.")
         return lines
 

@@ -17,7 +17,7 @@ from ecs_eco.analysis.why.case import in_force, look_up
 from ecs_eco.analysis.why.diagnose import Fall, newborn, offspring, supply
 from ecs_eco.analysis.why.figure import draw
 from ecs_eco.analysis.why.limits import losses, phases, turns
-from ecs_eco.analysis.why.page import chance, distance, effort
+from ecs_eco.analysis.why.page import chain as linked, chance, distance, effort
 from ecs_eco.config import load
 from ecs_eco.config.loading import changed
 from ecs_eco.config.shipped import shipped
@@ -455,3 +455,10 @@ def test_the_figure_marks_the_end_of_a_species_and_stacks_causes_to_one(starving
     wolves = next(p for p in panels if p.patches)
     heights = sum(p.get_height() for p in wolves.patches)
     assert heights == pytest.approx(len({p.get_x() for p in wolves.patches if p.get_height()}))
+
+
+def test_food_that_was_never_there_is_said_to_be_missing():
+    none = {"eats": "green", "left": 0.0, "full": 0.0, "feeds": 0.0, "gain": 0.2}
+    fell = {"species": "goat", "causes": {"scarce: green": 0.83}, "food": [none], "newborn": {}}
+    (line,) = linked(None, {"fell": [fell]})
+    assert line == "goat (83% of its decline): starvation because there was no green."

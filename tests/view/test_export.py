@@ -153,7 +153,9 @@ def test_the_legend_of_a_thinned_file_counts_all_organisms(browser, plain, tmp_p
     plain.handle({"kind": "seek", "tick": 20})
     with from_disk(browser, path) as page:
         go(page, 20)
-        page.locator("#legend .legend-row", has_text="1 in 2 shown").wait_for()  # rates are written at intervals
+        page.locator(
+            "#legend .legend-row", has_text="1 in 2 shown"
+        ).wait_for()  # rates are written at intervals
         legend = dict(zip(plain.species, page.locator("#legend .legend-row").all_inner_texts(), strict=False))
         thinned = [name for name, words in legend.items() if "1 in 2 shown" in words]
         assert len(thinned) == 1

@@ -48,6 +48,8 @@ def test_the_legend_names_what_most_die_of(page):
     said = "causes => import('/legend.js').then(({ whereof }) => whereof(causes))"
     assert page.evaluate(said, [["eaten by wolf", 3.4], ["starved", 0.2]]) == ["94% eaten by wolf"]
     assert page.evaluate(said, [["too old", 0.6], ["starved", 0.4]]) == ["60% too old", "40% starved"]
+    three = [["too old", 5.2], ["starved", 2.8], ["poisoned by red", 2.0]]
+    assert page.evaluate(said, three) == ["52% too old", "28% starved", "20% poisoned by red"]
     assert page.evaluate(said, [["eaten by deer", 35.0]]) == ["all eaten by deer"]
     assert page.evaluate(said, []) == []
 

@@ -43,6 +43,11 @@ def test_an_extinction_is_told_with_the_deaths_since_the_last_high_and_a_return_
     assert entries[1]["cause"].endswith("Meanwhile, its food (grass) went from 500 to 90.")
 
 
+def test_food_that_was_never_there_is_told_as_that():
+    entries = told([100, 60, 45], starved=[0, 30, 55], grass=[0, 0, 0])
+    assert entries[0]["cause"].endswith("There was no grass.")
+
+
 def test_who_was_eaten_has_its_enemy_named_where_that_grew():
     entries = told([100, 70, 45], eaten=[0, 30, 55], wolf=[5, 9, 20])
     assert entries[0]["cause"].endswith("Meanwhile, its enemy (wolf) went from 5 to 20.")

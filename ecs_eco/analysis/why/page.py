@@ -121,6 +121,8 @@ def _link(f: Mapping[str, Any], cause: str, share: float) -> str:
         return f"{part}: {other} ate {s} faster than {s} reproduced."
     if kind == "scarce":
         x = food[other]
+        if not x["full"]:
+            return f"{part}: starvation because there was no {other}."
         left = f"While they starved, {x['left']:.0%} of the peak of {x['full']:,.0f} {other} were left"
         return (
             f"{part}: starvation because there was too little {other}. {left}; the peak would "

@@ -7,7 +7,7 @@ import { sign } from "./marks.js";
 /** @typedef {{line: number[], births: number | null, deaths: number | null, extinct: number | null, causes: [string, number][], learns: boolean}} Brief current data of a kind from the charts; causes of death with deaths per tick, most frequent first */
 
 const WIDE = 54, HIGH = 16; // size of a sparkline [px]
-const NAMED = 0.25; // minimum share of deaths for a cause to be named
+const NAMED = 0.15; // minimum share of deaths for a cause to be named
 const STEADY = 0.03; // maximum relative change over the last third of the sparkline that counts as steady
 
 /**
@@ -115,7 +115,7 @@ function tell(one, { line, births, deaths, extinct, causes, learns }, n, every =
 /** The most frequent recent causes of death. @param {[string, number][]} causes with deaths per tick, most frequent first */
 export function whereof(causes) {
   const all = causes.reduce((sum, [, rate]) => sum + rate, 0);
-  return causes.filter(([, rate]) => rate >= NAMED * all).slice(0, 2).map(([cause, rate]) => `${rate > 0.995 * all ? "all" : `${Math.round((100 * rate) / all)}%`} ${cause}`);
+  return causes.filter(([, rate]) => rate >= NAMED * all).slice(0, 3).map(([cause, rate]) => `${rate > 0.995 * all ? "all" : `${Math.round((100 * rate) / all)}%`} ${cause}`);
 }
 
 /** The relative change over the last third of a line. @param {number[]} line */
