@@ -2,8 +2,8 @@
 
     python tools/build_site.py [--out DIR] [--no-notebooks]
 
-All pages are staged in build/site-source, where files outside docs/ that pages link to become pages, and the
-generated pages (API, commands, components, shipped worlds) are added. Warnings are errors. Without --out, the
+All pages are staged in build/site-source (without notebooks, in a temporary folder), where files outside docs/ that
+pages link to become pages, and the generated pages (API, commands, components, shipped worlds) are added. Warnings are errors. Without --out, the
 site is written to ecs_eco/_site, where the wheel includes it and `ecs-eco docs` opens it. Notebook output is
 kept in build/notebooks until the notebooks change. The pictures on the home page and in the gallery start recorded
 runs, which are saved as pages.
@@ -15,13 +15,13 @@ import re
 import shutil
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 from site_pages import generated  # a file in this folder
 
 ROOT = Path(__file__).parents[1]
 DOCS, OUT = ROOT / "docs", ROOT / "ecs_eco" / "_site"
-STAGE, BUILT = ROOT / "build" / "site-source", ROOT / "build" / "site"
 # including the link text if it is a page's name; the page's title then replaces it
 LINK = re.compile(r"(?:(?<=\[)([\w/-]+\.md))?\]\(([^)#:\s]+)(#[^)\s]*)?(?=\))")
 FENCE = re.compile(r"^(```|~~~|:::).*?^\1", re.MULTILINE | re.DOTALL)
@@ -117,7 +117,7 @@ def _escaped(name: Path) -> str:
     return name.as_posix().replace("_", "\\_")
 
 
-def stage(folder: Path = STAGE, notebooks: bool = True) -> Stage:
+def stage(folder: Path, notebooks: bool = True) -> Stage:
     """Fill the staged copy; without `notebooks`, notebook cells become plain snippets."""
     staged = Stage(folder)
     for path in sorted(DOCS.rglob("*")):
@@ -160,9 +160,8 @@ def accessible(html: str) -> str:
     return html
 
 
-def build(out: Path, notebooks: bool) -> int:
-    """Run Sphinx on the staged copy; return its exit status."""
-    trees = ROOT / "build" / "site-trees"
+def build(work: Path, notebooks: bool) -> int:
+    """Run Sphinx on the copy staged in a working folder, for its subfolder `site`; return the exit status."""
     command = [
         sys.executable,
         "-m",
@@ -173,20 +172,20 @@ def build(out: Path, notebooks: bool) -> int:
         "-b",
         "html",
         "-d",
-        str(trees),
+        str(work / "site-trees"),
         "-D",
         f"nb_execution_mode={'cache' if notebooks else 'off'}",
         "-D",
         f"nb_execution_cache_path={ROOT / 'build' / 'notebooks'}",
-        str(STAGE),
-        str(out),
+        str(work / "site-source"),
+        str(work / "site"),
     ]
     paths = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")]).rstrip(os.pathsep)
     return subprocess.run(command, env=os.environ | {"PYTHONPATH": paths}, check=False).returncode
 
 
 def main() -> int:
-    """Stage, build, and remove files that the site does not need."""
+    """Build the site that the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--out", type=Path, default=OUT)
     parser.add_argument(
@@ -196,21 +195,31 @@ def main() -> int:
     )
     asked = parser.parse_args()
     sys.path.insert(0, str(ROOT))
-    shutil.rmtree(STAGE, ignore_errors=True)
-    stage(notebooks=not asked.no_notebooks)
-    if not asked.no_notebooks:
-        replays(STAGE)
-    if status := build(BUILT, not asked.no_notebooks):  # notebooks leave a folder next to the output
+    if asked.no_notebooks:
+        with tempfile.TemporaryDirectory(prefix="ecs-eco-site-") as work:  # several may run at the same time
+            return make(Path(work), asked.out, notebooks=False)
+    return make(ROOT / "build", asked.out, notebooks=True)
+
+
+def make(work: Path, out: Path, notebooks: bool) -> int:
+    """Stage and build the site in a working folder, and write it without files that it does not need."""
+    source = work / "site-source"
+    shutil.rmtree(source, ignore_errors=True)
+    stage(source, notebooks)
+    if notebooks:
+        replays(source)
+    if status := build(work, notebooks):  # notebooks leave a folder next to the output
+        shutil.rmtree(work / "site", ignore_errors=True)
         return status
-    shutil.rmtree(asked.out, ignore_errors=True)
-    shutil.copytree(BUILT, asked.out, ignore=shutil.ignore_patterns("*.map"))
+    shutil.rmtree(out, ignore_errors=True)
+    shutil.copytree(work / "site", out, ignore=shutil.ignore_patterns("*.map"))
     for name in ("_sources", ".buildinfo", "objects.inv"):
-        path = asked.out / name
+        path = out / name
         shutil.rmtree(path) if path.is_dir() else path.unlink(missing_ok=True)
-    for path in asked.out.rglob("*.html"):
+    for path in out.rglob("*.html"):
         path.write_text(accessible(path.read_text(encoding="utf-8")), encoding="utf-8")
-    size = sum(path.stat().st_size for path in asked.out.rglob("*") if path.is_file())
-    print(f"{asked.out / 'index.html'}: {size / 1e6:.0f} MB")
+    size = sum(path.stat().st_size for path in out.rglob("*") if path.is_file())
+    print(f"{out / 'index.html'}: {size / 1e6:.0f} MB")
     return 0
 
 

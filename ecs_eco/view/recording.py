@@ -261,6 +261,8 @@ class GeneValues:
 
     def expressed(self, name: str, uid: np.ndarray, gene: str) -> np.ndarray:
         """Return a gene's values in organisms (uids ascending): f32[n]."""
+        if not uid.size:
+            return np.zeros(0, np.float32)
         kept, decoded = self._kept.get(name, (np.zeros(0, np.uint64), {}))
         fresh = uid[~np.isin(uid, kept)]
         if fresh.size:

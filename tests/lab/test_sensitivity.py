@@ -62,14 +62,14 @@ def test_the_indices_of_sobol_are_those_of_the_ishigami_function(tmp_path: Path)
 def test_a_page_shows_the_effects_of_morris(tmp_path: Path) -> None:
     pytest.importorskip("SALib")
     cube, rows = rows_of(20, "morris", tmp_path)
-    content = {"plan": {"latin_hypercube": cube.model_dump(mode="json")}}
-    sweep: Any = SimpleNamespace(content=content, folder=tmp_path)
+    sweep: Any = SimpleNamespace(folder=tmp_path)
     (tmp_path / "figures").mkdir()
-    text = "".join(_sensitivity(sweep, rows, [OUTCOME], tmp_path / "figures"))
+    known = list(indices_of(cube, rows, [OUTCOME]))
+    text = "".join(_sensitivity(sweep, "morris", known, tmp_path / "figures"))
     assert "μ*" in text
     assert (tmp_path / "sensitivity.parquet").exists()
     assert (tmp_path / "figures" / "sensitivity.svg").exists()
-    [(_, _, found)] = indices_of(cube, rows, [OUTCOME])
+    [(_, _, found)] = known
     assert found["species.moss.reproduction.rate"][0].value == pytest.approx(7 * 0.75 * 1.5, rel=0.02)
 
 
