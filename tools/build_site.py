@@ -2,11 +2,11 @@
 
     python tools/build_site.py [--out DIR] [--no-notebooks]
 
-All pages are staged in build/site-source (without notebooks, in a temporary folder), where files outside docs/ that
-pages link to become pages, and the generated pages (API, commands, components, shipped worlds) are added. Warnings are errors. Without --out, the
-site is written to ecs_eco/_site, where the wheel includes it and `ecs-eco docs` opens it. Notebook output is
-kept in build/notebooks until the notebooks change. The pictures on the home page and in the gallery start recorded
-runs, which are saved as pages.
+All pages are staged in build/site-source (without notebooks, in a temporary folder), where files outside docs/
+that pages link to become pages, and the generated pages (API, commands, components, shipped worlds) are added.
+Warnings are errors. Without --out, the site is written to ecs_eco/_site, where the wheel includes it and
+`ecs-eco docs` opens it. Notebook output is kept in build/notebooks until the notebooks change. The pictures on the
+home page and in the gallery start recorded runs, which are saved as pages.
 """
 
 import argparse
