@@ -33,7 +33,7 @@ ARMS, SEEDS = REGISTERED.arms, REGISTERED.content["seeds"]["world"]
 WORLDS = {
     of.STUDY.name: of.STUDY.config["world"] for of in (rapid_evolution, fishing_for_size, prudence, swarms)
 }
-LAST, FIRST = fishing_for_size.AFTER, fishing_for_size.BEFORE
+LAST = fishing_for_size.AFTER
 LATE = 4  # the last quarter of samples
 SCATTERED = 400 / 60**2 * np.pi * swarms.NEAR**2  # expected number of neighbors of prey at random positions
 BySeed = dict[int, float]

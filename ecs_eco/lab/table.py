@@ -250,7 +250,7 @@ def _opening(rows: Sequence[Row], keys: list[str], outcomes: list[Outcome]) -> l
             x = Effect("", high, low, outcome.share).after(max(len(low), len(high)))
             if x.low > 0 or x.high < 0:
                 words = f"{key} = {ends[-1]} instead of {ends[0]}: {outcome.label} {'+' * (x.value > 0)}"
-                found.append((abs(x.value) / max(low.mean(), high.mean()), words + interval(x)))
+                found.append((abs(x.value) / max(abs(low.mean()), abs(high.mean())), words + interval(x)))
     if not tried:
         return []
     if not found:

@@ -67,6 +67,11 @@ def test_the_largest_clear_difference_opens_the_page_of_a_sweep() -> None:
     ]
     assert _opening(rows[1:], ["count"], [N]) == []  # two seeds are too few
     assert _opening(rows, ["rate"], [N]) == []  # it has one value
+    frozen = [
+        row(n, 5 + n, 0.1, seed, x - seed / 9) for n, x in ((0, -30.0), (1, 1 / 9)) for seed in range(3)
+    ]
+    (said,) = _opening(frozen, ["count"], [N])  # of below zero and of zero, as of a temperature in °C
+    assert "mean number of moss +30.1 (" in said
 
 
 def test_shares_have_wilsons_interval_and_stay_between_0_and_1() -> None:
