@@ -42,17 +42,17 @@ class MaintainNerves(System):
         if (way := table.species.neural_costs) is None:
             return
         m, rows = table[Metabolism], np.flatnonzero(table.alive[: table.high])
-        costs = np.zeros((3, rows.size))
+        costs = np.empty((3, rows.size))
         costs[0] = way.hidden_unit * world.dt * units(table, rows)
         costs[1] = way.transition * transitions(table, rows)
         costs[2] = way.receptor * world.dt * receptors(table, rows)
-        before, total = m.energy[rows], costs.sum(0)
+        before, total = m.energy[rows], costs[0] + costs[1] + costs[2]
         if table.species.metabolism.torpor:
             most = np.maximum(before, 0.0)
             costs *= np.divide(most, total, out=np.ones(rows.size), where=total > most)
             total = np.minimum(total, most)
-        m.energy[rows] = before - total
-        m.burnt[rows] += before - m.energy[rows]
+        m.energy[rows] = after = (before - total).astype(np.float32)
+        m.burnt[rows] += before - after
         paid = table[NeuralCost]
         paid.brain[rows], paid.learning[rows], paid.senses[rows] = costs
 
@@ -78,13 +78,15 @@ def receptors(table: Table, rows: np.ndarray) -> Any:
     return n
 
 
-def transitions(table: Table, rows: np.ndarray) -> np.ndarray:
+def transitions(table: Table, rows: np.ndarray) -> Any:
     """Return the transitions that the organisms in rows i64[n] record in this tick, each multiplied by the
-    organism's learning rate relative to the species': f64[n]."""
-    nerves = table.species.nerves
-    n = awake(table)[rows].astype(float)
+    organism's learning rate relative to the species': f64[n], or one number for all."""
+    nerves, species = table.species.nerves, table.species
     if nerves is None or not nerves.learning:
-        n[:] = 0
-    elif LearningRates in table:
-        n *= table[LearningRates].learning_rate[rows] / np.float32(table.species.ppo["learning_rate"])
+        return 0.0
+    n: Any = awake(table)[rows].astype(float) if species.metabolism.torpor else 1.0
+    if LearningRates in table:
+        n = n * (table[LearningRates].learning_rate[rows] / np.float32(species.ppo["learning_rate"])).astype(
+            float
+        )
     return n
