@@ -124,3 +124,18 @@ def facts(panel):
     return dict(
         zip(panel.locator("dt").all_inner_texts(), panel.locator("dd").all_inner_texts(), strict=True)
     )
+
+
+SETTLED = """async () => { // colors that fade have their last value
+  for (let frame = 0; frame < 2; frame += 1) await new Promise(requestAnimationFrame);
+  const ends = (one) => one.effect.getComputedTiming().endTime !== Infinity;
+  await Promise.allSettled(document.getAnimations().filter(ends).map((one) => one.finished));
+}"""
+
+
+def violations(page):
+    """What axe complains of on a page: its rules, each with the first elements."""
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="no axe-playwright-python here")
+    page.evaluate(SETTLED)
+    found = axe.Axe().run(page).response["violations"]
+    return [(one["id"], [node["html"][:90] for node in one["nodes"][:3]]) for one in found]

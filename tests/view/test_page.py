@@ -120,6 +120,23 @@ def test_a_slider_keeps_the_keys_that_move_it(page):
     assert page.evaluate(f"ecs.screen({uid})") == pytest.approx(where)
 
 
+LATE_ANSWERS = """async () => {
+  const { showSpeed, speedAt } = await import("./speed.js"), slider = document.querySelector("#speed");
+  const slots = [];
+  for (const asked of [5, 1]) speedAt(asked);
+  for (const told of [20, 50, 2, 1]) { // ticks/s: of before, of both requests, of another page
+    showSpeed(told);
+    slots.push(slider.value);
+  }
+  return slots;
+}"""
+
+
+def test_late_answers_to_earlier_requests_do_not_move_the_slider(page):
+    pause(page)
+    assert page.evaluate(LATE_ANSWERS) == ["1", "1", "1", "0"]
+
+
 def test_one_that_is_selected_while_time_stands_still_has_a_point_in_its_chart(page):
     pause(page)
     page.locator("#step").click()
