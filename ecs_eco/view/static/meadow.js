@@ -53,7 +53,7 @@ class Sheet {
     this.stage = stage;
     this.material = new MeshBasicMaterial({ transparent: true, depthWrite: false, polygonOffset: true, polygonOffsetFactor: -lift, polygonOffsetUnits: -lift });
     this.mesh = new Mesh(this.form(), this.material);
-    this.mesh.renderOrder = lift;
+    this.mesh.renderOrder = lift / 10 - 1; // after the ground, before plants: sprites have the depth of their centers
     this.mesh.visible = false;
     stage.scene.add(this.mesh);
     /** @type {DataTexture | null} */

@@ -188,7 +188,7 @@ ${COMMON}
 ${POSE}
 attribute vec3 corner;    // corner of the body in radii; forward is +x
 attribute vec3 facing;
-attribute float tone;     // brightness of the part
+attribute float tone;     // brightness of the part: 0 black, 1 as it is, 2 white
 uniform vec3 sun;
 uniform float gait;       // 1: legs, 2: wings, 3: tail
 uniform float rim;        // 0 for the body, or the margin of its rim in water, in radii
@@ -219,8 +219,8 @@ void main() {
   vec3 form = moving(corner, at.xy, vec2(c, s), scale) * (1.0 + margin / max(0.3, length(corner)));
   mat3 turn = mat3(c, s, 0.0, -s, c, 0.0, 0.0, 0.0, 1.0);
   vec3 light = turn * facing;
-  float lit = tone * clamp(0.88 + 0.2 * max(0.0, dot(light, sun)) + 0.04 * light.z, 0.88, 1.06);
-  vColour = through(rim > 0.0 ? edge * mix(0.75, 1.0, day) : colour(at) * lit, at);
+  float lit = min(tone, 1.0) * clamp(0.88 + 0.2 * max(0.0, dot(light, sun)) + 0.04 * light.z, 0.88, 1.06);
+  vColour = through(rim > 0.0 ? edge * mix(0.75, 1.0, day) : mix(colour(at), vec3(1.0), clamp(tone - 1.0, 0.0, 1.0)) * lit, at);
   vStripes = vec2(9.0 * corner.x + 2.0 * corner.z, rim > 0.0 || abs(tone - 0.85) > 0.24 ? 0.0 : gene(floor(now.z / 256.0), striped, 0.0));
   vec4 seen = viewMatrix * vec4(at + turn * form * scale, 1.0);
   gl_Position = projectionMatrix * seen;
