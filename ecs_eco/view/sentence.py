@@ -91,10 +91,11 @@ def _does(actions: Sequence[Mapping[str, Any]]) -> str:
         parts.append("its reflex made it " + " and ".join(_act(a) for a in forced))
     if chosen:
         parts.append(
-            "its policy chose to " + " and ".join(f"{_act(a)} ({a['probability']:.0%})" for a in chosen)
+            "its policy chose to "
+            + " and ".join(f"{_act(a)} ({a['probability']:.0%} chance)" for a in chosen)
         )
     if other:
-        parts.append(f"automatic: {' and '.join(other)}")
+        parts.append(f"always tries to {' and '.join(other)}")
     return "; ".join(parts)
 
 

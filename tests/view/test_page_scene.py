@@ -32,7 +32,7 @@ def test_whom_the_selected_one_sees_has_a_line_to_it(page):
     certain = within(page, uid, "wolf", 11)
     possible = within(page, uid, "wolf", 12.5) + within(page, uid, "deer", 5.5)
     assert certain <= page.evaluate("ecs.over.seen") <= possible
-    assert "sees\ndeer: 5 m; wolf: 12 m" in page.locator("#organism").inner_text()
+    assert "sees\ndeer up to 5 m; wolf up to 12 m" in page.locator("#organism").inner_text()
     page.keyboard.press("Escape")
     until(page, "ecs.over.seen === 0")
 

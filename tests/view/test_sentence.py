@@ -29,7 +29,7 @@ def test_who_is_hungry_and_turns_to_its_food_is_said_so():
     said = sentence(DEER | {"nerves": nerves}, ["grass"], ["wolf"])
     assert said == (
         "Deer, 500 s old, hungry; saw grass (food) to the left; "
-        "its policy chose to walk (50%) and turn left (71%)."
+        "its policy chose to walk (50% chance) and turn left (71% chance)."
     )
 
 
@@ -40,7 +40,7 @@ def test_enemies_come_first_and_reflexes_are_told_from_the_policy():
     }
     said = sentence(DEER | {"nerves": nerves}, ["grass"], ["wolf"])
     assert "saw wolf (an enemy) behind to the right and grass (food) ahead" in said
-    assert said.endswith("its reflex made it run; automatic: eat.")
+    assert said.endswith("its reflex made it run; always tries to eat.")
 
 
 def test_the_dead_are_told_by_their_cause():
@@ -59,7 +59,7 @@ def test_what_the_dead_saw_and_did_last_is_told_where_it_is_known():
     }
     assert sentence(dead, ["grass"], ["wolf"]) == (
         "Deer, eaten by wolf at tick 9, by #7, 500 s old; in its last tick: saw wolf (an enemy) behind; "
-        "its policy chose to run (71%)."
+        "its policy chose to run (71% chance)."
     )
 
 

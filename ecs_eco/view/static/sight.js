@@ -70,7 +70,7 @@ export function seeing(kind, own) {
   /** @type {Map<number, Set<string>>} */
   const far = new Map();
   for (const { reach, targets, name } of eyesOf(kind, own)) far.set(reach, new Set([...(far.get(reach) ?? []), ...(targets.length ? targets : [name])]));
-  return [...far].sort(([a], [b]) => a - b).map(([reach, names]) => `${[...names].join(", ")}: ${Number(reach.toPrecision(2))} m`).join("; ");
+  return [...far].sort(([a], [b]) => a - b).map(([reach, names]) => `${[...names].join(", ")} up to ${Number(reach.toPrecision(2))} m`).join("; ");
 }
 
 /**
@@ -126,7 +126,7 @@ function ring(over, at, angle, eyes) {
   const centre = stage.project(at);
   over.line(whole ? points : [centre, ...points, centre], css("--accent"), 1.4, [5, 4], 0.9);
   const names = [...new Set(eyes.flatMap(({ targets }) => targets))];
-  const words = `sees ${names.join(", ")}: ${Number(reach.toPrecision(2))} m`;
+  const words = `sees ${names.join(", ")} up to ${Number(reach.toPrecision(2))} m`;
   const top = highest(points, over.pen.measureText(words).width, covered(), [stage.canvas.clientWidth, stage.canvas.clientHeight]);
   if (top && centre && Math.hypot(centre.x - top.x, centre.y - top.y) > 24) over.words(words, top.x, top.y - 5, css("--accent"));
 }
