@@ -4,8 +4,8 @@ import { $, number } from "./dom.js";
 
 const SPEEDS = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, null]; // ticks per second; null: full speed
 const NORMAL = 10; // ticks per second at 1×
-const PATIENCE = 10_000; // [ms] for which answers to earlier requests are not shown
-/** The last speed asked for, until the server says it. @type {{speed: number | null, until: number} | null} */
+const PATIENCE = 10_000; // [ms] for which answers to earlier requests are ignored
+/** The last requested speed, until the server confirms it. @type {{speed: number | null, until: number} | null} */
 let asked = null;
 
 /** @param {number | null} speed */
@@ -17,7 +17,7 @@ function tell(speed) {
 
 /** Shows the server's speed. @param {number | null} speed */
 export function showSpeed(speed) {
-  if (asked && speed !== asked.speed && performance.now() < asked.until) return; // it would move the slider under the user's hand
+  if (asked && speed !== asked.speed && performance.now() < asked.until) return; // otherwise the slider would jump back
   asked = null;
   const slot = SPEEDS.indexOf(speed);
   const nearest = slot >= 0 ? slot : SPEEDS.findIndex((one) => one === null || one >= (speed ?? Infinity));
