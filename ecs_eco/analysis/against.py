@@ -1,6 +1,5 @@
-"""Compare the periods, amplitudes and lags of a run with those of an outside series, all measured by the same
-rule (`ecs_eco.analysis.signature`). Field counts are often too short for the tests in
-`ecs_eco.analysis.spectrum`, so this module does no testing."""
+"""Compare the periods, amplitudes and lags of a run with those of an outside series, all by `signature.cycle`.
+There is no test, because field counts are often too short for those in `ecs_eco.analysis.spectrum`."""
 
 from collections.abc import Sequence
 from itertools import combinations
@@ -8,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ecs_eco.analysis.runs import Series
+from ecs_eco.analysis.runs import Series, mean_of_there
 from ecs_eco.analysis.signature import cycle
 from ecs_eco.analysis.spectrum import thin
 from ecs_eco.config.measurements import FEWEST, MOST_ROWS, Outside
@@ -39,15 +38,11 @@ def numbers_of(series: Series, name: str) -> np.ndarray:
     """Return the population sizes of a species, or a reporter's values averaged over species: f64[ticks]."""
     if name in series.species:
         return series.of(name)
-    values = series.columns[name]
-    there = np.isfinite(values)
-    total = np.where(there, values, 0.0).sum(1)
-    return np.where(there.any(1), total / np.maximum(there.sum(1), 1), np.nan)
+    return mean_of_there(series.columns[name], axis=1)
 
 
 def compare(series: Series, outside: Outside, skip: float = 0.1) -> Both:
-    """Describe the outside series and the `living` part of the run. Raises ConfigError if too few ticks
-    remain."""
+    """Describe the outside series and the `living` part of the run; raise ConfigError if that is too short."""
     names = list(outside.columns)
     n = living(series, names, skip)
     thinned, factor = thin(n.T, MOST_ROWS)
@@ -61,8 +56,8 @@ def compare(series: Series, outside: Outside, skip: float = 0.1) -> Both:
 
 
 def living(series: Series, names: Sequence[str], skip: float = 0.1) -> np.ndarray:
-    """Return values of these species and reporters before the first extinction among them, skipping a
-    fraction `skip` of the run at its start: f64[ticks, names]. Raises ConfigError if too few ticks remain."""
+    """Return values before the first extinction, without the first `skip` of the run: f64[ticks, names]. Raises
+    ConfigError if too few ticks remain."""
     n = np.stack([numbers_of(series, name) for name in names], 1)
     species = [name in series.species for name in names]
     gone = np.flatnonzero((n[:, species] == 0).any(1))
@@ -71,11 +66,8 @@ def living(series: Series, names: Sequence[str], skip: float = 0.1) -> np.ndarra
     usable = np.isfinite(n).all(0) & (n >= 0).all(0) & n.any(0)
     wrong = [name for name, fine in zip(names, usable, strict=True) if not fine]
     if len(n) >= FEWEST and wrong:
-        fault, expected = (
-            "is negative or not a number in some ticks, or always 0",
-            "a reporter of counts or densities",
-        )
-        raise ConfigError([Problem((), fault, wrong[0], expected, source="DIR")])
+        fault = "is negative or not a number in some ticks, or always 0"
+        raise ConfigError([Problem((), fault, wrong[0], "a reporter of counts or densities", source="DIR")])
     if len(n) < FEWEST:
         fault = f"{len(n)} ticks remain before the first extinction"
         raise ConfigError([Problem((), fault, "", "a run in which all species persist", source="DIR")])

@@ -1,14 +1,13 @@
 """An archipelago's results and report: population sizes by island, and migrants by route."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyarrow as pa
 
 from ecs_eco.analysis.page import Markup, drawn, page, table, verdict, write_text
 from ecs_eco.analysis.palette import AXIS, INK
@@ -22,8 +21,7 @@ from ecs_eco.record.container import inside
 
 @dataclass(frozen=True)
 class Islands:
-    """The record of an archipelago: `series` by island, and `moves` i64[rows, 5], whose columns are tick,
-    species, from, to and number of arrivals."""
+    """An archipelago: `series` by island, and `moves` with columns tick, species, from, to, number of arrivals."""
 
     manifest: dict[str, Any]
     plan: Archipelago
@@ -65,33 +63,30 @@ def load_islands(folder: Path | str) -> Islands:
     root = Path(folder)
     manifest = read(root)
     plan = Archipelago.model_validate(manifest["config"]["archipelago"])
-    series = {name: _until(load_series(root / ISLANDS / name), manifest["tick"]) for name in plan.names}
-    for name, one in series.items():
+    whole = {name: load_series(root / ISLANDS / name) for name in plan.names}
+    series = {}
+    for name, one in whole.items():
         check_island(root / ISLANDS / name, one.manifest, manifest["hash"], name)
-        if len(one.ticks) != manifest["tick"]:
-            fault = f"has {len(one.ticks)} ticks, but its archipelago has {manifest['tick']}"
+        before = one.ticks < manifest["tick"]  # in an interrupted run, some islands may be ahead
+        if before.sum() != manifest["tick"]:
+            fault = f"has {before.sum()} ticks, but its archipelago has {manifest['tick']}"
             raise RecordingError(f"{root / ISLANDS / name}: {fault}")
+        columns = {key: column[before] for key, column in one.columns.items()}
+        series[name] = Series(one.ticks[before], one.species, columns, one.manifest)
     species = next(iter(series.values())).species
     moves: list[np.ndarray] = []
     for number, name in enumerate(plan.names):
         for part in tables(root / ISLANDS / name, "arrivals"):
-            who, origin = _codes(part["species"], species), _codes(part["origin"], plan.names)
+            who = [species.index(kind) for kind in part["species"].to_pylist()]
+            origin = [plan.names.index(island) for island in part["origin"].to_pylist()]
             rows = np.stack([np.asarray(part["tick"].to_numpy(), np.int64), who, origin], 1)
             found, count = np.unique(rows[rows[:, 0] < manifest["tick"]], axis=0, return_counts=True)
             moves.append(np.column_stack([found, np.full(len(found), number), count]))
     return Islands(manifest, plan, series, np.concatenate(moves) if moves else np.zeros((0, 5), np.int64))
 
 
-def _until(series: Series, tick: int) -> Series:
-    """Return the part of a series before a tick. In an interrupted run, some islands may be ahead."""
-    before = series.ticks < tick
-    columns = {name: column[before] for name, column in series.columns.items()}
-    return Series(series.ticks[before], series.species, columns, series.manifest)
-
-
 def places(plan: Archipelago) -> np.ndarray:
-    """Return islands' positions on a map from 0 to 1, f64[n, 2]: on a grid for a grid graph, otherwise on a
-    circle."""
+    """Return islands' positions on a map from 0 to 1, f64[n, 2]: on a grid for a grid graph, or on a circle."""
     n = len(plan.names)
     if plan.graph == "grid":
         width = math.ceil(math.sqrt(n))
@@ -150,15 +145,6 @@ def numbers(islands: Islands) -> Figure:
     return figure
 
 
-def _codes(column: pa.ChunkedArray, words: Sequence[str]) -> np.ndarray:
-    """Return the index of each name in `words`, i64[rows]."""
-    known = {word: i for i, word in enumerate(words)}
-    return np.array([known[word] for word in column.to_pylist()], np.int64)
-
-
-# --- the report ---------------------------------------------------------------------------------------------
-
-
 _MAP = (
     "The islands at the end of the run. Disc area: number of organisms of migrating species. Arrow width: "
     "number of migrants."
@@ -169,8 +155,7 @@ _NUMBERS = (
 
 
 def write_archipelago(folder: Path | str, out: Path | str | None = None) -> Path:
-    """Write report.html and figures/*.svg to an archipelago's folder or to `out`; return the report's
-    path. Raises RecordingError if there is no archipelago or a file is damaged."""
+    """Write report.html and figures/*.svg to an archipelago's folder or to `out`; return the report's path."""
     root = Path(folder)
     place = inside(root, root / "figures").parent if out is None else Path(out)
     islands = load_islands(root)
@@ -208,13 +193,11 @@ def opening(islands: Islands) -> tuple[list[str], bool]:
             if series.n[:, s].any() and np.isfinite(series.extinct[s])
         }
         if gone:
-            first = [
-                f"{island} at tick {tick:,}" for island, tick in sorted(gone.items(), key=lambda one: one[1])
-            ]
-            places = in_words(first[:3]) + (f" and {len(gone) - 3} more" if len(gone) > 3 else "")
-            lines.append(f"{name} died out on {len(gone)} of {many} islands ({places}).")
-    lost = bool(lines)
-    if not lost:
+            order = sorted(gone.items(), key=lambda one: one[1])
+            places = in_words(f"{island} at tick {tick:,}" for island, tick in order[:3])
+            more = f" and {len(gone) - 3} more" * (len(gone) > 3)
+            lines.append(f"{name} died out on {len(gone)} of {many} islands ({places}{more}).")
+    if not (lost := bool(lines)):
         lines.append(
             f"All species that an island began with live there at the end of {islands.manifest['tick']:,} ticks."
         )
@@ -225,8 +208,7 @@ def opening(islands: Islands) -> tuple[list[str], bool]:
 
 
 def _rows(islands: Islands, root: Path, place: Path) -> Iterator[list[object]]:
-    """Yield a row for each island: final population sizes, total migrants, and the values specific to the
-    island."""
+    """Yield a row for each island: final population sizes, total migrants, and the island's own values."""
     moved = islands.moved()
     for i, (name, series) in enumerate(islands.series.items()):
         link: object = name

@@ -1,5 +1,4 @@
-"""The breeder's view of evolution: selection differentials, responses, heritabilities and selection gradients
-of heritable values, with 95% intervals."""
+"""The breeder's view of evolution: selection on heritable values, responses, heritabilities and gradients."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -27,33 +26,25 @@ Estimates = dict[str, Interval]
 
 @dataclass(frozen=True)
 class Cohort:
-    """The `n` organisms with a value that were born from tick `start` to `stop`, exclusive.
-
-    `alive` is the fraction still alive at the end. `births` is the number of their offspring; with two
-    parents, a birth counts as one half for each. `estimates` maps names to estimates with 95% intervals.
-    """
+    """The `n` organisms with a value that were born from tick `start` to `stop`, exclusive."""
 
     start: int
     stop: int
     n: int
-    alive: float
-    births: float
-    estimates: Estimates
+    alive: float  # fraction still alive at the end
+    births: float  # number of offspring; with two parents, a birth counts as one half for each
+    estimates: Estimates  # with 95% intervals, by name
 
 
 @dataclass(frozen=True)
 class Breeding:
-    """Selection on heritable `values` of a species, by cohort in order of birth and for the `whole` run.
-
-    `generation` is the mean generation time [ticks]. Estimates of the whole run combine cohorts, weighted by
-    births.
-    """
+    """Selection on heritable `values` of a species, by cohort in order of birth and for the `whole` run."""
 
     species: str
     values: tuple[str, ...]
-    generation: float
+    generation: float  # mean generation time [ticks]
     cohorts: tuple[Cohort, ...]
-    whole: Cohort
+    whole: Cohort  # its estimates combine cohorts, weighted by births
 
     def to_pandas(self) -> Any:
         """Return a row for each cohort; an estimate has columns such as response, response_low and response_high.
@@ -297,8 +288,7 @@ def gradients(
 
 
 def _regression(b: "_Born", at: np.ndarray, x: np.ndarray) -> list[Interval]:
-    """Return the coefficients of relative fitness on deviations x f64[organisms, terms] from cohort means;
-    unknown for terms that are constant, and for all terms if they are collinear."""
+    """Return the slopes of relative fitness on deviations x f64[organisms, terms]; unknown if collinear."""
     out = [UNKNOWN] * x.shape[1]
     scale = np.sqrt((x**2).sum(axis=0))
     kept = np.flatnonzero(scale > 0)
@@ -402,8 +392,7 @@ class _Born:
         return Breeding(species, values, self.generation, cohorts, whole)
 
     def intervals(self, at: np.ndarray) -> Callable[[float, np.ndarray], Interval]:
-        """Return a function of an estimate and the scores of these organisms, whose sum is its error. Scores are
-        independent unless the organisms share a parent."""
+        """Return a function of an estimate and of scores whose sum is its error; sibs share a parent's error."""
         n = len(self.births)
         a, b = np.sort(self.parents[:, at], axis=0)  # a < 0 ≤ b: one parent; b < 0: none
         pair = np.where(b < 0, -1 - np.arange(len(at)), (a + 1) * n + b)
@@ -416,7 +405,11 @@ class _Born:
             shared = (np.bincount(of_parent, np.tile(scores, 2)[parents >= 0]) ** 2).sum()
             # full sibs share both parents; organisms without parents share none
             shared += squares[pairs < 0].sum() - squares[pairs >= n].sum()
-            return _with_error(value, float(max(shared, squares.sum())), len(pairs))
+            if (k := len(pairs)) < 2:
+                return Interval(value, np.nan, np.nan)
+            variance = float(max(shared, squares.sum())) * k / (k - 1)
+            half = quantiles.student(k - 1, 0.95) * float(np.sqrt(variance))
+            return Interval(value, value - half, value + half)
 
         return interval
 
@@ -438,14 +431,6 @@ def _groups(cohort: np.ndarray, count: int) -> list[np.ndarray]:
     """Return the indices in each cohort, without −1."""
     order = np.argsort(cohort, kind="stable")
     return np.split(order, np.searchsorted(cohort[order], np.arange(count + 1)))[1:-1]
-
-
-def _with_error(value: float, variance: float, groups: int) -> Interval:
-    """Return a 95% interval from the variance of a sum over independent groups."""
-    if groups < 2:
-        return Interval(value, np.nan, np.nan)
-    half = quantiles.student(groups - 1, 0.95) * float(np.sqrt(variance * groups / (groups - 1)))
-    return Interval(value, value - half, value + half)
 
 
 @styled

@@ -11,7 +11,7 @@ import pyarrow.compute as pc
 
 from ecs_eco.analysis.palette import CLEAR, GREY
 from ecs_eco.analysis.pedigree import Pedigree
-from ecs_eco.analysis.style import DASHES, PALETTE, Figure, panels, styled
+from ecs_eco.analysis.style import DASHES, PALETTE, Axes, Figure, panels, styled
 from ecs_eco.config.formula import compile_formula
 from ecs_eco.engine.errors import UnknownName, unknown_name
 from ecs_eco.genomes.promoters import copies_in
@@ -53,8 +53,7 @@ class Frequencies:
 
     @property
     def allele(self) -> np.ndarray:
-        """Allele frequency: the fraction of each value among all copies of the gene, f64[samples, values];
-        NaN if there are none."""
+        """Allele frequency: the fraction of each value among a gene's copies, f64[samples, values], or NaN."""
         total = self.copies.sum(axis=1, keepdims=True)
         return self.copies / np.where(total, total, np.nan)
 
@@ -119,8 +118,7 @@ def frequencies(lineage: Pedigree, species: str, gene: str | Sequence[int], ever
 def alleles_of(
     lineage: Pedigree, species: str, gene: str | Sequence[int]
 ) -> tuple[tuple[str, ...], list[np.ndarray]]:
-    """Return the names of a gene's values and, for each of its copies that a member of the species may have,
-    the index of its value, i64[members], with −1 for no copy."""
+    """Return the names of a gene's values and, for each possible copy, its value's index, i64[members], or −1."""
     record, kept = gene_of(lineage, species, gene), lineage.genomes.get(species, {})
     if "formula" in record:
         raise ValueError(f"gene {gene!r} of {species!r} is derived: no letters code for it")
@@ -162,8 +160,7 @@ def genes_in(kept: Mapping[str, Any]) -> list[dict[str, Any]]:
 def codons_of(
     genomes: np.ndarray, gene: dict[str, Any], species: str, strings: int
 ) -> list[tuple[list[str], np.ndarray]]:
-    """Return, for each string of the genome, the distinct codons of a gene and the index of each organism's
-    codon."""
+    """Return, for each string of a genome, the distinct codons of a gene and the index of each organism's codon."""
     text = pa.array(genomes, pa.string())
     length = (pc.max(pc.utf8_length(text)).as_py() or 0) // strings
     if gene["at"] + gene["letters"] > length:
@@ -181,8 +178,7 @@ def codons_of(
 def _copies(
     genomes: np.ndarray, gene: dict[str, Any], kept: dict[str, Any]
 ) -> list[tuple[list[str], np.ndarray]]:
-    """Return, for each possible copy of a gene in a variable-length genome, the distinct codons ("" for none)
-    and the index of each organism's codon."""
+    """Return the same for each possible copy of a gene in variable-length genomes; "" stands for no copy."""
     texts = pa.array(genomes, pa.string()).dictionary_encode()
     strings = words_of_strings(texts.dictionary.to_pylist(), gene, kept)
     copies = zip_longest(*(chain.from_iterable(of) for of in strings), fillvalue="")
@@ -193,8 +189,7 @@ def _copies(
 def words_of_strings(
     texts: Sequence[str], gene: dict[str, Any], kept: dict[str, Any]
 ) -> list[list[list[str]]]:
-    """Return the letters (without the promoter) of each copy of a gene in variable-length genomes, by
-    text and string."""
+    """Return the letters after the promoter of each copy of a gene, by variable-length genome and string."""
     if "promoter" not in gene:
         raise ValueError(
             f"gene {gene['name']!r}: genes have no fixed position in variable-length strings; "
@@ -230,26 +225,32 @@ def has_few_values(gene: dict[str, Any]) -> bool:
     return 2 <= len(set(gene.get("values", ()))) <= FEW
 
 
-Line = tuple[Frequencies, int, str, str, Any]  # gene, index of the value, label, color, dashes
-
-
-def lines_of(genes: Sequence[Frequencies], all_values: bool = False) -> list[Line]:
-    """Return one line for each two-valued gene and, for other genes, one line per value, leaving out the
-    first value unless `all_values` is true.
-
-    A gene named after a color is drawn in that color; dashes distinguish lines of similar color.
-    """
+def draw_values(
+    genes: Sequence[Frequencies], title: str, label: str, high: float, alleles: bool = False
+) -> tuple[Figure, Axes]:
+    """Return a figure of the carriers of each value of genes after the first or, with `alleles`, of allele
+    frequencies: of the second of two values, or of all. A gene named after a color is drawn in that color."""
     from matplotlib.colors import is_color_like
 
-    rest = PALETTE[::-1]
-    lines: list[Line] = []
+    figure, ((ax,),) = panels(1, 1, 9, high)
+    rest, k = PALETTE[::-1], 0
     for g in genes:
-        for j in range(0 if all_values and len(g.values) > 2 else 1, len(g.values)):
-            label = g.gene if len(g.values) == 2 else f"{g.gene} = {g.values[j]}"
-            named = is_color_like(g.gene) and len(g.values) == 2
-            hue = CLEAR[g.gene][0] if g.gene in CLEAR else g.gene if named else rest[len(lines) % len(rest)]
-            lines.append((g, j, label, hue, DASHES[len(lines) % len(DASHES)]))
-    return lines
+        two = len(g.values) == 2
+        for j in range(0 if alleles and len(g.values) > 2 else 1, len(g.values)):
+            named = g.gene if two and is_color_like(g.gene) else rest[k % len(rest)]
+            ax.plot(
+                g.ticks,
+                (g.allele if alleles else g.count)[:, j],
+                color=CLEAR[g.gene][0] if g.gene in CLEAR else named,
+                ls=DASHES[k % len(DASHES)],  # distinguish lines of similar color
+                lw=1.7,
+                label=g.gene if two and not alleles else f"{g.gene} = {g.values[j]}",
+            )
+            k += 1
+    if genes:
+        ax.set_xlim(genes[0].ticks[0], max(genes[0].ticks[-1], 1))
+    ax.set(xlabel="tick", ylabel=label, title=title)
+    return figure, ax
 
 
 @styled
@@ -277,14 +278,10 @@ def carriers(genes: Sequence[Frequencies], title: str = "") -> Figure:
     >>> carriers([red]).axes[0].get_ylabel()
     'number of carriers'
     """
-    figure, ((ax,),) = panels(1, 1, 9, 3.6)
-    lines = lines_of(genes)
-    for g, j, label, hue, dash in lines:
-        ax.plot(g.ticks, g.count[:, j], color=hue, ls=dash, lw=1.7, label=label)
+    figure, ax = draw_values(genes, title, "number of carriers", 3.6)
     if genes:
         ax.plot(genes[0].ticks, genes[0].n, color=GREY, lw=1, zorder=1.5, label="all")
-        ax.set_xlim(genes[0].ticks[0], max(genes[0].ticks[-1], 1))
-    ax.set(xlabel="tick", ylabel="number of carriers", ylim=(0, None), title=title)
+    ax.set_ylim(0, None)
     figure.legend(loc="outside upper left", ncols=6)
     return figure
 
@@ -325,8 +322,7 @@ def values_of(lineage: Pedigree, gene: str, species: str | None = None) -> np.nd
 
 
 def find_gene(lineage: Pedigree, gene: str, species: str | None = None) -> tuple[str, dict[str, Any]]:
-    """Return the species that has a gene (given by its name or trait) and the gene's record. For an unknown
-    gene, a KeyError suggests the closest name; if several species have it, a ValueError lists them."""
+    """Return the species that has a gene (named, or by its trait), and the record; raise ValueError for several."""
     if species is not None:
         return species, gene_of(lineage, species, gene)
     having = {
@@ -400,8 +396,7 @@ def _of_variable(genomes: np.ndarray, gene: dict[str, Any], kept: dict[str, Any]
 
 
 def _together(copies: Sequence[Sequence[str]], gene: dict[str, Any], kept: dict[str, Any]) -> np.ndarray:
-    """Return the combined value of the copies in each string: f64[strings], with NaN for strings without
-    copies."""
+    """Return the combined value of the copies in each string: f64[strings], NaN without copies."""
     words = sorted({word for string in copies for word in string})
     meaning = dict(zip(words, numbers(words, gene, kept["alphabet"]).tolist(), strict=True))
     rules: dict[str, Callable[[list[float]], float]] = {
@@ -428,21 +423,13 @@ def _dominated(a: np.ndarray, b: np.ndarray, gene: dict[str, Any]) -> np.ndarray
 
 
 def numbers(words: Sequence[str], gene: dict[str, Any], alphabet: str) -> np.ndarray:
-    """Return the values of a gene's codons, f64[words]: from a table, or from a range divided into equal
-    steps or factors.
-
-    Raises ValueError if a letter is not in the alphabet.
-    """
+    """Return the values of a gene's codons, f64[words]: from a table, or a range divided into equal steps or
+    factors. Raises ValueError if a letter is not in the alphabet."""
     if not words:
         return np.zeros(0)
-    letters = np.array(list(words), f"U{gene['letters']}").view("U1").reshape(len(words), gene["letters"])
-    order = np.argsort(list(alphabet))
-    place = np.minimum(np.searchsorted(np.array(list(alphabet))[order], letters), len(alphabet) - 1)
-    digits = order[place]
-    if (strange := np.array(list(alphabet))[digits] != letters).any():
-        raise ValueError(
-            f"gene {gene['name']!r}: the letter {str(letters[strange][0])!r} is not in {alphabet!r}"
-        )
+    if strange := [letter for letter in "".join(words) if letter not in alphabet]:
+        raise ValueError(f"gene {gene['name']!r}: the letter {strange[0]!r} is not in {alphabet!r}")
+    digits = np.array([[alphabet.index(letter) for letter in word] for word in words])
     if "values" in gene:
         return np.array(gene["values"], float)[_number(digits, len(alphabet)).astype(np.int64)]
     span = gene["range"]

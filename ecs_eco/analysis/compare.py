@@ -1,6 +1,5 @@
-"""Comparison of an experiment's arms: persistence, survival times, population sizes and cycles. The
-replicates are the seeds: world seeds and, if runs use policies from several training runs, training seeds
-(`seed_grid.py`)."""
+"""Comparison of an experiment's arms: persistence, survival times, population sizes and cycles. Replicates are
+world seeds and, if runs use policies from several training runs, training seeds (`seed_grid.py`)."""
 
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -110,7 +109,13 @@ def compare(
     for arm, of in rows.items():
         for s in names:
             result["arms"][arm]["per_species"][s] |= _depths(of, s)
-    _add_crossed(result, loaded, grids, cycles, n_boot, seed)
+    by_run = {id(run): c for arm in grids for run, c in zip(loaded[arm], cycles[arm], strict=True)}
+    for arm, grid in grids.items():
+        outcome = crossed(grid, by_run, n_boot=max(n_boot, 99), seed=seed)
+        result["arms"][arm] |= {"crossed": outcome, "persistence": outcome["persistence"]}
+    for arm, effect in result["effects"].items():
+        if arm in grids or reference in grids:
+            effect |= _crossed_effects(loaded, grids, result, reference, arm)
     for arm, words in (policies or {}).items():
         result["arms"][arm]["policies"] = words
     if genes := compare_genes.genes_of(arms):
@@ -121,25 +126,6 @@ def compare(
     if out is not None:
         write(Path(out), result, loaded, curves, grids, genes)
     return result
-
-
-def _add_crossed(
-    result: dict[str, Any],
-    loaded: Mapping[str, Sequence[Series]],
-    grids: Mapping[str, Grid],
-    cycles: Mapping[str, Sequence[CycleStatistics]],
-    n_boot: int,
-    seed: int,
-) -> None:
-    """Add the results of crossed designs to each arm and to the differences between arms."""
-    by_run = {id(run): c for arm in grids for run, c in zip(loaded[arm], cycles[arm], strict=True)}
-    for arm, grid in grids.items():
-        outcome = crossed(grid, by_run, n_boot=max(n_boot, 99), seed=seed)
-        result["arms"][arm] |= {"crossed": outcome, "persistence": outcome["persistence"]}
-    reference = result["reference"]
-    for arm, effect in result["effects"].items():
-        if arm in grids or reference in grids:
-            effect |= _crossed_effects(loaded, grids, result, reference, arm)
 
 
 def _load(
@@ -172,12 +158,10 @@ def _crossed_effects(
     reference: str,
     arm: str,
 ) -> dict[str, Any]:
-    """Return the difference between an arm and the reference, with both kinds of seeds as replicates.
-
-    Shares are compared by applying the square-and-add rule to both intervals (Newcombe 1998; Zou and Donner
-    2008). For times and population sizes, the difference between runs with the same seeds is averaged over
-    cells; an arm without training seeds (random policies) has one row, which is compared with every training
-    seed. No log-rank p value is given, because that test assumes independent runs."""
+    """Return the difference between an arm and the reference, with both kinds of seeds as replicates. For times and
+    population sizes, the difference between runs with the same seeds is averaged over cells; an arm without
+    training seeds (random policies) has one row, which is compared with every training seed. No log-rank p
+    value is given, because that test assumes independent runs."""
     one, two = result["arms"][arm]["persistence"], result["arms"][reference]["persistence"]
     effects: dict[str, Any] = {"persistence": difference_of_intervals(one, two)}
     alone = {name: [0] * len(loaded[name]) for name in (arm, reference)}
@@ -256,11 +240,9 @@ def _arm(
 
 
 def _depths(table: Sequence[Sequence[Series]], species: str) -> dict[str, Any]:
-    """Return the daily cycle of mean depth, averaged over a table of runs with a row for each training seed
-    (empty if there is no daily cycle)."""
-    if species not in swimmers(table[0][0]):
-        return {}
-    cycles = [[depth_cycle(run, species) for run in row] for row in table]
+    """Return the mean daily cycle of mean depth, if any, over runs with a row for each training seed."""
+    swims = species in swimmers(table[0][0])
+    cycles = [[depth_cycle(run, species) if swims else None for run in row] for row in table]
     n = sum(c is not None for row in cycles for c in row)
     if not n:
         return {}
@@ -319,17 +301,13 @@ def _effects(
 
 def clean(x: object) -> Any:
     """Convert a value to JSON types: intervals to [value, low, high], NaN and infinity to null."""
+    if isinstance(x, np.ndarray | np.generic):
+        return clean(x.tolist())
     if isinstance(x, Mapping):
         return {str(k): clean(v) for k, v in x.items()}
-    if isinstance(x, list | tuple | np.ndarray):
+    if isinstance(x, list | tuple):
         return [clean(v) for v in x]
-    if isinstance(x, np.bool_ | bool):
-        return bool(x)
-    if isinstance(x, int | np.integer):
-        return int(x)
-    if isinstance(x, float | np.floating):
-        return float(x) if np.isfinite(x) else None
-    return x
+    return None if isinstance(x, float) and not np.isfinite(x) else x
 
 
 def write(
@@ -342,11 +320,10 @@ def write(
 ) -> None:
     """Write the result of `compare`; runs, survival curves, grids and genes are passed separately."""
     write_text(out / "compare.json", json.dumps(result, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
-    by_seed = {arm: _draw_grid(out / "figures", arm, grid) for arm, grid in grids.items()}
     blocks = [
         *_head(result, loaded),
-        *_who(result, _draw_survival(out, result, curves)),
-        *_crossed(result, by_seed),
+        *_who(out, result, curves),
+        *_crossed(out, result, grids),
         *_against(result),
         *_seeds(loaded, grids),
         *_depth(out, result, loaded),
@@ -400,27 +377,6 @@ _PEAKS = (
 )
 
 
-def _draw_survival(
-    out: Path, result: dict[str, Any], curves: Mapping[str, Mapping[str, SurvivalCurve]]
-) -> list[str]:
-    """Return the survival curves of species that died out in any run, as HTML."""
-    until = max(arm["ticks"] for arm in result["arms"].values())
-    shown = [s for s in result["species"] if any(c.died.any() for c in curves[s].values())]
-    figured = {s: figures.survival(curves[s], until, f"{s} persists") for s in shown}
-    folder = out / "figures"
-    return [drawn(f, folder / f"survival_{s}.svg", _CURVE.format(s)) for s, f in figured.items()]
-
-
-def _draw_grid(folder: Path, arm: str, grid: Grid) -> list[str]:
-    """Return survival by training seed and the map of first extinctions of one arm, as HTML."""
-    curve = seed_grid.persistence(grid, f"{arm}: all species persist")
-    cells = seed_grid.lifetimes(grid, f"{arm}: first extinction")
-    return [
-        drawn(curve, folder / f"persistence_{arm}.svg", _BY_SEED),
-        drawn(cells, folder / f"first_extinction_{arm}.svg", _CELLS),
-    ]
-
-
 def _head(result: dict[str, Any], loaded: Mapping[str, Sequence[Series]]) -> list[str]:
     """Return the top of the page: the world, persistence in each arm, and clear differences in mean numbers."""
     arms, told = (
@@ -441,8 +397,10 @@ def _head(result: dict[str, Any], loaded: Mapping[str, Sequence[Series]]) -> lis
     ]
 
 
-def _who(result: dict[str, Any], pictures: Sequence[str]) -> list[str]:
-    """Return persistence by arm: runs in which all species persisted, and the ticks of extinctions."""
+def _who(
+    out: Path, result: dict[str, Any], curves: Mapping[str, Mapping[str, SurvivalCurve]]
+) -> Iterator[str]:
+    """Yield persistence by arm, and the survival curves of species that died out in any run."""
     names = result["species"]
     rows = []
     for arm, a in result["arms"].items():
@@ -450,10 +408,15 @@ def _who(result: dict[str, Any], pictures: Sequence[str]) -> list[str]:
         gone = [f"{x['extinctions']} of {a['n']}, median {number(x['median_extinction'])}" for x in of]
         rows.append([arm, a["n"], f"{a['ticks']:,}", a["persisted"], interval(a["persistence"]), *gone])
     head = ["arm", "runs", "ticks", "all persist", "share", *(f"{s} extinct" for s in names)]
-    return ["<h2>Persistence</h2>", table(head, rows), *pictures]
+    yield f"<h2>Persistence</h2>\n{table(head, rows)}"
+    until = max(arm["ticks"] for arm in result["arms"].values())
+    for s in names:
+        if any(c.died.any() for c in curves[s].values()):
+            curve = figures.survival(curves[s], until, f"{s} persists")
+            yield drawn(curve, out / "figures" / f"survival_{s}.svg", _CURVE.format(s))
 
 
-def _crossed(result: dict[str, Any], by_seed: Mapping[str, Sequence[str]]) -> list[str]:
+def _crossed(out: Path, result: dict[str, Any], runs: Mapping[str, Grid]) -> list[str]:
     """Return the section on crossed designs: results by training seed, and the sources of variance."""
     grids = {arm: a["crossed"] for arm, a in result["arms"].items() if "crossed" in a}
     if not grids:
@@ -468,7 +431,10 @@ def _crossed(result: dict[str, Any], by_seed: Mapping[str, Sequence[str]]) -> li
             f"fraction, the {len(c['training_seeds']) * worlds} runs are as informative as "
             f"{number(c['effective_runs'])} independent runs.</p>"
         )
-        blocks += by_seed[arm]
+        curve = seed_grid.persistence(runs[arm], f"{arm}: all species persist")
+        cells = seed_grid.lifetimes(runs[arm], f"{arm}: first extinction")
+        blocks.append(drawn(curve, out / "figures" / f"persistence_{arm}.svg", _BY_SEED))
+        blocks.append(drawn(cells, out / "figures" / f"first_extinction_{arm}.svg", _CELLS))
     rows = [
         [arm, outcome, x["n"], *(_share(x["share"][effect]) for effect in EFFECTS)]
         for arm, c in grids.items()
@@ -508,7 +474,7 @@ def _seeds(loaded: Mapping[str, Sequence[Series]], grids: Mapping[str, Grid]) ->
     runs = [run for own in loaded.values() for run in own]
     outcomes: dict[str, Callable[..., float]] = {"all species persist": lambda run: run.persisted}
     for s in (s for s in runs[0].species if all(_there(own, s) for own in loaded.values())):
-        outcomes[f"mean number of {s}"] = partial(_mean_number, s)
+        outcomes[f"mean number of {s}"] = lambda run, s=s: float(run.of(s).mean())
     for name, kinds in measures.measured(*runs).items():
         for of in kinds:
             label = name if of == measures.WORLD else f"{name} of {of}"
@@ -527,13 +493,10 @@ def _seeds(loaded: Mapping[str, Sequence[Series]], grids: Mapping[str, Grid]) ->
     return seeds_section(effects, "training seeds" if crossed else "seeds")
 
 
-def _mean_number(species: str, run: Series) -> float:
-    return float(run.of(species).mean())
-
-
 def _depth(out: Path, result: dict[str, Any], loaded: Mapping[str, Sequence[Series]]) -> list[str]:
     """Return the daily cycle of mean depth in each arm, for species that swim under a sun."""
-    depths = [(arm, s, x["depth"]) for arm, s, x in _by_species(result) if "depth" in x]
+    arms = result["arms"].items()
+    depths = [(arm, s, x["depth"]) for arm, a in arms for s, x in a["per_species"].items() if "depth" in x]
     if not depths:
         return []
     names = [s for s in result["species"] if any(s == name for _, name, _ in depths)]
@@ -564,24 +527,17 @@ def _measured(out: Path, result: dict[str, Any], loaded: Mapping[str, Sequence[S
 
 def _cycles(result: dict[str, Any]) -> list[str]:
     """Return the section on cycles in each arm and lags between species."""
-    rows = []
-    for arm, s, x in _by_species(result):
-        red, lenient = (f"{x[word]} of {x['long_enough']}" for word in ("cycling", "cycling_ar1"))
-        ends = number(x["median_period"]), number(x["mean_number"])
-        rows.append([arm, s, red, number(x["pooled_p"], 2), lenient, *ends])
-    head = ["arm", "species", "cycling", "p over all seeds", "beyond AR(1)", "median period [ticks]"]
-    blocks = ["<h2>Cycles</h2>", _PEAKS, table([*head, "mean number"], rows)]
-    lags = []
+    rows, lags = [], []
     for arm, a in result["arms"].items():
+        for s, x in a["per_species"].items():
+            red, lenient = (f"{x[word]} of {x['long_enough']}" for word in ("cycling", "cycling_ar1"))
+            ends = number(x["median_period"]), number(x["mean_number"])
+            rows.append([arm, s, red, number(x["pooled_p"], 2), lenient, *ends])
         for pair, x in a["lags"].items():
             share, p = [x["median"], x["low"], x["high"]], a["coupling"].get(pair, {}).get("p")
             lags += [[arm, pair, x["n"], interval(share), number(p)]] * bool(x["n"])
+    head = ["arm", "species", "cycling", "p over all seeds", "beyond AR(1)", "median period [ticks]"]
+    blocks = ["<h2>Cycles</h2>", _PEAKS, table([*head, "mean number"], rows)]
     if lags:
         blocks += [_LAGS, table(["arm", "pair", "runs", "median lag", "coupling p"], lags)]
     return blocks
-
-
-def _by_species(result: Mapping[str, Any]) -> Iterator[tuple[str, str, Any]]:
-    """Yield the results of each species in each arm."""
-    for arm, a in result["arms"].items():
-        yield from ((arm, s, x) for s, x in a["per_species"].items())

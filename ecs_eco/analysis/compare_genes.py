@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from ecs_eco.analysis.genes import few_valued, generation_time, haldanes, quanti
 from ecs_eco.analysis.genes_figures import Band
 from ecs_eco.analysis.lineage import Lineage
 from ecs_eco.analysis.page import drawn, interval, table
-from ecs_eco.analysis.runs import read_manifest
+from ecs_eco.analysis.runs import mean_of_there, read_manifest
 from ecs_eco.analysis.seed_grid import mean_of_seeds
 from ecs_eco.analysis.survival import bootstrap_difference
 
@@ -96,9 +97,8 @@ def _outcomes(
 def summary(
     genes: Sequence[Gene], rows: Mapping[str, Sequence[Sequence[int]]], reference: str, seed: int = 0
 ) -> dict[str, Any]:
-    """Return outcomes with 95% intervals by species, gene (with its value) and arm, and `against` the
-    reference. `rows` contains the indices of an arm's runs by training seed; both kinds of seeds are
-    replicates."""
+    """Return outcomes with 95% intervals by species, gene (with its value) and arm, and `against` the reference.
+    `rows` contains the indices of an arm's runs by training seed; both kinds of seeds are replicates."""
     out: dict[str, Any] = {}
     for gene in genes:
         words = QUANTITY if gene.value is None else ALLELE
@@ -138,17 +138,11 @@ def bands(gene: Gene) -> dict[str, Band]:
     """Return the mean over each arm's runs, with Student's t intervals where two or more runs have survivors."""
     out = {}
     for arm, curves in gene.curves.items():
-        length = max(map(len, curves))
-        table = np.full((len(curves), length), np.nan)
-        for row, curve in zip(table, curves, strict=True):
-            row[: len(curve)] = curve
-        n = np.isfinite(table).sum(axis=0)
-        there = np.where(n, n, np.nan)
-        mean = np.nansum(table, axis=0) / there
-        square = np.nansum((table - mean) ** 2, axis=0)
-        half = stdtrit(np.maximum(n - 1, 1), 0.975) * np.sqrt(square / np.maximum(n - 1, 1) / there)
-        half = np.where(n > 1, half, np.nan)
-        out[arm] = Band(np.arange(length) * gene.every, mean, mean - half, mean + half)
+        table = np.array([*zip_longest(*curves, fillvalue=np.nan)]).T
+        n, mean = np.isfinite(table).sum(axis=0), mean_of_there(table)
+        variance = np.nansum((table - mean) ** 2, axis=0) / np.maximum(n - 1, 1) / np.maximum(n, 1)
+        half = np.where(n > 1, stdtrit(np.maximum(n - 1, 1), 0.975) * np.sqrt(variance), np.nan)
+        out[arm] = Band(np.arange(len(n)) * gene.every, mean, mean - half, mean + half)
     return out
 
 

@@ -1,6 +1,5 @@
-"""Cycles in a food chain: which species cycle, their periods, and the lags between them. Two independent
-quasi-cycles of ten periods can have a cross-correlation of 0.5, so coupling is tested against pairs of
-species from different runs (`cross_seed_surrogates`)."""
+"""Cycles in a food chain: which species cycle, their periods and lags. Independent quasi-cycles of ten periods
+can have a cross-correlation of 0.5, so coupling is tested against pairs of different runs."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
@@ -20,14 +19,11 @@ BLOCK = 3
 
 @dataclass(frozen=True)
 class Lag:
-    """Lag of b behind a as a fraction of the period in [0, 1), its 95% interval and the coherence in [0, 1].
-
-    The interval does not wrap around at 0 or 1, so it may extend beyond [0, 1).
-    """
+    """Lag of b behind a as a fraction of the period in [0, 1), its 95% interval and the coherence in [0, 1]."""
 
     share: float
-    low: float
-    high: float
+    low: float  # does not wrap around at 0
+    high: float  # does not wrap around at 1
     coherence: float
 
 
@@ -388,7 +384,12 @@ def cross_seed_surrogates(
             f"cross-seed surrogates need at least 4 runs, got {len(runs)}: give one run per seed"
         )
     loaded = [load_series(run) for run in runs]
-    period = _median_period(loaded, a, b, skip, seed) if period is None else period
+    if period is None:  # the median period of the runs' clearest peaks
+        statistics = [cycle_statistics(s, (a, b), skip=skip, n_boot=99, seed=seed) for s in loaded]
+        periods = [s.period for s in statistics if s.period]
+        if not periods:
+            raise ValueError(f"none of the {len(loaded)} runs is long enough for a cycle of {a} and {b}")
+        period = float(np.median(periods))
     pairs = [living_stretch(load_series(s, (a, b)), skip) for s in loaded]
     n = min(map(len, pairs))
     if n < 2 * period:
@@ -399,8 +400,13 @@ def cross_seed_surrogates(
     z = z / np.linalg.norm(z, axis=-1, keepdims=True)
     coherency = z[:, 0] @ z[:, 1].conj().T  # (run of a, run of b)
     pooled = np.trace(coherency) / len(runs)
-    order = _pairings(len(runs), n_shuffles, seed)
-    null = np.abs(coherency[np.arange(len(runs)), order].mean(1))
+    rows = np.arange(len(runs))
+    if len(runs) <= 7:  # every pairing
+        order = np.array(list(permutations(rows)))
+    else:  # the real pairing, and random ones
+        shuffled = np.random.default_rng(seed).permuted(np.tile(rows, (n_shuffles, 1)), axis=1)
+        order = np.vstack([rows, shuffled])
+    null = np.abs(coherency[rows, order].mean(1))
     reach = round(period / factor)
     curves = np.array([[cross_correlation(x[0], y[1], reach)[1] for y in numbers] for x in numbers])
     lags = np.arange(-(curves.shape[-1] // 2), curves.shape[-1] // 2 + 1) * factor / period
@@ -416,21 +422,3 @@ def cross_seed_surrogates(
         low=low,
         high=high,
     )
-
-
-def _median_period(loaded: Sequence[Any], a: str, b: str, skip: float, seed: int) -> float:
-    """Return the median period of the runs' clearest peaks; raise ValueError if no run has a peak."""
-    statistics = [cycle_statistics(s, (a, b), skip=skip, n_boot=99, seed=seed) for s in loaded]
-    periods = [s.period for s in statistics if s.period]
-    if not periods:
-        raise ValueError(f"none of the {len(loaded)} runs is long enough for a cycle of {a} and {b}")
-    return float(np.median(periods))
-
-
-def _pairings(n: int, n_shuffles: int, seed: int) -> np.ndarray:
-    """Return every pairing of n runs or, if there are too many, the real pairing and `n_shuffles` random
-    pairings."""
-    if n <= 7:
-        return np.array(list(permutations(range(n))))
-    rng = np.random.default_rng(seed)
-    return np.vstack([np.arange(n), rng.permuted(np.tile(np.arange(n), (n_shuffles, 1)), axis=1)])

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from ecs_eco.analysis.rhythm import Cosinor, cosinor, p_of_days
-from ecs_eco.analysis.runs import Series, tables
+from ecs_eco.analysis.runs import Series, mean_of_there as mean_of_there, tables
 
 HOURS = 24  # parts of a day
 
@@ -146,12 +146,6 @@ def day_by_hour(series: Series, species: str) -> np.ndarray:
     return np.bincount(hour, series.of(species, "depth_mean")[lived], HOURS) / np.where(n > 0, n, np.nan)
 
 
-def mean_of_there(values: np.ndarray) -> np.ndarray:
-    """Return the mean over rows f64[n, k], ignoring NaN: f64[k], NaN where all values are NaN."""
-    there = np.isfinite(values)
-    return np.where(there, values, 0.0).sum(0) / np.where(there.any(0), there.sum(0), np.nan)
-
-
 def swimmers(series: Series) -> list[str]:
     """Return the species of a run that were present and can move."""
     known = series.manifest.get("config", {}).get("species", {})
@@ -159,9 +153,8 @@ def swimmers(series: Series) -> list[str]:
 
 
 def depths_by_hour(run: Path | str, series: Series, layers: int = 15) -> dict[str, np.ndarray]:
-    """Return the fraction of each species in each layer by hour, f64[layers, HOURS] by species, from the
-    snapshots after the first day; NaN for hours without snapshots.
-    """
+    """Return the fraction of each species by layer and hour, f64[layers, HOURS], in the snapshots after the first
+    day; NaN for hours without snapshots."""
     top = water_of(series)
     out = {s: np.zeros((layers, HOURS)) for s in series.there}
     for tick, layer, name in _snapshots(run, top, layers):
@@ -185,27 +178,21 @@ def _snapshots(run: Path | str, top: float, layers: int) -> Iterator[tuple[np.nd
 def depths_over_time(
     run: Path | str, series: Series, species: Sequence[str], layers: int = 20, most: int = 120
 ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Return the ticks of bin edges, i64[bins + 1], and by species the mean number of organisms in each layer
-    of the snapshots, f64[layers, bins].
-
-    There are at most `most` bins, and none if the run has no snapshots or no depth.
-    """
+    """Return the ticks of at most `most` + 1 bin edges, and by species the mean number of organisms in each layer
+    of the snapshots, f64[layers, bins]; there are no bins if the run has no snapshots or no depth."""
     size = series.manifest.get("config", {}).get("space", {}).get("size", ())
-    found: dict[int, np.ndarray] = {}
-    if len(size) > 2 and size[2] > 0:
-        for tick, layer, name in _snapshots(run, float(size[2]), layers):
-            for t in np.unique(tick):
-                held = found.setdefault(int(t), np.zeros((len(species), layers)))
-                for s, of in enumerate(species):
-                    held[s] += np.bincount(layer[(tick == t) & (name == of)], minlength=layers)
-    if not found:
+    found = list(_snapshots(run, float(size[2]), layers)) if len(size) > 2 and size[2] > 0 else []
+    if not any(len(tick) for tick, _, _ in found):
         return np.zeros(1, np.int64), {s: np.zeros((layers, 0)) for s in species}
-    ticks = np.array(sorted(found))
-    first = np.arange(0, len(ticks), -(-len(ticks) // most))
-    counts = np.add.reduceat(np.stack([found[t] for t in ticks.tolist()]), first)
-    counts /= np.diff(np.append(first, len(ticks)))[:, None, None]
+    tick, layer, name = (np.concatenate(column) for column in zip(*found, strict=True))
+    ticks, at = np.unique(tick, return_inverse=True)
+    each = -(-len(ticks) // most)  # snapshots per bin
+    first = ticks[::each]
+    bins, shape = layer * len(first) + at // each, (layers, len(first))
+    n = np.bincount(np.arange(len(ticks)) // each)
+    numbers = {s: np.bincount(bins, name == s, layers * len(first)).reshape(shape) / n for s in species}
     step = int(np.diff(ticks)[-1]) if len(ticks) > 1 else 1
-    return np.append(ticks[first], ticks[-1] + step), {s: counts[:, i].T for i, s in enumerate(species)}
+    return np.append(first, ticks[-1] + step), numbers
 
 
 def is_night(series: Series, ticks: np.ndarray) -> np.ndarray:

@@ -16,7 +16,6 @@ from ecs_eco.analysis.depth import (
     depths_over_time,
     hours_of,
     is_night,
-    mean_of_there,
     surface_light,
     swimmers,
     water_of,
@@ -35,17 +34,8 @@ from ecs_eco.analysis.escapes import (
 )
 from ecs_eco.analysis.page import drawn, number, table
 from ecs_eco.analysis.palette import AXIS, NIGHT, SUN
-from ecs_eco.analysis.runs import Series
-from ecs_eco.analysis.style import (
-    PALETTE,
-    Axes,
-    Figure,
-    colors_of,
-    grid_of_arms,
-    many_and_one,
-    panels,
-    styled,
-)
+from ecs_eco.analysis.runs import Series, mean_of_there
+from ecs_eco.analysis.style import PALETTE, Figure, colors_of, grid_of_arms, many_and_one, panels, styled
 from ecs_eco.analysis.svg import DIM
 
 NOON = "#fff6d1"
@@ -79,8 +69,7 @@ def mean_depth(series: Series, species: Sequence[str], day: int) -> Figure:
 
 @styled
 def by_hour(shares: Mapping[str, np.ndarray], height: float, light: np.ndarray) -> Figure:
-    """Plot the fraction of each species by layer (rows) and hour (columns), below a panel of the light
-    f64[n]."""
+    """Plot the fraction of each species by layer (rows) and hour (columns), below a panel of the light f64[n]."""
     figure, axes = panels(
         2, len(shares), 3.5 * len(shares) + 0.9, 4.0, sharex=True, sharey="row", height_ratios=[1, 6]
     )
@@ -102,8 +91,7 @@ def by_hour(shares: Mapping[str, np.ndarray], height: float, light: np.ndarray) 
 
 @styled
 def over_time(edges: np.ndarray, numbers: Mapping[str, np.ndarray], height: float) -> Figure:
-    """Plot the mean number of each species in each layer (rows) and period (columns), with the surface at the
-    top."""
+    """Plot the mean number of each species by layer (rows, surface at the top) and period (columns)."""
     figure, axes = panels(len(numbers), 1, 9, 1.9 * len(numbers) + 0.6, sharex=True)
     for ax, (s, count) in zip(axes[:, 0], numbers.items(), strict=True):
         deep, most = np.linspace(0, height, len(count) + 1), max(float(count.max()), 1e-9)
@@ -117,31 +105,24 @@ def over_time(edges: np.ndarray, numbers: Mapping[str, np.ndarray], height: floa
 
 @styled
 def arms(runs: Mapping[str, Sequence[Series]], species: Sequence[str]) -> Figure:
-    """Plot mean depth by hour in each arm (columns) for each species (rows): thin lines for runs, thick for
-    means."""
+    """Plot mean depth by hour in each arm (columns) for each species (rows): runs (thin) and means (thick)."""
     first = next(iter(runs.values()))[0]
     hue, labels = colors_of(first), [f"mean depth of {s} [m]" for s in species]
     figure, axes = grid_of_arms(runs, labels, (2.6, 2.3), 0.5, sharey=True)
     for column, members in zip(axes.T, runs.values(), strict=True):
         for ax, s in zip(column, species, strict=True):
             days = np.array([day_by_hour(run, s) for run in members])
-            _night(ax, members[0])
+            if day := day_of(members[0]):  # shade hours with less than 1% of the day's maximum light
+                ticks = members[0].ticks[0] + np.arange(day)
+                order = np.argsort(hours := hours_of(members[0], ticks) * 24)
+                dark, whole = is_night(members[0], ticks)[order], ax.get_xaxis_transform()
+                night: Any = {"color": NIGHT, "alpha": 0.5, "lw": 0}
+                ax.fill_between(hours[order], 0, 1, where=dark, transform=whole, **night)
             many_and_one(ax, np.arange(HOURS) + 0.5, days, mean_of_there(days), hue[s], lw=2.2)
             ax.set(xlim=(0, 24), xticks=[0, 6, 12, 18, 24], ylim=(water_of(first), 0))
             ax.grid(visible=False)
         column[-1].set_xlabel("hour")
     return figure
-
-
-def _night(ax: Axes, run: Series) -> None:
-    """Shade hours with less than 1% of the day's maximum light."""
-    day = day_of(run)
-    if not day:
-        return
-    ticks = run.ticks[0] + np.arange(day)
-    order = np.argsort(hours := hours_of(run, ticks) * 24)
-    dark, whole = is_night(run, ticks)[order], ax.get_xaxis_transform()
-    ax.fill_between(hours[order], 0, 1, where=dark, transform=whole, color=NIGHT, alpha=0.5, lw=0)
 
 
 @styled
@@ -160,12 +141,8 @@ def escape_figure(result: Escape, prey: str, predator: str, dt: float) -> Figure
     return figure
 
 
-# --- the report section -------------------------------------------------------------------------------------
-
-
 def blocks(run: Path, series: Series, place: Path) -> list[str]:
-    """Return the sections on depth (empty if the space has no depth). With a sun, they include depth by hour
-    and, if individual organisms were recorded, escapes and smells. Figures are written to `place`."""
+    """Return the sections on depth, by hour if there is a sun, and write their figures to `place`."""
     day = day_of(series) if len(series.ticks) else 0
     species = swimmers(series) if day else []
     density = list(_density(run, place, series))

@@ -21,14 +21,12 @@ from ecs_eco.analysis.tracks import (
     v_test,
 )
 
-# distance that counts as an approach [m], time without an approach before it [ticks], time shown around it
-# [ticks]
-WITHIN, REST, AROUND = 1.5, 5, 5
+WITHIN = 1.5  # distance that counts as an approach [m]
+REST, AROUND = 5, 5  # time without an approach before it, and time shown around it [ticks]
 
 
 def hunts(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Return (prey, predator) pairs of animal species whose details were recorded for all organisms in all
-    ticks; a sample would not show which animals were near."""
+    """Return (prey, predator) pairs of species of which details of all organisms were recorded in all ticks."""
     if manifest.get("record") != "full":
         return []
     animals = _detailed(manifest)
@@ -49,8 +47,7 @@ def _detailed(manifest: Mapping[str, Any]) -> dict[str, Any]:
 def recorded_tracks(
     run: Path | str, prey: str, predator: str, within: float = 10.0, most: int = 3000
 ) -> Tracks | None:
-    """Return tracks of prey in the last `most` ticks of a run with recorded details, or None if there are
-    none."""
+    """Return tracks of prey in the last `most` ticks of a run with recorded details, or None without any."""
     series = load_series(run)
     first = int(series.ticks[-1]) - most + 1
     mine, other = (_places(run, name, first) for name in (prey, predator))
@@ -68,16 +65,18 @@ def recorded_tracks(
 
 def _places(run: Path | str, name: str, first: int) -> dict[int, tuple[np.ndarray, np.ndarray]]:
     """Return the sorted uids and the positions of a species by tick, from tick `first` on."""
-    blocks = []
-    for rows in tables(run, f"details-{name}", ["tick", "uid", "x", "y", "z"]):
-        late = rows["tick"].to_numpy() >= first
-        blocks.append([rows[c].to_numpy()[late] for c in ("tick", "uid", "x", "y", "z")])
-    if not any(len(block[0]) for block in blocks):
-        return {}
-    tick, uid, *xyz = (np.concatenate(column) for column in zip(*blocks, strict=True))
+    tick, uid, *xyz = _details(run, name, ["tick", "uid", "x", "y", "z"]) or [np.zeros(0)] * 5
     order, place = np.lexsort((uid, tick)), np.stack(xyz, 1).astype(float)
+    order = order[tick[order] >= first]
     by_tick = np.split(order, np.flatnonzero(np.diff(tick[order])) + 1)
-    return {int(tick[rows[0]]): (uid[rows], place[rows]) for rows in by_tick}
+    return {int(tick[rows[0]]): (uid[rows], place[rows]) for rows in by_tick if len(rows)}
+
+
+def _details(run: Path | str, name: str, columns: list[str]) -> list[np.ndarray]:
+    """Return columns of a species' recorded details; empty if there are none."""
+    parts = tables(run, f"details-{name}", columns)
+    blocks = [[rows[column].to_numpy() for column in columns] for rows in parts]
+    return [np.concatenate(column) for column in zip(*blocks, strict=True)]
 
 
 def _to_nearest(
@@ -106,10 +105,8 @@ class Escape:
 
 
 def escapes(tracks: Tracks, within: float = WITHIN, rest: int = REST) -> Escape | None:
-    """Return the behavior of prey around approaches of predators to `within` [m], or None if there were none.
-
-    The V-test treats approaches as independent, which overstates the evidence: the replicates are runs.
-    """
+    """Return the behavior of prey around approaches of predators to `within` [m], or None if there were none. The
+    V-test treats approaches as independent, which overstates the evidence: the replicates are runs."""
     events = approaches(tracks.distance, within, rest)
     if not len(events):
         return None
@@ -146,16 +143,14 @@ def noses(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
 
 
 def leaving(run: Path | str, species: str, nose: str, least: float = 0.1, most: int = 3000) -> Leaving | None:
-    """Return how often a species moves away from a smell in the last `most` ticks of a run with recorded
-    details, or None if no smell was detected. Moves count if the nose measured a gradient above `least` (at
-    most 1) at the beginning of the tick."""
+    """Return how often a species moves away from a smell in the last `most` ticks, or None if none was detected.
+    Moves count if the nose measured a gradient above `least` (at most 1) at the beginning of the tick."""
     series = load_series(run)
     smells = (f"sensor: {nose}_{way}" for way in ("forward", "left", "up"))
     names = ["tick", "uid", "x", "y", "z", "heading", *smells]
-    blocks = [[rows[name].to_numpy() for name in names] for rows in tables(run, f"details-{species}", names)]
-    if not blocks:
+    if not (found := _details(run, species, names)):
         return None
-    tick, uid, *columns = (np.concatenate(column) for column in zip(*blocks, strict=True))
+    tick, uid, *columns = found
     order = np.lexsort((tick, uid))
     order = order[tick[order] > int(series.ticks[-1]) - most]
     before, after = order[:-1], order[1:]

@@ -18,8 +18,7 @@ class Decline:
     since: int
     n: int  # number at `since`
     births: int | None  # births after `since`; None if the run does not count them
-    # deaths after `since` by cause, most frequent first
-    causes: dict[str, int] = field(default_factory=dict)
+    causes: dict[str, int] = field(default_factory=dict)  # deaths after `since`, most frequent first
 
     @property
     def deaths(self) -> int:
@@ -189,10 +188,8 @@ def swings(series: Series, most: int = 3) -> list[str]:
         n = series.n[:, i].astype(float)
         if not n.size or not n[-1]:
             continue
-        rises, falls = (
-            n / np.maximum(np.minimum.accumulate(n), 1),
-            np.maximum.accumulate(n) / np.maximum(n, 1),
-        )
+        rises = n / np.maximum(np.minimum.accumulate(n), 1)
+        falls = np.maximum.accumulate(n) / np.maximum(n, 1)
         up = rises.max() >= falls.max()
         end = int((rises if up else falls).argmax())
         start = int((n[: end + 1] if up else -n[: end + 1]).argmin())
@@ -215,18 +212,12 @@ def multiplies(series: Series, species: str) -> bool:
 def sentence(end: Decline) -> str:
     """Return a sentence on when a species died out, and on the deaths during its decline."""
     born = "" if end.births is None else f"{end.births:,} birth{'s' * (end.births != 1)} and "
-    how = (
-        f"; {born}{end.deaths:,} death{'s' * (end.deaths != 1)} followed: {end.shares()}"
-        if end.causes
-        else ""
-    )
-    since = f"At tick {end.since:,}, there were {end.n:,}{how}."
-    return f"{end.species} died out at tick {end.tick:,}. {since}"
+    how = f"; {born}{end.deaths:,} death{'s' * (end.deaths != 1)} followed: {end.shares()}" * bool(end.causes)
+    return f"{end.species} died out at tick {end.tick:,}. At tick {end.since:,}, there were {end.n:,}{how}."
 
 
 def shared(runs: Sequence[Series]) -> str:
-    """Return the opening of a report on several runs: how often all species persisted, and why species died
-    out."""
+    """Return the opening of a report on several runs: how often all species persisted, and why species died out."""
     n, kept = len(runs), sum(run.persisted for run in runs)
     first = f"All species persisted in {kept} of {n} run{'s' * (n != 1)} ({kept / n:.0%})."
     all_declines = [d for run in runs for d in declines(run)]

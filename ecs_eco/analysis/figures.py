@@ -74,8 +74,7 @@ def populations(series: Series) -> Figure:
         right.grid(visible=False)
         right.spines["right"].set_visible(True)
         ax.set_ylabel("number of " + ", ".join(s for i, s in enumerate(series.species) if i != alone))
-    lines = [line for a in figure.axes for line in a.get_lines() if not str(line.get_label()).startswith("_")]
-    figure.legend(handles=lines, loc="outside upper left", ncols=5)
+    figure.legend(loc="outside upper left", ncols=5)
     ax.margins(x=0)
     mark(figure.axes[-1], interventions(series))
     return figure
@@ -106,10 +105,8 @@ def mark(ax: Axes, done: Sequence[tuple[int, str]]) -> None:
 
 
 def plot(world: Any, column: str = "n", species: Sequence[str] | None = None) -> Figure:
-    """Plot a column of a world's series over time, with one line per species; notebooks display the figure.
-
-    Raises RuntimeError if nothing is recorded, KeyError if the column or a species is unknown.
-    """
+    """Plot a column of a world's series over time, with one line per species; notebooks display the figure. Raises
+    RuntimeError if nothing is recorded, KeyError if the column or a species is unknown."""
     series = load_series(world.series(), species)
     colours = {name: table.species.color for name, table in world.tables.items() if table.species.color}
     series = replace(series, manifest={"colors": colours, "dt": world.dt, "intervened": world.intervened})
@@ -401,9 +398,8 @@ def positions(
     land: Land | None = None,
     relief: Relief | None = None,
 ) -> Figure:
-    """Draw a map of all organisms from their positions (n, 3) [m] by species, with later species on top. A
-    volume is seen from the side (x, z). On a plane, the ground of `relief` and the roads, fences and areas of
-    `land` are drawn below the organisms."""
+    """Draw a map of all organisms from their positions (n, 3) [m] by species, with later species on top: a volume
+    from the side (x, z), a plane above its ground (`relief`) and roads, fences and areas (`land`)."""
     volume = len(size) > 2 and size[2] > 0
     high = size[2] if volume else size[1]
     figure, ((ax,),) = panels(1, 1, 6.6, 6.0 * float(np.clip(high / size[0], 0.3, 1.2)) + 0.7)
@@ -478,8 +474,7 @@ def survival(
 
 @styled
 def arms(runs: Mapping[str, Sequence[Series]]) -> Figure:
-    """Plot population sizes over time in each arm (columns): a thin line for each run, a thick line for their
-    median."""
+    """Plot population sizes over time in each arm (columns): runs (thin lines) and their median (thick)."""
     first = next(iter(runs.values()))[0]
     hue, labels = colors_of(first), [f"number of {s}" for s in first.species]
     figure, axes = grid_of_arms(runs, labels, (4, 1.9), 0.6, sharey="row")

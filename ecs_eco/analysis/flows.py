@@ -42,23 +42,21 @@ class Meal:
 
 @dataclass(frozen=True)
 class Budget:
-    """The other energy flows of a species per tick: inflow from light, or from parents and reactions; energy
-    burned; and energy left over at death: what dead organisms still had, minus what eaters gained from them."""
+    """The other energy flows of a species per tick."""
 
     light: float
-    other: float
+    other: float  # inflow from parents and reactions
     burnt: float
-    dead: float
+    dead: float  # left over at death: what dead organisms still had, minus what eaters gained from them
 
 
 @dataclass(frozen=True)
 class Flows:
-    """The food web of a run, as means per tick. `shared` is true if the energy from each food was not
-    recorded, so that an eater's intake is divided among its foods by number."""
+    """The food web of a run, as means per tick."""
 
     meals: tuple[Meal, ...]
     budgets: Mapping[str, Budget]
-    shared: bool
+    shared: bool  # the energy from each food was not recorded: an eater's intake is divided by number
 
 
 def flows(series: Series) -> Flows | None:

@@ -3,6 +3,7 @@
 import ast
 import re
 from collections.abc import Collection, Iterable
+from functools import partial
 
 Sign = int | None
 FIELD = re.compile(r"\b([A-Za-z_]\w*)\.([A-Za-z_]\w*)")
@@ -10,26 +11,24 @@ RISING = ("exp", "log", "sqrt", "tanh")
 
 
 def directions(text: str, positive: Collection[str]) -> dict[str, Sign]:
-    """Return, for each name in a formula, whether the formula rises (+1) or falls (−1) with it; `positive`
-    contains the names that are never negative."""
+    """Return whether a formula rises (+1) or falls (−1) with each name; those in `positive` are never negative."""
     tree = _parsed(text)
     return {name: _direction(tree, name, positive) for name in _names(tree)}
 
 
 def pushes(text: str, positive: Collection[str]) -> dict[str, Sign]:
-    """Return, for each name in a reflex formula, the sign of the summands that contain it.
-
-    A summand that is never negative, such as `energy < 0.3`, has the sign +1; other summands have the sign of
-    their slope.
-    """
+    """Return, for each name in a reflex formula, the sign of the summands that contain it: +1 if a summand is
+    never negative, such as `energy < 0.3`, otherwise the sign of its slope."""
     tree = _parsed(text)
-    directions: dict[str, Sign] = {}
-    for name in _names(tree):
-        terms = [(sign, term) for sign, term in _terms(tree, 1) if name in _names(term)]
-        directions[name] = _sum(
-            _times(_value(term, positive) or _direction(term, name, positive), sign) for sign, term in terms
+    terms = _terms(tree, 1)
+    return {
+        name: _sum(
+            _times(_value(term, positive) or _direction(term, name, positive), sign)
+            for sign, term in terms
+            if name in _names(term)
         )
-    return directions
+        for name in _names(tree)
+    }
 
 
 def _parsed(text: str) -> ast.AST:
@@ -47,7 +46,7 @@ def _names(tree: ast.AST) -> list[str]:
 def _terms(tree: ast.AST, sign: int) -> list[tuple[int, ast.AST]]:
     """Return the terms of a sum with their signs."""
     if isinstance(tree, ast.BinOp) and isinstance(tree.op, ast.Add | ast.Sub):
-        return _terms(tree.left, sign) + _terms(tree.right, sign if isinstance(tree.op, ast.Add) else -sign)
+        return _terms(tree.left, sign) + _terms(tree.right, sign * _of_sign(tree.op))
     if isinstance(tree, ast.UnaryOp) and isinstance(tree.op, ast.USub):
         return _terms(tree.operand, -sign)
     return [(sign, tree)]
@@ -65,27 +64,19 @@ def _times(a: Sign, b: Sign) -> Sign:
 
 
 def _value(tree: ast.AST, positive: Collection[str]) -> Sign:
-    """Return +1 if an expression is never negative, −1 if it is never positive, 0 if it is always 0, None if
-    it can be both."""
-
-    def value(part: ast.AST) -> Sign:
-        return _value(part, positive)
-
+    """Return the sign of an expression: +1 if it is never negative, −1 if never positive, 0 if always 0."""
+    value = partial(_value, positive=positive)
     match tree:
         case ast.Constant(value=number):
             return (number > 0) - (number < 0)  # type: ignore[operator]
         case ast.Name(id=name):
             return 1 if name in positive else None
-        case ast.UnaryOp(op=ast.USub(), operand=inner):
-            return _times(-1, value(inner))
-        case ast.UnaryOp(op=ast.UAdd(), operand=inner):
-            return value(inner)
+        case ast.UnaryOp(op=ast.USub() | ast.UAdd() as op, operand=inner):
+            return _times(_of_sign(op), value(inner))
         case ast.UnaryOp() | ast.Compare() | ast.BoolOp():
             return 1
-        case ast.BinOp(left=a, op=ast.Add(), right=b):
-            return _sum((value(a), value(b)))
-        case ast.BinOp(left=a, op=ast.Sub(), right=b):
-            return _sum((value(a), _times(-1, value(b))))
+        case ast.BinOp(left=a, op=ast.Add() | ast.Sub() as op, right=b):
+            return _sum((value(a), _times(_of_sign(op), value(b))))
         case ast.BinOp(left=a, op=ast.Mult() | ast.Div(), right=b):
             return _times(value(a), value(b))
         case ast.BinOp(left=a, op=ast.Pow(), right=b):
@@ -96,6 +87,11 @@ def _value(tree: ast.AST, positive: Collection[str]) -> Sign:
         case ast.Call(func=ast.Name(id=name), args=arguments):
             return _value_of_call(name, [value(a) for a in arguments])
     return None
+
+
+def _of_sign(op: ast.operator | ast.unaryop) -> int:
+    """Return the factor that a plus or minus sign stands for."""
+    return 1 if isinstance(op, ast.Add | ast.UAdd) else -1
 
 
 def _value_of_call(name: str, signs: list[Sign]) -> Sign:
@@ -112,27 +108,18 @@ def _value_of_call(name: str, signs: list[Sign]) -> Sign:
 
 
 def _direction(tree: ast.AST, name: str, positive: Collection[str]) -> Sign:
-    """Return +1 if an expression never falls as the name rises, −1 if it never rises, 0 if it does not
-    contain the name, otherwise None."""
-
-    def way(part: ast.AST) -> Sign:
-        return _direction(part, name, positive)
-
-    def value(part: ast.AST) -> Sign:
-        return _value(part, positive)
-
+    """Return +1 if an expression never falls as the name rises, −1 if it never rises, 0 if it lacks the name."""
+    value, way = partial(_value, positive=positive), partial(_direction, name=name, positive=positive)
     if name not in _names(tree):
         return 0
     match tree:
         case ast.Name():
             return 1
         case ast.UnaryOp(op=op, operand=inner):
-            up = 1 if isinstance(op, ast.UAdd) else -1
-            return _times(up, way(inner)) if not isinstance(op, ast.Not) or value(inner) == 1 else None
-        case ast.BinOp(left=a, op=ast.Add(), right=b):
-            return _sum((way(a), way(b)))
-        case ast.BinOp(left=a, op=ast.Sub(), right=b):
-            return _sum((way(a), _times(-1, way(b))))
+            sure = not isinstance(op, ast.Not) or value(inner) == 1
+            return _times(_of_sign(op), way(inner)) if sure else None
+        case ast.BinOp(left=a, op=ast.Add() | ast.Sub() as op, right=b):
+            return _sum((way(a), _times(_of_sign(op), way(b))))
         case ast.BinOp(left=a, op=ast.Mult(), right=b):
             return _sum((_times(way(a), value(b)), _times(way(b), value(a))))
         case ast.BinOp(left=a, op=ast.Div(), right=b):

@@ -1,6 +1,5 @@
-"""Evolution of genes: means and spread of quantitative genes, allele frequencies, and selection, computed
-from all births and deaths. One run is one replicate; `ecs_eco.analysis.compare_genes` computes intervals over
-runs."""
+"""Evolution of genes in a run: means and spread of quantitative genes, allele frequencies and selection, from all
+births and deaths; `ecs_eco.analysis.compare_genes` computes intervals over runs."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -25,34 +24,25 @@ SAMPLES = 400  # approximate maximum number per run
 
 @dataclass(frozen=True)
 class Course:
-    """The values of a quantitative gene in living organisms at `ticks` i64[samples].
-
-    `n` is the number of organisms; `mean` and `sd` are the mean and standard deviation of their values,
-    f64[samples]. `share` f64[samples, bins] is the fraction of values between adjacent `edges` f64[bins + 1].
-    Values are NaN if no organism with the gene is alive.
-    """
+    """The values of a quantitative gene in living organisms, NaN if no organism with the gene is alive."""
 
     gene: str
-    ticks: np.ndarray
-    n: np.ndarray
+    ticks: np.ndarray  # i64[samples]
+    n: np.ndarray  # number of organisms
     mean: np.ndarray
     sd: np.ndarray
-    edges: np.ndarray
-    share: np.ndarray
+    edges: np.ndarray  # f64[bins + 1]
+    share: np.ndarray  # fraction of values between adjacent edges, f64[samples, bins]
 
 
 class Selection(NamedTuple):
-    """The change in frequency of one allele of a gene relative to all its other alleles.
+    """The change in frequency of one allele of a gene relative to all its other alleles."""
 
-    The slope of its log odds is `per_tick`, or `s` per generation. `generation` is the mean generation time
-    [ticks], and `samples` the number of time points used. `first` and `last` are allele frequencies.
-    """
-
-    s: float
+    s: float  # slope of its log odds per generation
     per_tick: float
-    generation: float
-    samples: int
-    first: float
+    generation: float  # mean generation time [ticks]
+    samples: int  # number of time points used
+    first: float  # allele frequency
     last: float
 
 
@@ -108,8 +98,7 @@ def course(lineage: Pedigree, species: str, gene: str, every: int, bins: int = B
 
 
 def edges_of(values: np.ndarray, log: bool = False, bins: int = BINS) -> np.ndarray:
-    """Return bin edges for values: around each value if there are few, otherwise in equal steps (or factors)
-    from the minimum to the maximum; f64[bins + 1]."""
+    """Return bin edges f64[bins + 1]: around each value if there are few, otherwise in equal steps (or factors)."""
     known = np.unique(values[np.isfinite(values)])
     if len(known) < 2:
         only = float(known[0]) if len(known) else 0.0
@@ -138,12 +127,9 @@ def generation_time(lineage: Pedigree, species: str) -> float:
     This is the generation time T of age-structured populations (Charlesworth 1994, Evolution in
     age-structured populations, chapter 1), with each parent counted once per child.
     """
-    of = lineage.species == species
-    ages = [
-        (lineage.born - lineage.born[line])[of & (line >= 0)] for line in (lineage.mother, lineage.father)
-    ]
-    both = np.concatenate(ages)
-    return float(both.mean()) if both.size else np.nan
+    of, lines = lineage.species == species, (lineage.mother, lineage.father)
+    ages = np.concatenate([(lineage.born - lineage.born[line])[of & (line >= 0)] for line in lines])
+    return float(ages.mean()) if ages.size else np.nan
 
 
 def log_odds_slope(frequency: np.ndarray, time: np.ndarray, n: np.ndarray | float = 1.0) -> float:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ecs_eco.analysis.carriers import Frequencies, carriers, genes_in, lines_of
+from ecs_eco.analysis.carriers import Frequencies, carriers, draw_values, genes_in
 from ecs_eco.analysis.genes import (
     SAMPLES,
     Course,
@@ -38,14 +38,8 @@ class Band(NamedTuple):
 @styled
 def alleles(genes: Sequence[Frequencies], title: str = "") -> Figure:
     """Plot allele frequencies over time: the second value of two-valued genes, all values of other genes."""
-    figure, ((ax,),) = panels(1, 1, 9, 3.4)
-    lines = lines_of(genes, all_values=True)
-    for g, j, label, hue, dash in lines:
-        of = label if len(g.values) > 2 else f"{label} = {g.values[j]}"
-        ax.plot(g.ticks, g.allele[:, j], color=hue, ls=dash, lw=1.7, label=of)
-    ax.set(xlabel="tick", ylabel="allele frequency", ylim=(-0.02, 1.02), title=title)
-    if genes:
-        ax.set_xlim(genes[0].ticks[0], max(genes[0].ticks[-1], 1))
+    figure, ax = draw_values(genes, title, "allele frequency", 3.4, alleles=True)
+    ax.set_ylim(-0.02, 1.02)
     figure.legend(loc="outside upper left", ncols=5)
     return figure
 
@@ -83,10 +77,8 @@ def courses(genes: Sequence[Course], traits: Mapping[str, str | None], title: st
 def arms(
     bands: Mapping[str, Mapping[str, Band]], labels: Mapping[str, str], title: str = "", shares: bool = True
 ) -> Figure:
-    """Draw a panel for each gene (gene → arm → Band): the mean over runs of each arm, with its 95% band.
-
-    `labels` maps each gene to the label of its vertical axis; `shares` sets the axes to range from 0 to 1.
-    """
+    """Draw a panel for each gene (gene → arm → Band): the mean over runs of each arm, with its 95% band. `labels`
+    are those of vertical axes, by gene; `shares` sets the axes to range from 0 to 1."""
     figure, axes = several(len(bands), 2, (4.6, 2.5), (0.6, 0.8), sharex=True)
     for ax, (gene, by_arm) in zip(axes.flat, bands.items(), strict=False):
         for k, (arm, band) in enumerate(by_arm.items()):
@@ -106,14 +98,8 @@ def arms(
     return figure
 
 
-# --- the report section -------------------------------------------------------------------------------------
-
-
 def blocks(run: Path, series: Series, place: Path) -> list[str]:
-    """Return figures and tables of the genes of each species (empty if no genes were recorded).
-
-    Figures are written to `place`.
-    """
+    """Return the section on genes, empty if none were recorded, and write its figures to `place`."""
     kept = series.manifest.get("genomes", {})
     having = [s for s in kept if few_valued(kept[s]) or quantitative(kept[s])]
     if not having or not len(series.ticks):

@@ -20,11 +20,8 @@ USES = {"harvest": "#b2182b", "plant": "#1b7837"}  # colors of areas
 def land_at(config: Mapping[str, Any], intervened: Iterable[Any], tick: int, run: Path | None = None) -> Land:
     """Return `fences`, `roads` and `areas` at the end of a tick. Each has a `line` of corners or a `region`,
     in the format of a world file [m]; roads also have a `width` [m], and areas have a `kind` and a `species`.
-
-    `config` is the configuration in a run's manifest, and `intervened` lists its interventions as (tick,
-    intervention). Land use that covers the whole world is left out. For real land, the lines of its layers
-    are read from the folder `run`.
-    """
+    `config` and `intervened` are from a run's manifest. Land use that covers the whole world is left out. For
+    real land, the lines of its layers are read from the folder `run`."""
     terrain = config.get("terrain") or {}
     lines = _of_layers(run) if run is not None and terrain.get("layers") else []
     standing: Land = {
@@ -97,8 +94,7 @@ def draw_land(ax: Axes, land: Land) -> list[Any]:
 
 
 def strip(line: np.ndarray, width: float) -> list[np.ndarray]:
-    """Return the corners, f64[4, 2] each, of the rectangles that form a strip along a line f64[k, 2]. Each
-    extends beyond both ends by half its width, so that there are no gaps at corners."""
+    """Return the corners f64[4, 2] of rectangles along a line f64[k, 2], half a width longer to leave no gaps."""
     out = []
     for a, b in pairwise(line):
         along = (b - a) / max(float(np.hypot(*(b - a))), 1e-30) * width / 2

@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.compute as pc
 
 from ecs_eco.analysis.page import drawn, interval, number, page, table, write_text
 from ecs_eco.analysis.palette import AXIS, TIME
-from ecs_eco.analysis.runs import Series, tables
+from ecs_eco.analysis.runs import Series, pivot, tables
 from ecs_eco.analysis.style import Figure, colors, colors_of, panels, styled
 from ecs_eco.record.parquet import to_numpy
 
@@ -29,8 +30,7 @@ SHOWN = {
 
 @dataclass(frozen=True)
 class Updates:
-    """The policy updates of one species: `ticks` i64[updates] and `columns` f64[updates], named as in
-    `ecs_eco.record.learning.UPDATE`, with `n_transitions` and `n_learners`."""
+    """The policy updates of one species; `columns` f64[updates] are those of `ecs_eco.record.learning.UPDATE`."""
 
     ticks: np.ndarray
     columns: dict[str, np.ndarray]
@@ -38,11 +38,10 @@ class Updates:
 
 @dataclass(frozen=True)
 class Acts:
-    """The actions of one species: at `ticks` i64[samples], the fraction of deciding organisms that took each
-    action, `share` f64[samples, actions]; `actions` lists their names, such as "speed.run"."""
+    """The fraction of deciding organisms that took each of a species' actions, f64[samples, actions]."""
 
     ticks: np.ndarray
-    actions: tuple[str, ...]
+    actions: tuple[str, ...]  # names such as "speed.run"
     share: np.ndarray
 
     @property
@@ -56,46 +55,37 @@ class Acts:
 
 def updates_of(table: pa.Table) -> dict[str, Updates]:
     """Return the updates of each species from a table of `Recorder.learning_series`."""
-    species = np.array(table["species"].cast(pa.string()).to_pylist(), object)
-    columns = {
-        name: np.asarray(c.to_numpy() if c.null_count else to_numpy(c), float)
-        for name, c in zip(table.column_names, table.columns, strict=True)
-        if name not in ("tick", "species")
-    }
-    ticks = to_numpy(table["tick"])
-    return {
-        s: Updates(ticks[species == s], {name: v[species == s] for name, v in columns.items()})
-        for s in dict.fromkeys(species.tolist())
-    }
+    out = {}
+    species = pc.cast(table["species"], pa.string())
+    for s in pc.unique(species).to_pylist():
+        rows = table.drop(["species"]).filter(pc.equal(species, s))
+        columns = {
+            name: np.asarray(c.to_numpy() if c.null_count else to_numpy(c), float)
+            for name, c in zip(rows.column_names, rows.columns, strict=True)
+            if name != "tick"
+        }
+        out[s] = Updates(to_numpy(rows["tick"]), columns)
+    return out
 
 
 def acts_of(table: pa.Table) -> dict[str, Acts]:
     """Return the actions of each species from a table of `Recorder.action_series`."""
-    species, action = (
-        np.array(table[name].cast(pa.string()).to_pylist(), object) for name in ("species", "action")
-    )
-    ticks, done, of = (to_numpy(table[name]) for name in ("tick", "n", "of"))
     out = {}
-    for s in dict.fromkeys(species.tolist()):
-        chosen = species == s
-        names = tuple(dict.fromkeys(action[chosen].tolist()))
-        when, row = np.unique(ticks[chosen], return_inverse=True)
-        share = np.full((len(when), len(names)), np.nan)
-        share[row, [names.index(a) for a in action[chosen]]] = done[chosen] / of[chosen]
-        out[s] = Acts(when, names, share)
+    species = pc.cast(table["species"], pa.string())
+    for s in pc.unique(species).to_pylist():
+        ticks, (names,), columns = pivot(table.drop(["species"]).filter(pc.equal(species, s)), "action")
+        out[s] = Acts(ticks, names, columns["n"] / np.where(columns["of"], columns["of"], np.nan))
     return out
 
 
 def read(run: Path | str, kind: str) -> pa.Table | None:
-    """Return the rows of a kind ("learning", "actions", "matter") in a run folder, or None if there are
-    none."""
+    """Return a run folder's rows of a kind ("learning", "actions", "matter"), or None if there are none."""
     found = list(tables(run, kind))
     return pa.concat_tables(found) if found else None
 
 
 def thinned(ticks: np.ndarray, values: np.ndarray, points: int = POINTS) -> tuple[np.ndarray, np.ndarray]:
-    """Return means of ticks and values over at most `points` equal blocks, with NaN for blocks without
-    values."""
+    """Return means of ticks and values over at most `points` equal blocks, NaN for blocks without values."""
     edges = np.linspace(0, len(ticks), min(points, len(ticks)) + 1).astype(int)[:-1]
     if not len(edges):
         return ticks.astype(float), values
@@ -168,8 +158,7 @@ def happiness_of(series: Series) -> dict[str, tuple[np.ndarray, np.ndarray]]:
 
 
 def summary(updates: Updates, happiness: tuple[np.ndarray, np.ndarray] | None = None) -> dict[str, Any]:
-    """Return the numbers of updates and transitions, and each quantity's means over the first and last tenth
-    of its values."""
+    """Return the numbers of updates and transitions, and each quantity's first and last tenth (means)."""
 
     def ends(values: np.ndarray) -> tuple[float, float]:
         tenth = max(1, len(values) // 10)
@@ -183,8 +172,6 @@ def summary(updates: Updates, happiness: tuple[np.ndarray, np.ndarray] | None = 
     out |= {word: ends(updates.columns[word]) for word in SHOWN if word != "happiness"}
     return out if happiness is None else out | {"happiness": ends(happiness[1])}
 
-
-# --- the report section, and the training page ---------------------------------------------------------------
 
 NOTE = (
     "<p class='under'>Means over the first and the last tenth of the updates. Reward is the change in "

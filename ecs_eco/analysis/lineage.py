@@ -23,31 +23,31 @@ PLAIN = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ012345678
 
 
 def write_csv(lineage: Pedigree, path: Path) -> Path:
-    """Write a row for each organism, sorted by uid, in the phylogeny format of Lalejini et al. (2019).
-
-    Columns: id; ancestor_list "[1,2]", "[none]" for founders; origin_time and destruction_time [ticks], "inf"
-    while alive; taxon_label, the species; genome; recorded fields, empty if missing. "Data Standards for
-    Artificial Life Software", Proceedings of ALIFE 2019.
-    """
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    head = ["id", "ancestor_list", "origin_time", "destruction_time", "taxon_label", "genome"]
-    writer.writerow([*head, *lineage.recorded])
+    """Write a row for each organism, sorted by uid, in the phylogeny format of Lalejini et al. (2019, "Data
+    Standards for Artificial Life Software", Proceedings of ALIFE). Founders have the ancestors "[none]", living
+    organisms the destruction_time "inf"; recorded fields are empty if missing."""
     parents = zip(lineage.parent.tolist(), lineage.parent2.tolist(), strict=True)
-    ancestors = [f"[{','.join(str(p) for p in dict.fromkeys(pair) if p) or 'none'}]" for pair in parents]
-    ends = ["inf" if died < 0 else died for died in lineage.died.tolist()]
-    known = lineage.uid.tolist(), ancestors, lineage.born.tolist(), ends
-    texts = lineage.species.tolist(), lineage.genome.tolist()
-    recorded = (["" if np.isnan(x) else x for x in values] for values in lineage.recorded.values())
-    writer.writerows(zip(*known, *texts, *recorded, strict=True))
+    columns = {
+        "id": lineage.uid.tolist(),
+        "ancestor_list": [
+            f"[{','.join(str(p) for p in dict.fromkeys(pair) if p) or 'none'}]" for pair in parents
+        ],
+        "origin_time": lineage.born.tolist(),
+        "destruction_time": ["inf" if died < 0 else died for died in lineage.died.tolist()],
+        "taxon_label": lineage.species.tolist(),
+        "genome": lineage.genome.tolist(),
+    }
+    for name, values in lineage.recorded.items():
+        columns[name] = ["" if np.isnan(x) else x for x in values]
+    out = io.StringIO()
+    csv.writer(out, lineterminator="\n").writerows([columns, *zip(*columns.values(), strict=True)])
     return write_text(path, out.getvalue())
 
 
 def newick(lineage: Pedigree, names: Sequence[str] | None = None) -> str:
     """Return the tree along first parents. Every organism is a node named by its uid; children are sorted by
     uid. The length of a branch is the time from the parent's birth to the child's [ticks]. Several founders
-    share an unnamed root at the first founder's time of birth. If there are no organisms, the tree is ";".
-    """
+    share an unnamed root at the first founder's time of birth. If there are no organisms, the tree is ";"."""
     n = len(lineage)
     if not n:
         return ";"
@@ -288,8 +288,7 @@ class Lineage(Pedigree):
         return SeriesTable(pa.table(columns)).to_pandas()
 
     def genes_to_pandas(self, species: str) -> Any:
-        """Return a pandas.DataFrame of gene `values`, with a row for each organism (by uid) and a column for
-        each gene."""
+        """Return a pandas.DataFrame of gene `values`, with a row for each uid and a column for each gene."""
         own = self.of_species(species)
         genes = [g for g in carriers.genes_in(self.genomes.get(species, {})) if "weights" not in g]
         values = {gene["name"]: own.values(gene["name"], species) for gene in genes}
@@ -336,8 +335,7 @@ class Lineage(Pedigree):
 
 
 def _events(folder: Path | str, kind: str, columns: dict[str, type]) -> dict[str, np.ndarray]:
-    """Return the columns of all files: text as str, with "" for null; numbers as u64; recorded fields as f64,
-    with NaN for null. A missing column is filled with 0, "" or NaN."""
+    """Return columns of all files as str, integers, or f64 for recorded fields; null becomes "", 0 or NaN."""
     held = list(tables(folder, kind))
     return {name: _column(held, name, dtype) for name, dtype in columns.items()}
 

@@ -9,7 +9,7 @@ import pyarrow as pa
 
 from ecs_eco.analysis.learning import read as read_kind, thinned
 from ecs_eco.analysis.page import bullets, drawn, number, table
-from ecs_eco.analysis.runs import Series
+from ecs_eco.analysis.runs import Series, pivot
 from ecs_eco.analysis.style import PALETTE, Figure, colors_of, panels, styled
 
 WITHIN = ("eaten", "taken_up", "released", "emitted", "remains")
@@ -19,8 +19,7 @@ SURE = 1e-5  # largest gap in a ledger that closes, as a fraction of the greates
 
 @dataclass(frozen=True)
 class Ledger:
-    """The matter ledger: `columns[flow]` f64[ticks, holders, substances] [mol], with `stock_before` and
-    `stock_after`."""
+    """The ledger: `columns[flow]` [mol], f64[ticks, holders, substances], and `stock_before` and `stock_after`."""
 
     ticks: np.ndarray
     holders: tuple[str, ...]
@@ -38,8 +37,7 @@ class Ledger:
         return self.columns["stock_after"]
 
     def gap(self) -> tuple[float, float, int]:
-        """Return the gap [mol] that is the largest fraction of the greatest stock, that fraction, and its
-        tick."""
+        """Return the gap [mol] that is the largest fraction of the greatest stock, that fraction, and the tick."""
         c = self.columns
         gap = np.abs(c["stock_before"] + sum(c[f] for f in self.flows) - self.stock)
         gap[1:] = np.maximum(gap[1:], np.abs(c["stock_before"][1:] - self.stock[:-1]))
@@ -51,18 +49,8 @@ class Ledger:
 
 def ledger_of(table: pa.Table) -> Ledger:
     """Return the ledger from a table of `world.recorder.matter_series()`."""
-    holder, substance = (
-        table[name].cast(pa.string()).combine_chunks().dictionary_encode() for name in ("holder", "substance")
-    )
-    names = [tuple(d.dictionary.to_pylist()) for d in (holder, substance)]
-    ticks, row = np.unique(table["tick"].to_numpy(), return_inverse=True)
-    place = row, *(d.indices.to_numpy(zero_copy_only=False) for d in (holder, substance))
-    columns = {}
-    for name in table.column_names:
-        if name not in ("tick", "holder", "substance"):
-            columns[name] = np.zeros((len(ticks), len(names[0]), len(names[1])))
-            columns[name][place] = table[name].to_numpy()
-    return Ledger(ticks, names[0], names[1], columns)
+    ticks, (holders, substances), columns = pivot(table, "holder", "substance")
+    return Ledger(ticks, holders, substances, columns)
 
 
 def read(run: Path | str) -> Ledger | None:
@@ -93,8 +81,7 @@ def told(ledger: Ledger) -> list[str]:
 
 @styled
 def stocks(ledger: Ledger, hue: Mapping[str, str]) -> Figure:
-    """Plot stacked stocks over time, with a row for each substance; holders that are not species are
-    hatched."""
+    """Plot stacked stocks over time, with a row for each substance; only species are not hatched."""
     figure, axes = panels(len(ledger.substances), 1, 9, 2.1 * len(ledger.substances) + 0.7, sharex=True)
     others = [h for h in ledger.holders if h not in hue]
     for k, (ax, name) in enumerate(zip(axes[:, 0], ledger.substances, strict=True)):
@@ -114,8 +101,7 @@ def stocks(ledger: Ledger, hue: Mapping[str, str]) -> Figure:
 
 
 def blocks(run: Path, series: Series, place: Path) -> list[str]:
-    """Return the section on matter, and write its figure to `place`; the section is empty if there are no
-    substances."""
+    """Return the section on matter (empty without substances), and write its figure to `place`."""
     ledger = read(run)
     if ledger is None:
         return []

@@ -1,6 +1,7 @@
 """Values of reporters over time in one or several runs, differences between arms, and recorded fields."""
 
 from collections.abc import Callable, Collection, Mapping, Sequence
+from itertools import compress
 from pathlib import Path
 from typing import Any
 
@@ -23,15 +24,13 @@ WORLD = "(world)"
 
 def measured(*runs: Series) -> dict[str, list[str]]:
     """Return the reporters that all these runs share: reporter → the species with values, or only WORLD."""
-    names = [name for name in runs[0].reporters if all(name in run.columns for run in runs)]
-    return {name: _of_whom(name, runs) for name in names}
-
-
-def _of_whom(name: str, runs: Sequence[Series]) -> list[str]:
-    columns = [run.columns[name] for run in runs]
-    if all(np.array_equal(c, np.broadcast_to(c[:, :1], c.shape), equal_nan=True) for c in columns):
-        return [WORLD]
-    return [s for i, s in enumerate(runs[0].species) if any(np.isfinite(c[:, i]).any() for c in columns)]
+    out = {}
+    for name in (name for name in runs[0].reporters if all(name in run.columns for run in runs)):
+        columns = [run.columns[name] for run in runs]
+        alike = all(np.array_equal(c, np.broadcast_to(c[:, :1], c.shape), equal_nan=True) for c in columns)
+        known = [any(np.isfinite(c[:, i]).any() for c in columns) for i in range(len(runs[0].species))]
+        out[name] = [WORLD] if alike else list(compress(runs[0].species, known))
+    return out
 
 
 def course(run: Series, name: str, of: str) -> np.ndarray:
@@ -46,9 +45,6 @@ def run_mean(run: Series, name: str, of: str) -> float:
     return float(values.mean()) if values.size else float("nan")
 
 
-# --- one run ------------------------------------------------------------------------------------------------
-
-
 def rows(series: Series) -> str:
     """Return a table with a row for each reporter and species: first, mean, minimum, maximum, last."""
     out = []
@@ -56,11 +52,9 @@ def rows(series: Series) -> str:
         for of in kinds:
             values = course(series, name, of)
             values = values[np.isfinite(values)]
-            numbers = (
-                (values[0], values.mean(), values.min(), values.max(), values[-1])
-                if values.size
-                else [np.nan] * 5
-            )
+            if not values.size:
+                values = np.array([np.nan])
+            numbers = values[0], values.mean(), values.min(), values.max(), values[-1]
             out.append([name, "the world" if of == WORLD else of, *map(number, numbers)])
     return table(["measured", "of", "first tick", "mean", "minimum", "maximum", "last tick"], out)
 
@@ -92,12 +86,8 @@ def figure(series: Series) -> Figure:
     return figure
 
 
-# --- recorded fields -----------------------------------------------------------------------------------------
-
-
 def fields(run: Path | str) -> list[str]:
-    """Return a table of the fields listed in the world's `record` key: mean and standard deviation in each
-    species at birth, at death, and in the first and last snapshot (empty if none are listed)."""
+    """Return a table with the mean and standard deviation of each field listed in the world's `record` key."""
     births, snapshots = list(tables(run, "births")), list(tables(run, "snapshots"))
     names = [name for part in births[:1] for name in part.column_names if "." in name]
     if not names:
@@ -137,9 +127,6 @@ def _moments(
     return out
 
 
-# --- arms of an experiment ----------------------------------------------------------------------------------
-
-
 @styled
 def arms_figure(runs: Mapping[str, Sequence[Series]]) -> Figure:
     """Plot each reporter (rows) over time by arm (columns): thin lines for runs, thick for medians."""
@@ -152,21 +139,14 @@ def arms_figure(runs: Mapping[str, Sequence[Series]]) -> Figure:
             for of in named:
                 courses = np.array([course(run, name, of)[:length] for run in members])
                 x, color = members[0].ticks[:length], hue.get(of, INK)
-                many_and_one(ax, x, courses, _median(courses), color, label=of)
+                median = np.ma.median(np.ma.masked_invalid(courses), axis=0).filled(np.nan)
+                many_and_one(ax, x, courses, median, color, label=of)
             ax.margins(x=0)
         column[-1].set_xlabel("tick")
     for ax, named in zip(axes[:, 0], kinds.values(), strict=True):
         if named != [WORLD]:
             ax.legend(loc="upper right")
     return figure
-
-
-def _median(courses: np.ndarray) -> np.ndarray:
-    """Return the median over runs; NaN at ticks for which no run has a value."""
-    out = np.full(courses.shape[1], np.nan)
-    some = np.isfinite(courses).any(0)
-    out[some] = np.nanmedian(courses[:, some], axis=0)
-    return out
 
 
 def of_arms(arms: Mapping[str, Rows]) -> dict[str, Any]:
@@ -185,18 +165,18 @@ def of_arms(arms: Mapping[str, Rows]) -> dict[str, Any]:
 
 
 def effects(arms: Mapping[str, Rows], grids: Collection[str], seed: int) -> dict[str, Any]:
-    """Return the difference in means between each arm and the first, with keys as in `of_arms`.
-
-    The interval is from a bootstrap over runs or, with several training seeds, over cells with the same
-    seeds; None if the arms do not share seeds."""
+    """Return the difference in means between each arm and the first, with keys as in `of_arms`, from a bootstrap
+    over runs or, with several training seeds, over cells with the same seeds (None if arms share no seeds)."""
     kinds = measured(*(run for rows in arms.values() for row in rows for run in row))
     reference, *others = arms
 
-    def difference(arm: str, name: str, of: str) -> Any:
-        if arm in grids or reference in grids:
-            return _crossed(arms[arm], arms[reference], name, of)
+    def difference(arm: str, name: str, of: str) -> Interval | None:
         one, two = (_means(arms[a], name, of) for a in (arm, reference))
-        return bootstrap_difference(one[np.isfinite(one)], two[np.isfinite(two)], seed=seed)
+        if arm not in grids and reference not in grids:
+            return bootstrap_difference(one[np.isfinite(one)], two[np.isfinite(two)], seed=seed)
+        seeds = [[int(run.manifest["seed"]) for run in arms[a][0]] for a in (arm, reference)]
+        same = seeds[0] == seeds[1] and (len(one) == len(two) or 1 in (len(one), len(two)))
+        return mean_interval(one - two) if same and np.isfinite(one - two).all() else None
 
     return {
         name: {of: {arm: difference(arm, name, of) for arm in others} for of in named}
@@ -204,21 +184,12 @@ def effects(arms: Mapping[str, Rows], grids: Collection[str], seed: int) -> dict
     }
 
 
-def _crossed(arm: Rows, reference: Rows, name: str, of: str) -> Interval | None:
-    seeds = [[int(run.manifest["seed"]) for run in rows[0]] for rows in (arm, reference)]
-    if seeds[0] != seeds[1] or (len(arm) != len(reference) and 1 not in (len(arm), len(reference))):
-        return None
-    gap = _means(arm, name, of) - _means(reference, name, of)
-    return mean_interval(gap) if np.isfinite(gap).all() else None
-
-
 def _means(rows: Rows, name: str, of: str) -> np.ndarray:
     return np.array([[run_mean(run, name, of) for run in row] for row in rows])
 
 
 def _interval(values: np.ndarray) -> Any:
-    """Return the mean and 95% interval of a table of training seeds × world seeds. If some runs have no
-    value, the rest form one row."""
+    """Return the mean and 95% interval of a table of seeds; if some runs have no value, the rest form one row."""
     if not np.isfinite(values).all():
         values = values[np.isfinite(values)][None]
     return mean_interval(values) if values.size else None

@@ -266,8 +266,7 @@ def _connection(
 
 
 def _range(gene: Any) -> tuple[list[float], Sign]:
-    """Return the possible values of a gene for a weight, and their common sign, if any. A continuous gene is
-    represented by the ends of its range, and by 0 if it is between them."""
+    """Return a weight gene's values (or the ends of its range and 0, if in between), and their common sign."""
     values = list(gene.values or (gene.low, gene.high))
     if not gene.values and min(values) < 0 < max(values):
         values.append(0.0)
@@ -330,18 +329,15 @@ def _policy(species: Species, dims: int) -> PolicyNode:
     policy = species.policy
     if policy.kind == "none":
         return PolicyNode("none", (), False)
-    free = [n for group, n in _options(species) if group]
+    automatic = set(species.always_on)
+    groups = [
+        [a for a in names if not {a, f"{group}.{a}"} & automatic]
+        for group, names in species.groups().items()
+        if group
+    ]
+    options = sum(max(2, len(names)) for names in groups if names)  # one action: to act or not
     named = policy.network or policy.function
     network = function_name(named).partition(":")[2] if named else ""
     hidden = [] if network or not policy.thinks else policy.hidden
-    layers = (len(species.channels(dims)), *hidden, sum(free))
+    layers = (len(species.channels(dims)), *hidden, options)
     return PolicyNode(policy.kind, layers, policy.learn, policy.inherit, network)
-
-
-def _options(species: Species) -> list[tuple[str, int]]:
-    """Return (group, number of options, at least 2) for the groups in which the policy chooses."""
-    automatic = set(species.always_on)
-    groups = [
-        (g, [a for a in names if not {a, f"{g}.{a}"} & automatic]) for g, names in species.groups().items()
-    ]
-    return [(group, max(2, len(names))) for group, names in groups if names]

@@ -1,5 +1,4 @@
-"""Draws nervous systems: sensors on the left, actions on the right, networks in between. nervous_diagram.py
-provides the contents, nervous_layout.py the layout, and nervous_pen.py the strokes."""
+"""Draws nervous systems, with contents from nervous_diagram.py, nervous_layout.py and nervous_pen.py."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -26,10 +25,10 @@ from ecs_eco.analysis.nervous_pen import (
     look,
     minus,
 )
-from ecs_eco.analysis.style import Figure, as_delivered, empty, svg_of
+from ecs_eco.analysis.page import write_text
+from ecs_eco.analysis.style import Figure, as_delivered, empty, save_as, svg_of
 from ecs_eco.analysis.svg import themed
 from ecs_eco.config import WorldConfig
-from ecs_eco.engine import files
 from ecs_eco.engine.errors import ConfigError, Problem, UnknownName, unknown_name
 
 VALUES = ("readings", "y", "probabilities", "decision", "happiness")
@@ -107,16 +106,12 @@ def save(figure: Figure, path: Path | str, dpi: int = 150) -> Path:
     >>> save(draw_nervous_system(load("predator-prey"), "deer"), "deer.png").name
     'deer.png'
     """
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    undated: dict[str, dict[str, Any]] = {".pdf": {"CreationDate": None}, ".png": {"Software": None}}
-    kind = path.suffix.lower()
-    if kind == ".svg":
+    undated: dict[str, dict[str, Any]] = {"pdf": {"CreationDate": None}, "png": {"Software": None}}
+    kind = Path(path).suffix[1:].lower()
+    if kind == "svg":
         text = svg_of(figure)
-        return files.write(path, themed(text, text, NIGHT))
-    with files.writing(path) as beside, as_delivered({"text.parse_math": False}):
-        figure.savefig(beside, dpi=dpi, facecolor="white", format=kind[1:], metadata=undated.get(kind))
-    return path
+        return write_text(Path(path), themed(text, text, NIGHT))
+    return save_as(kind, figure, path, dpi, {"metadata": undated.get(kind)})
 
 
 def _checked(values: Mapping[str, Any], d: Diagram) -> dict[str, np.ndarray]:

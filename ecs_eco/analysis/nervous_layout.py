@@ -1,5 +1,4 @@
-"""The layout of a nervous-system drawing in columns of sensors, boxes and actions, in inches with y pointing
-down. Text widths are measured so that nothing overlaps."""
+"""The layout of a nervous-system drawing in columns, in inches with y pointing down; text widths are measured."""
 
 import textwrap
 from collections.abc import Mapping, Sequence
@@ -202,8 +201,7 @@ class Layout:
         return rows, headings, y
 
     def _boxes(self) -> None:
-        """Compute the center and height of every box: networks are evenly spaced from top to bottom, and
-        reflexes are as close to their actions as possible."""
+        """Compute each box's center and height: networks are evenly spaced, reflexes close to their actions."""
         free = (self.body - sum(h for _, h in self.stack)) / (len(self.stack) + 1)
         self.boxes: dict[str, tuple[float, float]] = {}
         y = self.top
@@ -213,7 +211,11 @@ class Layout:
         self.hub_boxes = self._hubs() if self.hubs else {}
 
     def _hubs(self) -> dict[int, tuple[float, float]]:
-        order = sorted(range(len(self.hubs)), key=self._height_of)
+        keys = [  # y of a reflex's action, then of its sensors, to reduce line crossings
+            (self.action_y[r.action], float(np.mean([self.channel_y[row] for row, _ in r.sources] or [0])))
+            for r in self.d.reflexes
+        ]
+        order = sorted(range(len(self.hubs)), key=lambda i: keys[i])
         heights = [len(self.hubs[i]) * LINE + 0.1 for i in order]
         wanted = [self.action_y[self.d.reflexes[i].action] for i in order]
         names = list(self.boxes)
@@ -224,8 +226,3 @@ class Layout:
         if after:
             high = self.boxes[after[0]][0] - self.boxes[after[0]][1] / 2 - APART
         return dict(zip(order, zip(spread(wanted, heights, low, high), heights, strict=True), strict=True))
-
-    def _height_of(self, i: int) -> tuple[float, float]:
-        """Return the y of a reflex's action, then of its sensors: a sort key that reduces line crossings."""
-        r = self.d.reflexes[i]
-        return self.action_y[r.action], float(np.mean([self.channel_y[row] for row, _ in r.sources] or [0]))

@@ -100,8 +100,7 @@ class Pen:
         self.patch("PathPatch", path, fill=False, zorder=3, capstyle="butt", **look(sign, dotted, width))
 
     def end(self, x: float, y: float, sign: Sign, size: float = 0.1) -> None:
-        """Draw the synapse-like end of a connection: an arrow if it forces, a bar if it blocks, both if it
-        varies."""
+        """Draw the end of a connection: an arrow if it forces, a bar if it blocks, both if it varies."""
         hue = look(sign)["color"]
         if sign == -1:
             self.line([x - size, x - 0.02], [y, y], hue, 1.6, 8)
@@ -131,7 +130,12 @@ class Pen:
         """Draw the body from above, facing up, with the position or the sector of a sensor."""
         r = 0.075
         if sensor.sector is not None:
-            self._sector(x, y, 0.0 if sensor.vision else r, 0.125, sensor)
+            begin, end = sensor.sector
+            angles = np.linspace(begin, end if end > begin else end + 2 * math.pi, 40)
+            inner, outer = 0.0 if sensor.vision else r, 0.125
+            ring = [(x - outer * math.sin(a), y - outer * math.cos(a)) for a in angles]
+            back = [(x - inner * math.sin(a), y - inner * math.cos(a)) for a in angles[::-1]]
+            self.polygon(ring + back, SECTOR if sensor.vision else ORANGE, 2)
         self.circle(x, y, r, "white", SOFT, lw=0.9, zorder=3)
         self.polygon([(x - 0.022, y - r + 0.012), (x + 0.022, y - r + 0.012), (x, y - r - 0.028)], SOFT, 3)
         if sensor.at is not None:
@@ -140,18 +144,9 @@ class Pen:
         elif sensor.kind == "interoception":
             self.circle(x, y, 0.03, RED, zorder=4)
 
-    def _sector(self, x: float, y: float, inner: float, outer: float, sensor: SensorNode) -> None:
-        assert sensor.sector is not None
-        begin, end = sensor.sector
-        angles = np.linspace(begin, end if end > begin else end + 2 * math.pi, 40)
-        ring = [(x - outer * math.sin(a), y - outer * math.cos(a)) for a in angles]
-        back = [(x - inner * math.sin(a), y - inner * math.cos(a)) for a in angles[::-1]]
-        self.polygon(ring + back, SECTOR if sensor.vision else ORANGE, 2)
-
 
 def look(sign: Sign, dotted: bool = False, width: float = 1.6) -> dict[str, Any]:
-    """Return a line's style: green if it forces, dashed red if it blocks, gray if it varies, dotted if
-    heritable."""
+    """Return a line's style: green if it forces, dashed red if it blocks, gray if not sure, dotted if heritable."""
     style: Any = (0, (1, 1.2)) if dotted else (0, (4, 1.6)) if sign == -1 else "-"
     return {"color": SOFT if sign == 0 else HUES.get(sign or 0, GREY), "lw": width, "ls": style}
 

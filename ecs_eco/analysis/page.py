@@ -43,8 +43,7 @@ def _cell(x: object) -> str:
 
 
 def picture(svg: Path, caption: str) -> str:
-    """Return a figure with an embedded SVG from `style.save_svg`, so that the page needs no other file.
-    Figures wider than the screen scroll."""
+    """Return a figure with an embedded SVG from `style.save_svg`, which scrolls if wider than the screen."""
     drawn = embedded(svg.read_text(encoding="utf-8"), caption)
     return (
         f'<figure><div class="wide" tabindex="0">{drawn}</div>'

@@ -1,9 +1,7 @@
 """Colors of species and object types in pictures, reports and the viewer (`ecs_eco/view/static/colours.js`).
 
 The palette of Okabe and Ito (2008) is shifted as little as necessary for a contrast of 3:1 with the
-background and a CIELAB distance of 20, also for people with deuteranopia (Machado et al. 2009);
-`tests/analysis/test_palette.py` checks both.
-"""
+background and a CIELAB distance of 20, also for people with deuteranopia (Machado et al. 2009)."""
 
 import math
 from collections.abc import Mapping
@@ -42,7 +40,7 @@ ON_CELL = "#fefefe", "#010101"
 def safe(
     colours: Mapping[str, str], things: Mapping[str, str] | None = None, dark: bool = False
 ) -> dict[str, str]:
-    """Return the safe color nearest to the hue of each species, then of each object type; grays stay gray, and
+    """Return the safe color nearest to the hue of each species, then of each object type. Grays stay gray, and
     those with the default color take the remaining safe colors in order, green first."""
     own = {**colours, **(things or {})}
     out = {name: GREY for name, colour in own.items() if max(rgb(colour)) - min(rgb(colour)) < 24}
@@ -61,23 +59,6 @@ def safe(
             out[name] = offer[0]
             offers.remove(offer)
     return {name: out[name] for name in own}
-
-
-def _on_dark() -> dict[str, str]:
-    """Return the dark-background color of each light-background color in figures."""
-    pairs = {light: dark for light, dark, _ in SAFE}
-    pairs |= {_paler(light, dark=False): _paler(dark, dark=True) for light, dark in pairs.items()}
-    pairs |= {
-        NIGHT: "#3a4350",
-        SUN: "#f0cf57",
-        FLOWS["endowed"]: "#b39b3c",
-        "#d8ccb4": "#857a60",
-        **dict(CLEAR.values()),
-    }
-    pairs |= {"#b2182b": "#ef6a6a", "#1b7837": "#4fb36a", "#222222": "#e4eaea"}
-    pairs |= {INK: "#e4eaea", "#000000": "#e4eaea", SOFT: "#98a5aa", AXIS: "#7f8c92", BAND: "#2c363b"}
-    pairs |= {GRID: "#283136", "#ffffff": "#12181b"}
-    return pairs | dict(zip(TIME, TIME_ON_DARK, strict=True))
 
 
 def rgb(colour: str) -> list[int]:
@@ -125,4 +106,24 @@ TIME_ON_DARK = (
     "#fde725",
 )
 """Colors of curves from early to late: the parts of viridis visible on light and on dark backgrounds."""
-ON_DARK: Mapping[str, str] = _on_dark()
+ON_DARK: Mapping[str, str] = {
+    **{light: dark for light, dark, _ in SAFE},
+    **{_paler(light, dark=False): _paler(dark, dark=True) for light, dark, _ in SAFE},
+    **dict(CLEAR.values()),
+    NIGHT: "#3a4350",
+    SUN: "#f0cf57",
+    FLOWS["endowed"]: "#b39b3c",
+    GRID: "#283136",
+    BAND: "#2c363b",
+    INK: "#e4eaea",
+    SOFT: "#98a5aa",
+    AXIS: "#7f8c92",
+    "#000000": "#e4eaea",
+    "#ffffff": "#12181b",
+    "#d8ccb4": "#857a60",
+    "#b2182b": "#ef6a6a",
+    "#1b7837": "#4fb36a",
+    "#222222": "#e4eaea",
+    **dict(zip(TIME, TIME_ON_DARK, strict=True)),
+}
+"""The dark-background color of each light-background color in figures."""

@@ -56,8 +56,6 @@ class Pedigree:
     def __len__(self) -> int:
         return len(self.uid)
 
-    # --- parts of the lineage
-
     def of_species(self, name: str) -> Self:
         """Return the pedigree of one species.
 
@@ -157,8 +155,6 @@ class Pedigree:
         """
         return (self.born <= tick) & ((self.died == ALIVE) | (self.died > tick))
 
-    # --- queries
-
     def ancestors(self, uid: int, generations: int | None = None) -> np.ndarray:
         """Return the uids of an organism's parents, grandparents and so on, through both parents.
 
@@ -195,14 +191,13 @@ class Pedigree:
             Sorted uids.
         """
         first = self.place(uid)
-        below = [False] * len(self)
+        below = [False] * (len(self) + 1)  # the last is for missing parents, whose index is −1
         below[first] = True
         mother, father = self.mother.tolist(), self.father.tolist()
         for i in range(first + 1, len(self)):  # parents come before their children
-            if (mother[i] >= first and below[mother[i]]) or (father[i] >= first and below[father[i]]):
-                below[i] = True
+            below[i] = below[mother[i]] or below[father[i]]
         below[first] = False
-        return self.uid[np.array(below, bool)]
+        return self.uid[np.array(below[:-1], bool)]
 
     def generation(self) -> np.ndarray:
         """Return the generation of each organism: 0 for founders, otherwise 1 plus the mean of its parents'
@@ -214,23 +209,18 @@ class Pedigree:
         """
         depth: list[float] = []
         for m, f in zip(self.mother.tolist(), self.father.tolist(), strict=True):
-            if m >= 0 and f >= 0:
-                depth.append((depth[m] + depth[f]) / 2 + 1)
-            else:
-                depth.append(depth[max(m, f)] + 1 if m >= 0 or f >= 0 else 0.0)
+            parents = [depth[i] for i in (m, f) if i >= 0]
+            depth.append(sum(parents) / len(parents) + 1 if parents else 0.0)
         return np.array(depth, float)
 
     def _forebears(self, mask: np.ndarray, fathers: bool = True) -> np.ndarray:
         """Add the ancestors of the organisms in `mask`; if `fathers` is false, only along first parents."""
-        marked = mask.tolist()
-        mother, father = self.mother.tolist(), self.father.tolist()
+        marked = [*mask.tolist(), False]  # the last is for missing parents, whose index is −1
+        mother, father = self.mother.tolist(), (self.father if fathers else self.mother).tolist()
         for i in range(len(self) - 1, -1, -1):
             if marked[i]:
-                if mother[i] >= 0:
-                    marked[mother[i]] = True
-                if fathers and father[i] >= 0:
-                    marked[father[i]] = True
-        return np.array(marked, bool)
+                marked[mother[i]] = marked[father[i]] = True
+        return np.array(marked[:-1], bool)
 
     def founders_left(self, tick: int | None = None) -> np.ndarray:
         """Return the founders that are alive at a tick or have living descendants then.
@@ -277,8 +267,7 @@ class Pedigree:
     def living_sums(
         self, ticks: np.ndarray, weights: np.ndarray | None = None, mask: np.ndarray | None = None
     ) -> np.ndarray:
-        """Return the sum of weights (default: 1) over the organisms in `mask` that are alive at the end of
-        each of these ascending ticks: [ticks]."""
+        """Return the sum of weights (default: 1) over organisms in `mask` alive at these ascending ticks."""
         mask = np.ones(len(self), bool) if mask is None else mask
         change = np.zeros(len(ticks) + 1, np.int64 if weights is None else float)
         for sign, when, selected in ((1, self.born, mask), (-1, self.died, mask & (self.died != ALIVE))):

@@ -18,18 +18,16 @@ STEEP = 0.5  # slope to which the 98th percentile of slopes is scaled
 
 
 class Relief(NamedTuple):
-    """The ground of a world, with the southernmost row first: `height` f32[ny, nx] [m], `ground` u8[ny, nx]
-    (1 water, 2 rock), the `side` of a cell [m], and streams `wet` bool[ny, nx]. Land cover is described by
-    the class of each cell, `kinds` u8[ny, nx], and the `colors` and `grounds` of classes."""
+    """The ground of a world as arrays [ny, nx] with the southernmost row first."""
 
-    height: np.ndarray
-    ground: np.ndarray
-    side: float
+    height: np.ndarray  # f32 [m]
+    ground: np.ndarray  # u8: 1 water, 2 rock
+    side: float  # of a cell [m]
     torus: bool = False
-    kinds: np.ndarray | None = None
-    colors: Sequence[str | None] = ()
-    wet: np.ndarray | None = None
-    grounds: Sequence[str] = ()
+    kinds: np.ndarray | None = None  # u8: class of land cover
+    colors: Sequence[str | None] = ()  # of classes
+    wet: np.ndarray | None = None  # bool: streams
+    grounds: Sequence[str] = ()  # of classes
 
     @classmethod
     def of(cls, terrain: Any) -> Self:
@@ -55,8 +53,7 @@ class Relief(NamedTuple):
         return cls(height, ground, side, torus, held.get("kinds"), colors, held.get("wet"), grounds)
 
     def shade(self) -> np.ndarray:
-        """Return the brightness of the sunlit ground, relative to flat ground: f64[ny, nx], about −0.7 to
-        0.3 (Horn 1981)."""
+        """Return the brightness of the sunlit ground minus that of flat ground, f64[ny, nx] (Horn 1981)."""
         from matplotlib.colors import LightSource
 
         high = np.pad(self.height.astype(float), 1, mode="wrap" if self.torus else "edge")[::-1]
@@ -72,8 +69,7 @@ class Relief(NamedTuple):
         return out
 
     def colours(self) -> np.ndarray:
-        """Return the color of each cell, f64[ny, nx, 3], from 0 to 1. Water and rock have fixed colors,
-        unless they come from a class with a color."""
+        """Return each cell's color, f64[ny, nx, 3], from 0 to 1; water and rock in a class may have its color."""
         high = (self.height - self.height.min()) / max(float(np.ptp(self.height)), 1e-9)
         colour = np.array(LAND) - 0.16 * high[..., None] * np.array([0.55, 0.75, 1.3])
         own = np.zeros(self.ground.shape, np.bool_)

@@ -5,8 +5,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.special import stdtrit
 
+from ecs_eco.analysis import quantiles
 from ecs_eco.analysis.page import number, table
 from ecs_eco.analysis.seed_grid import mean_interval
 from ecs_eco.analysis.survival import Interval, bootstrap_difference, difference_of_intervals, wilson
@@ -55,16 +55,15 @@ class Effect(NamedTuple):
         return mean_interval(parts[0][None]) if len(parts) == 1 else bootstrap_difference(*map(list, parts))
 
     def needs(self, half: float | None = None, level: float = 0.95) -> int | None:
-        """Return the number of seeds in each arm for an interval of ± `half` [unit of the outcome], given the
-        variance between runs; the default is 10% of the (reference's) mean, or 0.1 for shares. None if this
-        is unknown, or more than a million."""
+        """Return the number of seeds in each arm for an interval of ± `half` (default: 10% of the last mean, or 0.1
+        for shares), given the variance between runs; None if this is unknown, or more than a million."""
         samples = self.samples
         if half is None:
             half = WISHED if self.share else WISHED * abs(float(samples[-1].mean()))
         variance = sum(map(self._variance, samples))
 
         def width(n: int) -> float:
-            return float(stdtrit(len(samples) * (n - 1), 0.5 + level / 2) * np.sqrt(variance / n))
+            return quantiles.student(len(samples) * (n - 1), level) * float(np.sqrt(variance / n))
 
         n = 2 + bisect_left(range(2, MOST_SEEDS), -half, key=lambda n: -width(n))
         return n if half > 0 and n < MOST_SEEDS else None

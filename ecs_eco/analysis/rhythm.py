@@ -7,8 +7,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Cosinor:
-    """A cosine fitted to a series by least squares (Nelson et al. 1979): mesor + amplitude × cos(2π t/period
-    − acrophase)."""
+    """A fitted cosine (Nelson et al. 1979): mesor + amplitude × cos(2π t/period − acrophase)."""
 
     mesor: float
     amplitude: float  # half the difference between the highest and the lowest value
@@ -16,8 +15,7 @@ class Cosinor:
 
     @property
     def vector(self) -> np.ndarray:
-        """The coefficients of cosine and sine, f64[2]. Vectors from several runs can be averaged; acrophases
-        cannot."""
+        """The coefficients of cosine and sine, f64[2]; unlike acrophases, they can be averaged over runs."""
         return self.amplitude * np.array([np.cos(self.acrophase), np.sin(self.acrophase)])
 
 

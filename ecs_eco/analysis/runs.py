@@ -145,32 +145,33 @@ class Series:
         return bool(np.isnan(self.extinct[self.present]).all())
 
 
+def mean_of_there(values: np.ndarray, axis: int = 0) -> np.ndarray:
+    """Return the mean along an axis, ignoring missing values; NaN where all are missing."""
+    return np.asarray(np.ma.masked_invalid(values).mean(axis).filled(np.nan))
+
+
 def read_manifest(run: Path | str) -> dict[str, Any]:
-    """Return the manifest of a run folder. Raises a FileNotFoundError that explains what a run folder is, or
-    a RecordingError that explains what is wrong with this one."""
+    """Return a run folder's manifest; raise FileNotFoundError if there is none, RecordingError if it is damaged."""
     return seal.read_manifest(Path(run))
 
 
 def parts(run: Path | str, kind: str) -> list[Path]:
-    """Return a run folder's Parquet files of one kind (series, births, deaths, snapshots), in order.
-
-    Raises RecordingError if there are fewer files than the manifest lists, ForeignFile if a file belongs to
-    another run.
-    """
+    """Return a run folder's Parquet files of one kind (series, births, deaths, snapshots), in order. Raises
+    RecordingError if files are missing, ForeignFile if a file belongs to another run."""
     there = (Path(run) / "manifest.json").is_file()
     return belonging.parts(Path(run), kind, seal.read_manifest(Path(run)) if there else {})
 
 
 def tables(run: Path | str, kind: str, columns: Sequence[str] | None = None) -> Iterator[pa.Table]:
-    """Yield the tables of one kind, with these columns or all; dictionary columns become strings, because
-    dictionaries differ between files. Raises errors as `parts` does, and RecordingError if a file is damaged."""
-    sealed = seal.has_seals(Path(run))
+    """Yield the tables of one kind, with these columns or all; dictionary columns become strings, because they
+    differ between files. Raises errors as `parts` does, and RecordingError if a file is damaged."""
+    sealed, text = seal.has_seals(Path(run)), pa.string()
     for file in parts(run, kind):
         table = read_part(file, columns, sealed)
-        for at, column in enumerate(table.columns):
-            if pa.types.is_dictionary(column.type):
-                table = table.set_column(at, table.column_names[at], column.cast(pa.string()))
-        yield table
+        kinds = [
+            field.with_type(text) if pa.types.is_dictionary(field.type) else field for field in table.schema
+        ]
+        yield table.cast(pa.schema(kinds, table.schema.metadata))
 
 
 def load_series(
@@ -225,17 +226,28 @@ def load_series(
     return Series(series.ticks, tuple(species), columns, series.manifest)
 
 
+def pivot(
+    table: pa.Table, *keys: str, first: Sequence[str] = ()
+) -> tuple[np.ndarray, list[tuple[str, ...]], dict[str, np.ndarray]]:
+    """Return the ticks of a table, the words of each key column (with `first` before the first key's others),
+    and all other columns as f64[ticks, words of each key, …], with 0 for combinations without a row."""
+    ticks, row = np.unique(to_numpy(table["tick"]), return_inverse=True)
+    place, words = [row], []
+    for key in keys:
+        seen, which = to_codes(table[key])
+        words.append(tuple(dict.fromkeys([*first, *seen] if key == keys[0] else seen)))
+        place.append(np.array([words[-1].index(word) for word in seen], np.int64)[which])
+    columns = {}
+    for name in table.column_names:
+        if name not in ("tick", *keys):
+            columns[name] = np.zeros((len(ticks), *map(len, words)))
+            columns[name][tuple(place)] = to_numpy(table[name])
+    return ticks, words, columns
+
+
 def _pivot(table: pa.Table, manifest: dict[str, Any]) -> Series:
     for name in ("tick", "species", "n"):
         if name not in table.column_names:
             raise ValueError(f"the series has no column {name!r}: it has {', '.join(table.column_names)}")
-    seen, which = to_codes(table["species"])
-    species = [*manifest.get("species", []), *(s for s in seen if s not in manifest.get("species", []))]
-    ticks, row = np.unique(to_numpy(table["tick"]), return_inverse=True)
-    column = np.array([species.index(s) for s in seen], dtype=np.int64)[which]
-    columns = {}
-    for name in table.column_names:
-        if name not in ("tick", "species"):
-            columns[name] = np.zeros((len(ticks), len(species)))
-            columns[name][row, column] = to_numpy(table[name])
-    return Series(ticks, tuple(species), columns, manifest)
+    ticks, (species,), columns = pivot(table, "species", first=manifest.get("species", ()))
+    return Series(ticks, species, columns, manifest)

@@ -1,8 +1,6 @@
-"""Training seed × world seed: how much of an outcome's variance each explains, and how precise estimates over
-both are. A table (training seeds, world seeds) has one outcome per cell, NaN if missing. The model is y =
-mean + training seed + world seed + rest, with two crossed random effects; the rest includes their
-interaction. A yes-or-no outcome counts as 0 or 1, and shares refer to the variance of these values, which is
-smaller for rare outcomes."""
+"""Training seed × world seed: how much of an outcome's variance each explains, and how precise estimates over both
+are. A table (training seeds, world seeds) has one outcome per cell (0 or 1 for no or yes), NaN if missing. The
+model is y = mean + training seed + world seed + rest (with their interaction): two crossed random effects."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -87,11 +85,8 @@ def components(table: np.ndarray) -> np.ndarray:
 
 def pigeonhole(table: np.ndarray, n_boot: int = 999, seed: int = 0) -> np.ndarray:
     """Return resampled tables whose rows and columns are drawn independently with replacement, (n_boot, rows,
-    columns).
-
-    This is the pigeonhole bootstrap (Owen 2007). No bootstrap of a crossed design is exact (McCullagh 2000);
-    this one slightly overestimates the variance.
-    """
+    columns): the pigeonhole bootstrap (Owen 2007). No bootstrap of a crossed design is exact (McCullagh 2000);
+    this one slightly overestimates the variance."""
     y = np.asarray(table, float)
     rng = np.random.default_rng(seed)
     rows, columns = (rng.integers(0, size, (n_boot, size)) for size in y.shape)
@@ -155,8 +150,7 @@ def variance_shares(
 
 
 def _corrected(drawn: np.ndarray, rows: int, columns: int) -> np.ndarray:
-    """Return the components of tables from the pigeonhole bootstrap, corrected so that their means equal the
-    components of the original table."""
+    """Return components from the pigeonhole bootstrap, corrected so that their means equal the original ones."""
     rest = drawn[2] * rows * columns / ((rows - 1) * (columns - 1))
     training = drawn[0] * rows / (rows - 1) - rest / columns
     return np.stack([training, drawn[1] * columns / (columns - 1) - rest / rows, rest])
@@ -170,12 +164,10 @@ def _shares(variance: np.ndarray) -> np.ndarray:
 
 
 def spread_of_mean(table: np.ndarray) -> tuple[float, float]:
-    """Return the standard error of the mean of a table without gaps, and its degrees of freedom.
-
-    With mean squares A for training seeds, B for world seeds and E for the rest, the variance of the mean is
-    (A + B − E) / n, but never less than A / n or B / n; the degrees of freedom are Satterthwaite's for A + B.
-    In a table with a single row or column, only the other factor counts.
-    """
+    """Return the standard error of the mean of a table without gaps, and its degrees of freedom. With mean squares
+    A for training seeds, B for world seeds and E for the rest, the variance of the mean is (A + B − E) / n, but
+    never less than A / n or B / n; the degrees of freedom are Satterthwaite's for A + B. In a table with a
+    single row or column, only the other factor counts."""
     y = np.asarray(table, float)
     rows, columns = y.shape
     mean, row, column = y.mean(), y.mean(1), y.mean(0)
@@ -218,8 +210,7 @@ def mean_interval(table: np.ndarray, level: float = 0.95) -> Interval:
 
 
 def mean_of_seeds(values: np.ndarray) -> Interval | None:
-    """Return `mean_interval` or, for a table with gaps, the interval over means of training seeds (or world
-    seeds, if there is one training seed)."""
+    """Return `mean_interval` or, for a table with gaps, the interval over means of training (or world) seeds."""
     if np.isfinite(values).all():
         return mean_interval(values)
     rows = values if len(values) > 1 else values.T
@@ -318,9 +309,6 @@ def share_difference(one: np.ndarray, other: np.ndarray, level: float = 0.95) ->
     return difference_of_intervals(share_interval(one, level), share_interval(other, level))
 
 
-# --- tables of runs -----------------------------------------------------------------------------------------
-
-
 @dataclass(frozen=True)
 class Grid:
     """Runs arranged by seed: `runs[i][j]` has the seeds `training[i]` and `worlds[j]`."""
@@ -387,24 +375,18 @@ class Grid:
 
 
 def outcomes(grid: Grid, cycles: Mapping[int, CycleStatistics] | None = None) -> dict[str, np.ndarray]:
-    """Return tables of outcomes: whether all species persisted, log time to the first extinction, log period,
-    and mean log number of each species.
-
-    `cycles` contains the statistics of each run, by `id(run)`. Times are censored at the end of the run.
-    Numbers are averaged after the first tenth of the run and before the first extinction.
-    """
+    """Return tables of outcomes: whether all species persisted, log time to the first extinction (or the end of the
+    run), log period, and mean log number of each species, after the first tenth of the run and before the first
+    extinction. `cycles` contains the statistics of each run, by `id(run)`."""
     names = grid.runs[0][0].species
     tables = {
         "persisted": grid.table(lambda run: run.persisted),
         "log time to first extinction": grid.table(lambda run: np.log(max(lifetime(run)[0], 1.0))),
     }
     if cycles is not None:
-        tables["log period"] = grid.table(lambda run: _log_period(cycles[id(run)]))
+        periods = {run: of.period if of.cycling() else None for run, of in cycles.items()}
+        tables["log period"] = grid.table(lambda run: np.log(periods[id(run)] or np.nan))
     return tables | {f"mean log number of {s}": grid.table(partial(_mean_log, species=s)) for s in names}
-
-
-def _log_period(statistics: CycleStatistics) -> float:
-    return float(np.log(statistics.period)) if statistics.period and statistics.cycling() else np.nan
 
 
 def _mean_log(run: Series, species: str) -> float:
@@ -458,29 +440,22 @@ def crossed(
     }
 
 
-# --- figures ------------------------------------------------------------------------------------------------
-
-
 @styled
 def persistence(grid: Grid, title: str = "") -> Figure:
-    """Plot the fraction of runs in which all species are alive (Kaplan–Meier): a thick line with a band for
-    all runs, and a thin line for each training seed."""
+    """Plot the fraction of runs with all species (Kaplan–Meier): all runs (thick), each training seed (thin)."""
     figure, ((ax,),) = panels(1, 1, 7, 3.4)
     lived, died = grid.lifetimes()
     until = grid.length
     time, low, high = survival_band(grid)
     time, low, high = np.append(time, until), np.append(low, low[-1]), np.append(high, high[-1])
     ax.fill_between(time, low, high, step="post", color=PALETTE[2], alpha=0.15, lw=0)
-    for k, (t, d) in enumerate(zip(lived, died, strict=True)):
-        curve = kaplan_meier(t, d)
-        shift = 0.006 * (k - (len(lived) - 1) / 2)  # separates identical curves
+    for k, (t, d) in enumerate(zip([*lived, lived.ravel()], [*died, died.ravel()], strict=True)):
+        curve, whole = kaplan_meier(t, d), k == len(lived)
+        shift = 0.0 if whole else 0.006 * (k - (len(lived) - 1) / 2)  # separates identical curves
         share = np.append(curve.survival, curve.survival[-1]) + shift
-        style = {"color": AXIS, "lw": 0.8, "label": "one training seed" if k == 0 else None}
+        label = f"all {lived.size} runs" if whole else "one training seed" if k == 0 else None
+        style = {"color": PALETTE[2] if whole else AXIS, "lw": 2.4 if whole else 0.8, "label": label}
         ax.step(np.append(curve.time, until), share, where="post", **style)
-    curve = kaplan_meier(lived.ravel(), died.ravel())
-    share = np.append(curve.survival, curve.survival[-1])
-    style = {"color": PALETTE[2], "lw": 2.4, "label": f"all {lived.size} runs"}
-    ax.step(np.append(curve.time, until), share, where="post", **style)
     ax.set(
         xlim=(0, until), ylim=(-0.04, 1.06), xlabel="tick", ylabel="fraction with all species", title=title
     )

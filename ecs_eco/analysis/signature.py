@@ -23,8 +23,7 @@ class Cycle:
 
 
 def logarithms(numbers: np.ndarray) -> np.ndarray:
-    """Return the detrended log10 of values: f64[n]. Zeros count as half the smallest positive
-    number."""
+    """Return the detrended log10 of values: f64[n]. Zeros count as half the smallest positive number."""
     x = np.asarray(numbers, float)
     if x.ndim != 1 or len(x) < FEWEST:
         raise ValueError(f"a series of shape {x.shape}; expected one dimension and at least {FEWEST} numbers")
@@ -75,8 +74,7 @@ def cycle(*series: np.ndarray) -> Cycle:
 
 
 def spectrum(numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return frequencies [1/sample], and the fraction of the variance of a series f[n] that a wave of each
-    frequency explains. `cycle` picks the frequency with the largest fraction."""
+    """Return frequencies [1/sample], and the fraction of a series' variance that a wave of each explains."""
     f, shares, _ = _waves([logarithms(numbers)])
     return f, shares[0]
 

@@ -1,19 +1,13 @@
 """A test for cycles in a population series, based on spectral peaks above red noise.
 
 Populations are red noise: they drift without cycling, and a test against white noise classifies nearly every
-such series as periodic. The null hypothesis here is a series that relaxes without oscillating. Two nulls
-are fitted:
-
-- "ar1": one rate of relaxation (AR(1), Ornstein-Uhlenbeck), the usual null for climate and population
-  records;
-- "relaxation": two rates and a moving-average root, ARMA(2, 1) with real roots, whose spectrum never rises.
-  It includes AR(1), sums of two AR(1) series, and a population that integrates a fluctuating birth rate with
-  added noise from births and deaths. The AR(1) null nearly always classifies such smooth series as periodic.
-  Reported p values refer to "relaxation".
-
-A peak above "relaxation" requires complex roots: a quasi-cycle or a limit cycle. Test raw population sizes,
-never smoothed ones, because smoothing adds rates of relaxation.
-"""
+such series as periodic. The null hypothesis here is a series that relaxes without oscillating. "ar1" has one
+rate of relaxation (AR(1), Ornstein-Uhlenbeck), as usual for climate and population records. "relaxation",
+the null of reported p values, has two rates and a moving-average root: ARMA(2, 1) with real roots, whose
+spectrum never rises. It includes AR(1), sums of two AR(1) series, and a population that integrates a
+fluctuating birth rate with added noise from births and deaths, which AR(1) nearly always classifies as
+periodic. A peak above "relaxation" requires complex roots: a quasi-cycle or a limit cycle. Test raw
+population sizes, never smoothed ones, because smoothing adds rates of relaxation."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -162,12 +156,9 @@ def spectrum(x: np.ndarray) -> np.ndarray:
 
 class RedNoise:
     """Red noise per tick that is observed as block means over `factor` ticks and fitted to spectra by Whittle
-    likelihood (Whittle 1953).
-
-    The parameters are two relaxation roots r ≥ s and a moving-average root m ≤ r, each per block (root ** (1
-    / factor) per tick). The spectra are those of block means and include aliasing: block means of AR(1) are
-    not AR(1), and treating them as AR(1) classifies 37% of them as periodic.
-    """
+    likelihood (Whittle 1953). The parameters are two relaxation roots r ≥ s and a moving-average root m ≤ r,
+    each per block (root ** (1 / factor) per tick). The spectra are those of block means and include aliasing:
+    block means of AR(1) are not AR(1), and treating them as AR(1) classifies 37% of them as periodic."""
 
     def __init__(self, n: int, factor: int, null: str):
         if null not in GRID:
@@ -217,9 +208,7 @@ def _white(n_boot: int, length: int, seed: int) -> np.ndarray:
     return np.fft.rfft(np.random.default_rng(seed).standard_normal((n_boot, length), dtype=np.float32))
 
 
-@lru_cache(maxsize=4)
-def _red_noise(n: int, factor: int, null: str) -> RedNoise:
-    return RedNoise(n, factor, null)
+_red_noise = lru_cache(maxsize=4)(RedNoise)
 
 
 @dataclass(frozen=True)
@@ -240,12 +229,9 @@ class Peak:
 
     @property
     def recurs(self) -> bool:
-        """True if the period can be reported: the series contains it at least three times, and no slower
-        swing is larger.
-
-        A boom and its crash, an initial transient that dies away, and bumps on a long swing do not recur,
-        however far they rise above red noise.
-        """
+        """True if the period can be reported: the series contains it at least three times, and no slower swing
+        is larger. A boom and its crash, an initial transient that dies away, and bumps on a long swing do not
+        recur, however far they rise above red noise."""
         return self.held >= RECURRENCES and self.slower <= 1
 
 
@@ -316,7 +302,8 @@ def spectral_peak(
     low, high = int(np.ceil(min_cycles)), n // 4
     best = low + int(ratio[0, low : high + 1].argmax())
     p = (1 + np.count_nonzero(drawn[:, low : high + 1].max(1) >= ratio[0, best])) / (n_boot + 1)
-    cycles = _centre(power[0], best, low, high)
+    near = np.arange(max(low, int(best / 1.4)), min(high, int(np.ceil(best * 1.4))) + 1)
+    cycles = float((near * power[0, near]).sum() / power[0, near].sum())  # center of mass around the peak
     return Peak(
         p=float(p),
         period=float(factor * n / cycles),
@@ -331,18 +318,10 @@ def spectral_peak(
     )
 
 
-def _centre(power: np.ndarray, best: int, low: int, high: int) -> float:
-    """Return the center of mass of the spectrum within a factor of 1.4 of the peak [cycles per series]."""
-    near = np.arange(max(low, int(best / 1.4)), min(high, int(np.ceil(best * 1.4))) + 1)
-    return float((near * power[near]).sum() / power[near].sum())
-
-
 def _recurrence(x: np.ndarray, period: float) -> dict[str, float]:
-    """Return `held` and `slower` for a peak at a period [samples of x].
-
-    `held` is n_periods times the participation ratio (Σ|z|²)² / (n Σ|z|⁴) of the analytic signal z in the
-    band: 1 for a steady wave, 1/2 for noise in a narrow band, less for a short burst.
-    """
+    """Return `held` and `slower` for a peak at a period [samples of x]. `held` is n_periods times the
+    participation ratio (Σ|z|²)² / (n Σ|z|⁴) of the analytic signal z in the band: 1 for a steady wave, 1/2
+    for noise in a narrow band, less for a short burst."""
     energy = np.abs(waves(x, period)) ** 2
     steady = energy.sum() ** 2 / (len(x) * (energy**2).sum())
     slower, longer = 0.0, period * BAND**2

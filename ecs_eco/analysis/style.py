@@ -82,16 +82,14 @@ def _png(figure: Figure) -> bytes:
 
 
 def panels(rows: int, columns: int, width: float, height: float, **more: Any) -> tuple[Figure, np.ndarray]:
-    """Return a figure of this size [inches] with rows × columns of axes, which notebooks can display; up to
-    five columns fit on a report's page."""
+    """Return a figure of this size [inches] with rows × columns of axes; five columns fit on a report's page."""
     width = min(width, max(WIDEST, WIDEST / 5 * columns))
     figure = empty(width, height, layout="constrained")
     return figure, figure.subplots(rows, columns, squeeze=False, **more)
 
 
 def fills(series: Series) -> dict[str, tuple[str, str]]:
-    """Return the color and hatching of each cause of death: being eaten has the color of the eater, and other
-    causes have colors that no species has."""
+    """Return the color and hatching of each cause of death: the eater's color, or one that no species has."""
     hue = colors_of(series)
     rest = cycle([colour for colour in PALETTE if colour not in hue.values()] or PALETTE)
     return {
@@ -137,12 +135,10 @@ def many_and_one(ax: Axes, x: np.ndarray, many: np.ndarray, one: np.ndarray, hue
 
 @contextmanager
 def as_delivered(chosen: Mapping[Any, Any]) -> Iterator[None]:
-    """Use matplotlib's defaults with our settings; restore the user's settings afterwards.
-
-    A `matplotlibrc` in the working folder, perhaps from a downloaded world, could otherwise make TeX set all
-    text. Characters missing from the font are drawn as boxes, without a warning. Within `as_delivered({})`,
-    the defaults are not set again, because that is slow.
-    """
+    """Use matplotlib's defaults with our settings; restore the user's settings afterwards. A `matplotlibrc` in the
+    working folder, perhaps from a downloaded world, could otherwise make TeX set all text. Characters missing
+    from the font become boxes, without a warning. Within `as_delivered({})`, the defaults are not set again,
+    because that is slow."""
     global _bare
     import matplotlib
 
@@ -207,12 +203,17 @@ def save(figure: Figure, path: Path | str, dpi: int = 110) -> Path:
     >>> figures.save(figure, "numbers.png").name
     'numbers.png'
     """
-    Path(path).parent.mkdir(parents=True, exist_ok=True)
     more: dict[str, Any] = {"metadata": {"Software": None}, "pil_kwargs": {"compress_level": 4}}
+    return save_as("png", figure, path, dpi, more)
+
+
+def save_as(kind: str, figure: Figure, path: Path | str, dpi: int, more: Mapping[str, Any]) -> Path:
+    """Write a figure in one of matplotlib's formats, completely or not at all."""
+    Path(path).parent.mkdir(parents=True, exist_ok=True)
     # some texts are created only here
     with files.writing(path) as beside, as_delivered({"text.parse_math": False}):
         _lay_out(figure, dpi)
-        figure.savefig(beside, dpi=dpi, facecolor="white", format="png", **more)
+        figure.savefig(beside, dpi=dpi, facecolor="white", format=kind, **more)
     return Path(path)
 
 
@@ -228,17 +229,13 @@ def _lay_out(figure: Figure, dpi: int) -> None:
 
 
 def _nothing_above(ax: "matplotlib.axes.Axes") -> bool:
-    """Return whether the title stays in place because nothing is above the axes: no tick labels, other axes
-    or common factor, which matplotlib writes for tiny, large or similar numbers."""
+    """Return whether no tick labels, other axes or common factor of numbers can move the title of the axes."""
     low, high = sorted(ax.get_ylim())
     plain = ax.get_yscale() == "linear" and low <= 0 <= high and 1e-2 < max(-low, high) < 1e5
-    alone = (
-        not ax.child_axes
-        and "outline" not in ax.spines
-        and all(other is ax or other.bbox.bounds != ax.bbox.bounds for other in ax.figure.axes)
-    )
+    alone = not ax.child_axes and "outline" not in ax.spines
     below = ax.xaxis.get_label_position() == "bottom" and not ax.xaxis.get_tick_params().get("labeltop")
-    return bool(plain and alone and below)
+    twins = any(other is not ax and other.bbox.bounds == ax.bbox.bounds for other in ax.figure.axes)
+    return bool(plain and alone and below and not twins)
 
 
 def save_svg(figure: Figure, path: Path | str) -> Path:
@@ -262,8 +259,7 @@ def save_svg(figure: Figure, path: Path | str) -> Path:
     'numbers.svg'
     """
     Path(path).parent.mkdir(parents=True, exist_ok=True)
-    files.write(Path(path), themed(svg_of(figure), Path(path).stem))
-    return Path(path)
+    return files.write(Path(path), themed(svg_of(figure), Path(path).stem))
 
 
 def svg_of(figure: Figure) -> str:
@@ -276,8 +272,7 @@ def svg_of(figure: Figure) -> str:
 
 
 def colors(species: Sequence[str], chosen: Mapping[str, str] | None = None) -> dict[str, str]:
-    """Return a color for each species, as on the viewer's page: the palette color nearest to the color that
-    the world sets as #rrggbb, if any."""
+    """Return a color for each species, as in the viewer: the palette color nearest to its #rrggbb, if any."""
     own = safe(own_colors(chosen))
     return {s: own.get(s, PALETTE[i % len(PALETTE)]) for i, s in enumerate(species)}
 

@@ -227,8 +227,7 @@ def difference_of_shares(k1: int, n1: int, k2: int, n2: int, level: float = 0.95
 
 
 def difference_of_intervals(a: Interval, b: Interval) -> Interval:
-    """Return a − b for independent estimates by adding the squared distances to the interval ends (Zou and
-    Donner 2008)."""
+    """Return a − b for independent estimates by adding squared distances to the ends (Zou and Donner 2008)."""
     gap, down = a.value - b.value, float(np.hypot(a.value - a.low, b.high - b.value))
     return Interval(gap, gap - down, gap + float(np.hypot(a.high - a.value, b.value - b.low)))
 

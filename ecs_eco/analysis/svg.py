@@ -21,8 +21,7 @@ _REFERENCE = re.compile(r"url\(#([^)]+)\)")
 
 
 def themed(text: str, name: str, dark: Mapping[str, str] = ON_DARK) -> str:
-    """Return matplotlib's SVG after conversion. `name` keeps its ids distinct from those of other figures;
-    `dark` maps light-background colors to dark-background colors."""
+    """Return matplotlib's SVG after conversion, with ids that depend on `name`, and `dark` colors by light ones."""
     root = ET.fromstring(legible(text))
     _plain_names(root)
     dim = any(part.get("id") == DIM for part in root.iter("g"))
@@ -33,7 +32,6 @@ def themed(text: str, name: str, dark: Mapping[str, str] = ON_DARK) -> str:
     for part in root.iter():
         _attributes(part)
     _rename(root, f"f{crc32(name.encode()):08x}")
-    _bare_marks(root)
     _dots(root)
     _hoist(root)
     wide, high = (float(x) for x in root.get("viewBox", "0 0 1 1").split()[2:])
@@ -102,8 +100,7 @@ def _attributes(part: ET.Element) -> None:
 
 
 def _short(path: str) -> str:
-    """Round a path's numbers to two decimals; a long path of straight lines gets relative coordinates with
-    one decimal."""
+    """Round a path's numbers to two decimals; long paths of straight lines become relative, with one decimal."""
     words = path.split()
     if len(words) < 60 or not {word for word in words if word.isalpha()} <= {"M", "L", "z"}:
         return " ".join(_NUMBER.sub(lambda found: f"{float(found[0]):.2f}", " ".join(words)).split())
@@ -128,15 +125,19 @@ def _tenth(x: int) -> str:
 
 
 def _rename(root: ET.Element, prefix: str) -> None:
-    """Keep only ids that are in use, with short names unique to this figure."""
+    """Keep only ids that are in use, with short names unique to this figure. Reused marks lose their colors,
+    because the page's rules do not apply inside `use` elements."""
     values = [value for part in root.iter() for value in part.attrib.values()]
-    used = {part.get("href", "")[1:] for part in root.iter("use")}
-    used |= {found for value in values for found in _REFERENCE.findall(value)}
+    marks = {part.get("href", "")[1:] for part in root.iter("use")}
+    used: set[str] = marks | {found for value in values for found in _REFERENCE.findall(value)}
     new: dict[str, str] = {}
     for part in root.iter():
         old = part.attrib.pop("id", None)
         if old in used:
             part.set("id", new.setdefault(old, f"{prefix}-{len(new)}"))
+        if part.tag == "path" and old in marks:
+            part.attrib.pop("fill", None)
+            part.attrib.pop("stroke", None)
     for part in root.iter():
         for key, value in part.attrib.items():
             if key == "href" and value.startswith("#"):
@@ -145,20 +146,12 @@ def _rename(root: ET.Element, prefix: str) -> None:
                 part.set(key, _REFERENCE.sub(lambda found: f"url(#{new[found[1]]})", value))
 
 
-def _bare_marks(root: ET.Element) -> None:
-    """Remove the colors of reused marks, because the page's rules do not apply inside `use` elements."""
-    used = {part.get("href", "")[1:] for part in root.iter("use")}
-    for part in root.iter("path"):
-        if part.get("id") in used:
-            for key in ("fill", "stroke"):
-                part.attrib.pop(key, None)
-
-
 def _dots(root: ET.Element) -> None:
-    """Replace many identical marks with one path of round dots."""
-    size = {part.get("id"): _extent(part.get("d", "")) for part in root.iter("path") if part.get("id")}
+    """Replace many identical marks, which may each have their own group, with one path of round dots."""
+    paths = {part.get("id"): part.get("d", "") for part in root.iter("path")}
     for group in root.iter("g"):
-        marks = list(_marks(group))
+        inner = [part[0] if part.tag == "g" and len(part) == 1 else part for part in group]
+        marks = [part for part in inner if part.tag == "use"]
         kinds = {(mark.get("href"), mark.get("fill")) for mark in marks}
         if len(marks) < DENSE or len(kinds) != 1:
             continue
@@ -167,17 +160,9 @@ def _dots(root: ET.Element) -> None:
         clip = next((part.attrib for part in group if "clip-path" in part.attrib), {})
         group[:] = []
         look = {"d": "".join(_steps(at)), "fill": "none", "stroke": fill or INK, "stroke-linecap": "round"}
-        look["stroke-width"] = f"{20 * size[(href or '')[1:]]:.1f}"
+        reach = (abs(float(x)) for x in re.findall(r"-?[\d.]+", paths[(href or "")[1:]]))
+        look["stroke-width"] = f"{20 * max(reach, default=1.0):.1f}"
         ET.SubElement(ET.SubElement(group, "g", clip), "path", look | {"transform": "scale(.1)"})
-
-
-def _marks(group: ET.Element) -> Iterator[ET.Element]:
-    """Yield the marks in a group, whether or not each has its own group."""
-    for part in group:
-        if part.tag == "use":
-            yield part
-        elif part.tag == "g" and len(part) == 1 and part[0].tag == "use":
-            yield part[0]
 
 
 def _steps(at: list[tuple[float, ...]]) -> Iterator[str]:
@@ -187,11 +172,6 @@ def _steps(at: list[tuple[float, ...]]) -> Iterator[str]:
         a, b = round(10 * u), round(10 * v)
         yield f"m{a - x}{'' if b < y else ' '}{b - y}h0"
         x, y = a, b
-
-
-def _extent(path: str) -> float:
-    """Return how far a mark extends from its center."""
-    return max((abs(float(x)) for x in re.findall(r"-?[\d.]+", path)), default=1.0)
 
 
 def _hoist(part: ET.Element) -> None:

@@ -7,7 +7,7 @@ from typing import NamedTuple, Protocol, Self
 
 import numpy as np
 
-from ecs_eco.analysis.runs import Series
+from ecs_eco.analysis.runs import Series, mean_of_there
 
 Placed = tuple[np.ndarray, np.ndarray]  # sorted uids u64[n], and positions f64[n, 3] [m]
 Record = tuple[Placed, np.ndarray, np.ndarray, Placed]
@@ -50,8 +50,8 @@ class Tracks:
 
 
 def tracks_of(records: list[Record], light: np.ndarray, space: Volume, dt: float) -> Tracks:
-    """Return tracks from one record per tick: (uids and positions before, distance to the nearest predator,
-    offset to it, uids and positions after)."""
+    """Return tracks from one record per tick: uids and positions before, distance and offset to the nearest
+    predator, uids and positions after."""
     uids = np.unique(
         np.concatenate([uid for before, _, _, after in records for uid in (before[0], after[0])])
     )
@@ -81,8 +81,7 @@ def shortest(space: Volume, d: np.ndarray) -> np.ndarray:
 
 
 def approaches(distance: np.ndarray, within: float, rest: int) -> np.ndarray:
-    """Return each (tick, animal) i64[k, 2] at which a distance falls below `within` after `rest` ticks above
-    it."""
+    """Return each (tick, animal) i64[k, 2] at which a distance falls below `within` after `rest` ticks above."""
     near = distance < within
     events = []
     for animal in range(near.shape[1]):
@@ -96,27 +95,20 @@ def approaches(distance: np.ndarray, within: float, rest: int) -> np.ndarray:
 
 
 def event_average(series: np.ndarray, events: np.ndarray, before: int, after: int) -> np.ndarray:
-    """Return the mean course of a series f64[ticks, animals] around events (tick, animal) i64[k, 2]:
-    f64[before + 1 + after].
-
-    Ticks outside the record and ticks in which an animal was not alive (NaN) are left out.
-    """
+    """Return the mean course of a series f64[ticks, animals] around events (tick, animal) i64[k, 2], without
+    ticks outside the record or in which an animal was not alive (NaN): f64[before + 1 + after]."""
     windows = np.full((len(events), before + 1 + after), np.nan)
     for i, (tick, animal) in enumerate(events):
         first, last = max(tick - before, 0), min(tick + after + 1, len(series))
         windows[i, first - tick + before : last - tick + before] = series[first:last, animal]
-    there = ~np.isnan(windows)
-    return np.where(there, windows, 0.0).sum(0) / np.where(there.any(0), there.sum(0), np.nan)
+    return mean_of_there(windows)
 
 
 def v_test(cosines: np.ndarray) -> tuple[float, float]:
     """Return (u, p) of the V-test for a preferred direction (Zar 2010, section 27.1), from the cosines of the
-    angles to it.
-
-    u is V = n r cos(mean − expected) divided by sqrt(n/2), which is standard normal for random directions in
-    a plane. In three dimensions, the cosines have a variance of 1/3 instead of 1/2, which makes the test
-    conservative.
-    """
+    angles to it. u is V = n r cos(mean − expected) divided by sqrt(n/2), which is standard normal for random
+    directions in a plane. In three dimensions, the cosines have a variance of 1/3 instead of 1/2, which makes
+    the test conservative."""
     n = len(cosines)
     u = float(np.sum(cosines)) * sqrt(2 / n)
     return u, erfc(u / sqrt(2)) / 2

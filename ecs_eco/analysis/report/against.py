@@ -25,8 +25,7 @@ def of_run(run: Path, series: Series) -> Outside | None:
 
 
 def blocks(series: Series, outside: Outside | None, place: Path) -> list[str]:
-    """Return the section with tables and a figure, which is written to `place`; it is empty without an
-    outside series."""
+    """Return the section (empty without an outside series), and write its figure to `place`."""
     if outside is None:
         return []
     both, rows = compare(series, outside), []

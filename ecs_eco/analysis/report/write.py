@@ -42,8 +42,7 @@ def interventions(series: Series) -> str:
 
 
 def numbers(series: Series, ages: Mapping[str, tuple[int, float]]) -> str:
-    """Return a table of population sizes, births, deaths and lifetimes, with a row per species; `ages`
-    contains the number of deaths and the mean age at death."""
+    """Return a table of population sizes, births, deaths and lifetimes; `ages` is from `ages_at_death`."""
     if not len(series.ticks):
         return "<p>The run has no ticks.</p>"
     head = ["species", "first tick", "mean", "minimum", "maximum", "last tick", "births", "refused", "deaths"]
@@ -164,8 +163,7 @@ def ages_at_death(run: Path | str) -> dict[str, tuple[int, float]]:
 
 
 def last_snapshot(run: Path | str, species: tuple[str, ...]) -> tuple[int, dict[str, np.ndarray]] | None:
-    """Return the last snapshot's tick and positions (n, 3) [m] by species, or None if there are no
-    snapshots."""
+    """Return the last snapshot's tick and positions (n, 3) [m] by species, or None if there is none."""
     files = parts(run, "snapshots")
     if not files:
         return None
@@ -179,10 +177,8 @@ def last_snapshot(run: Path | str, species: tuple[str, ...]) -> tuple[int, dict[
 
 
 def ledger_gap(series: Series) -> dict[str, tuple[float, float, int]]:
-    """Return each species' largest gap in its energy ledger: the energy, its share of the stock, and the tick.
-
-    The stock at the start of a tick must equal the stock at the end of the previous tick.
-    """
+    """Return each species' largest gap in its energy ledger, in a tick or between ticks: the energy, its share
+    of the stock, and the tick."""
     c = series.columns
     gap: np.ndarray = np.abs(imbalance(c))
     gap[1:] = np.maximum(gap[1:], np.abs(c["stock_before"][1:] - c["stock_after"][:-1]))
@@ -292,8 +288,7 @@ def _written(
 
 
 def _beside(series: Series, outside: Outside | None, place: Path, asked: bool) -> list[str]:
-    """Return the section on the outside series or, if the run is too short and the comparison was not
-    requested, the reason for omitting it."""
+    """Return the section on the outside series or, unless it was requested, the reason for omitting it."""
     try:
         return outside_series.blocks(series, outside, place)
     except ConfigError as error:

@@ -62,10 +62,7 @@ ROOM: Advice = ("species.{s}.max_count", "higher", "more can be alive at once")
 def advise(
     case: Case, diagnosis: dict[str, Any], limits: dict[str, str | None] | None = None
 ) -> list[dict[str, Any]]:
-    """Return values to change for a verdict, the best remedy first: key, value, direction, effect.
-
-    Values that are already at the end of their range are left out.
-    """
+    """Return values to change for a verdict, best remedy first, unless they are at the end of their range."""
     chosen: dict[str, dict[str, Any]] = {}
     lines: list[Advice] = []
     if (species := diagnosis["species"]) is not None:
@@ -82,8 +79,7 @@ def advise(
 
 
 def _at_end(key: str, value: Any, way: str) -> bool:
-    """Return whether a value must not be changed in this direction: counts below 1 and probabilities above 1
-    are invalid, and advice never makes a species photosynthesize."""
+    """Return whether a value must not change in this direction; advice never makes a species photosynthesize."""
     if way == "higher":
         return (key.endswith(".chance") and value >= 1) or (key.endswith(".photosynthesis") and value == 0)
     return value == 0 or (key.endswith(".count") and value <= 1)

@@ -40,9 +40,8 @@ class Case:
 
     series: Series
     config: Mapping[str, Any]
-    # by species: tick, age [s], cause
+    # by species: tick, age [s], cause; tick, x, y, z, energy
     deaths: Mapping[str, Mapping[str, np.ndarray]] = field(default_factory=dict)
-    # by species: tick, x, y, z, energy
     snapshots: Mapping[str, Mapping[str, np.ndarray]] = field(default_factory=dict)
 
     @classmethod
@@ -75,7 +74,7 @@ class Case:
         return tuple(eaten)
 
     def _gain(self, eater: str, line: Mapping[str, Any]) -> float:
-        """Return the gain from one item of food. If the world file sets it as a share of the eaten organism's
+        """Return the gain from one item of food; if the world file sets it as a share of the eaten organism's
         energy, use the average energy of eaten organisms, if recorded, or of living organisms."""
         share, food = line.get("efficiency") or 0.0, line["eats"]
         if not share or food not in self.species:

@@ -35,14 +35,12 @@ class Fall:
 
     @property
     def after(self) -> slice:
-        """The rows after the first, as in `extinction.Decline`; one row if the species died out in its first
-        tick."""
+        """The rows after the first, as in `extinction.Decline`, or the only row."""
         return slice(min(self.first + 1, self.last), self.last + 1)
 
 
 def offspring(case: Case, species: str) -> float:
-    """Return the lifetime offspring of a well-fed individual, or ∞ if the world file sets no rate or
-    lifespan."""
+    """Return the lifetime offspring of a well-fed individual, or ∞ if the world sets no rate or lifespan."""
     way = case.of(species).get("reproduction") or {}
     if not way:
         return 0.0
@@ -55,14 +53,10 @@ def offspring(case: Case, species: str) -> float:
 
 
 def supply(case: Case, fall: Fall) -> list[dict[str, Any]]:
-    """Return the food supply of a declining species: how much of each food was left when it starved, and
-    whether the peak number of the food would have been enough.
-
-    `left` is the amount of food during starvation as a fraction of its peak number (for prey: its peak before
-    the end of the decline). `feeds` is the intake at the peak number, given the observed rate of finding and
-    catching food, divided by the energy burned. `scarce` is the share of hunger explained by the lack of this
-    food.
-    """
+    """Return the supply of each food of a declining species. `left` is the amount of food during starvation as a
+    fraction of its peak number (for prey: its peak before the end of the decline). `feeds` is the intake at the
+    peak number, given the observed rate of finding and catching food, divided by the energy burned. `scarce` is
+    the share of hunger explained by the lack of this food."""
     s, span = fall.species, slice(0, fall.last + 1)
     n = case.series.of(s)[span]
     hungry = case.died(s, "starved")[fall.first : fall.last + 1]
@@ -77,13 +71,8 @@ def supply(case: Case, fall: Fall) -> list[dict[str, Any]]:
         left = float(np.average(now, weights=hungry) if hungry.sum() else now.mean()) / max(full, 1.0)
         # rate at which one eater catches one item [1/tick]
         caught = float(case.eaten(f.eats, s)[span].sum() / max((n * food[span]).sum(), 1.0))
-        line: dict[str, Any] = {
-            "eats": f.eats,
-            "left": left,
-            "caught": caught,
-            "intake": caught * full * f.gain,
-        }
-        out.append(line | {"gain": f.gain, "full": full})
+        line: dict[str, Any] = {"eats": f.eats, "left": left, "caught": caught}
+        out.append(line | {"intake": caught * full * f.gain, "gain": f.gain, "full": full})
     intake = sum(f["intake"] for f in out)
     feeds = intake / burnt if burnt else np.inf
     for line in out:
@@ -94,13 +83,10 @@ def supply(case: Case, fall: Fall) -> list[dict[str, Any]]:
 
 
 def newborn(case: Case, fall: Fall) -> dict[str, float]:
-    """Return the fate of newborns until the end of a decline.
-
-    `births`; `starved_young`, the fraction of them that starved before they could have had more than one
-    meal; `lasts`, the ticks for which a newborn's initial energy lasts; `meal_every`, the ticks between meals
-    at the food's peak number. For newborns that could not survive until their first meal: `of_births`, their
-    fraction of births, and `of_hunger`, their fraction of deaths from starvation in the decline.
-    """
+    """Return the fate of newborns until the end of a decline: `births`; `starved_young`, the fraction of them that
+    starved before they could have had more than one meal; `lasts`, the ticks for which a newborn's initial
+    energy lasts; `meal_every`, the ticks between meals at the food's peak number. For newborns that could not
+    survive until their first meal: their fractions `of_births` and `of_hunger` (deaths in the decline)."""
     s, span = fall.species, slice(0, fall.last + 1)
     births, dead = float(case.flow(s, "births")[span].sum()), case.deaths.get(s)
     given = float((case.of(s).get("reproduction") or {}).get("energy_given", 0.0))
@@ -229,9 +215,8 @@ def blame(case: Case, fall: Fall, fall_of: dict[str, Fall], seen: frozenset[str]
 
 
 def causes(case: Case, fall: Fall) -> dict[str, float]:
-    """Return the immediate causes of a decline with their shares: "eaten: wolf", "scarce: grass", "amid
-    plenty", "newborns starve", "poisoned", "unreplaced", …; for a species without a diet, "energy ran out"
-    replaces "amid plenty"."""
+    """Return the immediate causes of a decline with their shares: "eaten: wolf", "scarce: grass", "unreplaced", …,
+    and "amid plenty" or, for a species without a diet, "energy ran out"."""
     s, first, last = fall.species, fall.first, fall.last
     span = slice(first, last + 1)
     dead = {kind: float(case.died(s, kind)[span].sum()) for kind in KINDS}
@@ -279,8 +264,7 @@ def _taken(
 
 
 def idle(case: Case, grazer: str, fall: Fall, fall_of: dict[str, Fall]) -> str | None:
-    """Return a predator whose decline let the grazer thrive, or None. It nearly or completely disappeared
-    before the plants did, but not because prey was scarce."""
+    """Return a predator that fell before the plants did, but not because prey was scarce, or None."""
     for p in case.eaters(grazer):
         own, n = fall_of.get(p), case.series.of(p)
         if own is None or own.first >= fall.first or n[min(fall.first, len(n) - 1)] > 0.3 * n.max():

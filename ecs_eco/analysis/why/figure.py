@@ -20,8 +20,7 @@ MOST = 5  # maximum number of species with a row
 
 @styled
 def draw(case: Case, findings: Mapping[str, Any]) -> Figure:
-    """Plot the population sizes of all species at the top and, below, a row for each animal with the shares
-    of causes of death on the left and energy per capita on the right."""
+    """Plot population sizes (top) and, for each animal (rows), causes of death (left) and energy (right)."""
     shown = _shown(case, findings)
     figure, _ = panels(1, 1, 11, 3.1 + 1.75 * len(shown))
     figure.clear()
@@ -41,7 +40,8 @@ def draw(case: Case, findings: Mapping[str, Any]) -> Figure:
             left.set_xlabel("tick")
             right.set_xlabel("tick")
     top.set_xlim(*_span(case))
-    _legend(figure, used, bool(shown))
+    if shown:
+        _legend(figure, used)
     return figure
 
 
@@ -121,23 +121,17 @@ def _energy(ax: Axes, case: Case, species: str) -> None:
     ax.set(title=species, ylim=(-1.15 * span, 1.15 * span) if span > 0 else None)
 
 
-def _legend(figure: Figure, used: Mapping[str, tuple[str, str]], any_shown: bool) -> None:
+def _legend(figure: Figure, used: Mapping[str, tuple[str, str]]) -> None:
     from matplotlib.patches import Patch
 
-    if not any_shown:
-        return
-    causes = [
-        Patch(facecolor=hue, hatch=pattern, edgecolor="white", label=cause)
-        for cause, (hue, pattern) in used.items()
-    ]
-    flows = [Patch(facecolor=IN, alpha=0.5, label="taken in")]
-    flows += [
-        Patch(facecolor=c, hatch=HATCHES[k], edgecolor="white", label=word)
-        for k, (_, word, c) in enumerate(OUT)
-    ]
-    for handles, side, ncols, title in (
-        (causes, "left", 3, "causes of death"),
-        (flows, "right", 2, "energy"),
+    intake = Patch(facecolor=IN, alpha=0.5, label="taken in")
+    out = {word: (hue, HATCHES[k]) for k, (_, word, hue) in enumerate(OUT)}
+    for first, looks, side, ncols, title in (
+        ([], used, "left", 3, "causes of death"),
+        ([intake], out, "right", 2, "energy"),
     ):
+        patches = [
+            Patch(fc=hue, hatch=pattern, ec="white", label=word) for word, (hue, pattern) in looks.items()
+        ]
         where: Any = {"loc": f"outside lower {side}", "alignment": "left"}
-        figure.legend(handles=handles, ncols=ncols, title=title, fontsize=9, **where)
+        figure.legend(handles=[*first, *patches], ncols=ncols, title=title, fontsize=9, **where)

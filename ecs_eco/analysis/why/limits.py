@@ -57,12 +57,9 @@ def greatest_rate(case: Case, species: str) -> float:
 
 
 def poisoned_share(case: Case, species: str, first: int, last: int) -> float:
-    """Return the share of hunger due to poison: the energy lost to poison divided by the energy deficit, at
-    most 1.
-
+    """Return the share of hunger due to poison: the energy lost to poison divided by the energy deficit, at most 1.
     The deficit is taken to be at least 30% of the energy burned, because some individuals starve while other
-    individuals are sated.
-    """
+    individuals are sated."""
     span = slice(first, last)
     toll, burnt = float(case.toll(species)[span].sum()), float(case.flow(species, "burnt")[span].sum())
     lacking = burnt - float(case.flow(species, "taken_in")[span].sum())
@@ -70,11 +67,9 @@ def poisoned_share(case: Case, species: str, first: int, last: int) -> float:
 
 
 def phases(case: Case, species: str) -> list[dict[str, Any]]:
-    """Return the phases in which a species grew, fell or stayed constant, with its limit in each phase.
-
-    `limit` is the largest loss and `share` its share of all losses. If `by` is "rise", `limit` is the loss
-    that has increased most since the previous phase, and `share` its share of all increases.
-    """
+    """Return the phases in which a species grew, fell or stayed constant. In each, `limit` is the largest loss and
+    `share` its share of all losses. If `by` is "rise", `limit` is the loss that has increased most since the
+    previous phase, and `share` its share of all increases."""
     n = case.series.of(species)
     gone = np.flatnonzero(n > 0)
     if not len(gone):

@@ -244,12 +244,9 @@ def effort(case: Case, species: str, burnt: float) -> float | None:
 
 
 def distance(case: Case, species: str, other: str, first: int, last: int) -> dict[str, float] | None:
-    """Return the mean distance [m] from a species' organisms to the nearest organism of another species, and
-    the ratio of this mean to the random expectation (Clark & Evans 1954).
-
-    The mean is over the snapshots between two rows. A ratio of 1 means random positions; above 1, the species
-    avoid each other. None if no snapshot contains both species.
-    """
+    """Return the mean distance [m] to the nearest organism of another species in the snapshots between two rows,
+    and its ratio to the random expectation (Clark & Evans 1954): 1 for random positions, more if the species
+    avoid each other. None if no snapshot contains both species."""
     a, b = case.snapshots.get(species), case.snapshots.get(other)
     size = case.config.get("space", {}).get("size")
     if a is None or b is None or not size:
@@ -267,8 +264,7 @@ def distance(case: Case, species: str, other: str, first: int, last: int) -> dic
 
 
 def chance(n: int, size: list[float]) -> float:
-    """Return the expected distance [m] to the nearest of n random positions: 1 / (2 √density) in a plane,
-    Γ(4/3) (3 / 4π density)^⅓ in a volume."""
+    """Return the expected distance [m] to the nearest of n random positions in a plane or a volume."""
     density = n / math.prod(size)
     if len(size) == 2:
         return 0.5 / math.sqrt(density)
