@@ -1,7 +1,5 @@
 """The `ecs-eco why` diagnosis for the viewer page."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path

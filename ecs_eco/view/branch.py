@@ -1,7 +1,5 @@
 """Branches: worlds that diverge from another world at some tick, and commands that reproduce them."""
 
-from __future__ import annotations
-
 import json
 import shlex
 from bisect import bisect_left
@@ -25,10 +23,8 @@ from ecs_eco.view.source import Message
 
 
 class Start(NamedTuple):
-    """The arguments after `ecs-eco` in the command that started the original: ("run", "lamb", "--seed", "1").
-
-    `planned` lists the interventions in its world file, which an assignment on the command line would replace.
-    """
+    """The words after `ecs-eco` in the command that started the original, and the interventions planned in its
+    world file, which an assignment on the command line would replace."""
 
     words: Sequence[str]
     planned: Sequence[Message] = ()
@@ -46,8 +42,7 @@ SAFE = (
 
 
 def of_run(folder: str, code: bool, tick: int, change: Message | None) -> Message:
-    """Return {"toml", "command"} for a branch of a recorded run that begins at the start of a tick. `code`
-    allows the world's own Python code."""
+    """Return {"toml", "command"} for a branch of a recorded run at a tick; `code` allows the world's own code."""
     done = [] if change is None else [dated(change, tick)]
     words = ["ecs-eco", *portable.option().split(), "resume", folder, "--from-tick", str(tick)]
     words += ["--trust"] if code else []
@@ -60,8 +55,8 @@ def of_run(folder: str, code: bool, tick: int, change: Message | None) -> Messag
 
 
 def of_world(start: Start | None, acts: Sequence[Message], tick: int, change: Message | None) -> Message:
-    """Return {"toml", "command"} for a branch of a live world. `acts` lists the manual interventions, each
-    with its tick. The command is empty if the command that started the world is unknown."""
+    """Return {"toml", "command"} for a branch of a live world with manual interventions `acts`; the command is
+    empty if the one that started the world is unknown."""
     done = [dated(what, what["at"]) for what in acts] + ([] if change is None else [dated(change, tick)])
     if start is None:
         return {"toml": tables(done), "command": ""}
@@ -99,12 +94,8 @@ def tables(done: Sequence[Message]) -> str:
 
 
 def of_living(live: Live, tick: int, change: Message | None) -> Live:
-    """Return a copy of a live world at the current tick or, for an earlier tick, at the last stored tick at
-    or before it.
-
-    The live world does not change. Raises ValueError for any other tick and for an invalid change, and
-    CheckpointError for a world that cannot be copied.
-    """
+    """Return a copy of a live world at the current tick, or at the last stored tick up to an earlier tick. Raises
+    ValueError for another tick or an invalid change, and CheckpointError if the world cannot be copied."""
     world, now = live.world, live.world.tick
     if world.config is None:
         raise CheckpointError(
@@ -157,8 +148,7 @@ def _made(world: World, config: WorldConfig, state: str, arrays: dict[str, Any])
 
 
 def as_done_to(live: Live, world: World) -> None:
-    """Repeat on `world` the manual interventions that the live world received in the coming tick, unless they
-    are already pending. The live world has already passed that tick."""
+    """Repeat on `world` the interventions by hand that the live world, a tick ahead, received in this tick."""
     done = live.world.intervened
     begin = bisect_left(done, world.tick, key=itemgetter(0))
     if begin == len(done) or done[begin][0] != world.tick:

@@ -1,15 +1,22 @@
 """Curves of a world over time, as the message "series": levels at each tick, and totals up to that tick."""
 
-from __future__ import annotations
-
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
+from ecs_eco.components import Genome, Metabolism, Nervous, Position, Velocity
+from ecs_eco.config.models.reporters import DIED
+from ecs_eco.ecosystem import World
+from ecs_eco.engine.table import Table
+from ecs_eco.view import flows
+from ecs_eco.view.journal import Journal
+from ecs_eco.view.scene import sky
+
 MOST = 4000  # maximum number of points
+BATCH = 100  # maximum number of points added at once; of more ticks, the extremes are kept
 DEPTH = "mean depth [m]"  # a chart next to the reports; no reporter can have this name
 Key = tuple[str, ...]
 """The name of a curve: group and name, plus an inner name in nested groups: ("n", "deer"), ("reports",
@@ -17,11 +24,8 @@ reporter, species or ""), ("light", "")."""
 
 
 class Curves:
-    """The points of curves, at increasing ticks: levels, and sums over all ticks up to the point.
-
-    When there are more than `most` points, half of them remain, with the extremes of all populations. `first`
-    is the earliest tick that may have a point.
-    """
+    """The points of curves, at increasing ticks: levels, and sums over all ticks up to the point. Beyond `most`
+    points, half remain, with the extremes of populations; `first` is the earliest tick that may have a point."""
 
     def __init__(self, most: int = MOST) -> None:
         self.most, self.first = most, 0
@@ -38,8 +42,7 @@ class Curves:
     def add(
         self, ticks: np.ndarray, levels: Mapping[Key, np.ndarray], gains: Mapping[Key, np.ndarray]
     ) -> None:
-        """Append points at ticks i64[k]: levels f64[k], and how much each sum has grown since the last point,
-        f64[k]."""
+        """Append points at ticks i64[k]: levels, and the growth of each sum since the last point, f64[k] each."""
         self._first = {key: int(ticks[0]) for key in (*levels, *gains)} | self._first
         unknown, k = np.full(self.ticks.size, math.nan), len(ticks)
         for key in dict.fromkeys((*self._levels, *levels)):
@@ -50,7 +53,8 @@ class Curves:
             self._sums[key] = np.append(self._sums.get(key, 0 * self.ticks), new)
         self.ticks = np.append(self.ticks, ticks)
         if self.ticks.size > self.most:
-            self._keep(extremes(self._populations(), self.most // 2))
+            n = np.array([of for (group, *_), of in self._levels.items() if group == "n"])
+            self._keep(extremes(n, self.most // 2))
 
     def cut(self, tick: int) -> None:
         """Drop the points from this tick onward."""
@@ -73,10 +77,6 @@ class Curves:
         sums = {key: of[first - before :] for key, of in self._sums.items()}
         return series(self.ticks[first - before :], levels, sums, before)
 
-    def _populations(self) -> np.ndarray:
-        """Return the population sizes f64[species, points]."""
-        return np.array([of for (group, *_), of in self._levels.items() if group == "n"])
-
     def _keep(self, points: np.ndarray) -> None:
         self.ticks = self.ticks[points]
         for held in (self._levels, self._sums):
@@ -85,11 +85,8 @@ class Curves:
 
 
 def extremes(n: np.ndarray, most: int) -> np.ndarray:
-    """Return about `most` points to keep, i64 in order: of equal stretches, those in which a population
-    n f64[species, points] is lowest and highest, and the first and last point.
-
-    At least one stretch with its two points per species is kept.
-    """
+    """Return about `most` points to keep, i64 in order: the first, the last, and those in which a population
+    n f64[species, points] is lowest and highest in each of equal stretches, of which there is at least one."""
     points = n.shape[1]
     edges = np.linspace(0, points, max(1, (most - 2) // (2 * len(n))) + 1).astype(np.int64)
     kept = [0, points - 1]
@@ -102,15 +99,12 @@ def extremes(n: np.ndarray, most: int) -> np.ndarray:
 def series(
     tick: np.ndarray, levels: Mapping[Key, np.ndarray], sums: Mapping[Key, np.ndarray], before: int = 0
 ) -> dict[str, Any]:
-    """Return the message "series" for these ticks i64[n].
-
-    Levels f64[n] are sent unchanged; sums f64[n] are sent as the mean increase per tick since the previous
-    point; NaN becomes null. The first `before` points (0 or 1) are used only to compute rates and have no
-    levels."""
+    """Return the message "series" for these ticks i64[n]: levels f64[n] unchanged, sums f64[n] as the mean
+    increase per tick since the previous point, NaN as null. The first `before` points (0 or 1) have no levels."""
     span = np.diff(tick)
     rates = {key: np.append(np.nan, np.diff(of) / span)[before:] for key, of in sums.items()}
-    out: dict[str, Any] = {"kind": "series", "tick": tick[before:].tolist(), "n": {}, "happiness": {}}
-    out["genes"] = {}
+    groups: dict[str, Any] = {"n": {}, "happiness": {}, "genes": {}}
+    out = {"kind": "series", "tick": tick[before:].tolist()} | groups
     for (group, name, *within), values in (dict(levels) | rates).items():
         shown = [_plain(value) for value in values.tolist()]
         if within:
@@ -137,3 +131,116 @@ def died(s: str, causes: Iterable[tuple[str, Any]], born: float | np.ndarray) ->
         ("deaths", s): sum(by_cause.values(), start=0.0 * born),
         **{("causes", s, cause): n for cause, n in by_cause.items()},
     }
+
+
+def sample(curves: Curves, world: World, journal: Journal, genes: Mapping[str, Collection[str]]) -> None:
+    """Add the points of all ticks since the last point that the world's recorder has in memory; without a
+    recorder, the current state.
+
+    `genes` are the genes of each species that have curves. Their means and the light are known only at the
+    last point. Without a recorder, the energy that living organisms took in and burned in the last tick
+    replaces the energy flows.
+    """
+    if curves.last >= world.tick:
+        return
+    species = list(genes)
+    rows = None if world.recorder is None else world.recorder.since(max(curves.last, curves.first - 1) - 1)
+    if rows is None or not rows["tick"].size:
+        ticks = np.array([world.tick])
+        levels, sums = _state(world, journal, species)
+        gains = {key: np.array([total - curves.total(key)]) for key, total in sums.items()}
+    else:
+        assert world.recorder is not None
+        ticks = rows["tick"][:, 0] + 1  # the state after a tick has the number of the next tick
+        order = [world.recorder.place[name] for name in species]
+        rows = {name: column[:, order] for name, column in rows.items()}
+        happy = [s for s in species if feels(world.tables[s])]
+        levels = levels_of(rows, species, happy, [s for s in species if Velocity in world.tables[s]])
+        reports = {} if world.recorder.reports is None else world.recorder.reports.latest
+        for name, said in reports.items():
+            for s in [s for s in species if s in said] if isinstance(said, dict) else [""]:
+                levels["reports", name, s] = rows[name][:, species.index(s) if s else 0]
+        totals = {name: column.cumsum(axis=0, dtype=np.float64) for name, column in rows.items()}
+        intake = world.recorder.intake
+        gains = sums_of(totals, species, {world.recorder.names[s]: intake.foods for s in intake.eaters})
+        if ticks.size > BATCH:
+            kept = extremes(np.array([levels["n", s] for s in species]), BATCH)
+            ticks = ticks[kept]
+            levels, gains = ({key: of[kept] for key, of in some.items()} for some in (levels, gains))
+    now = {("light", ""): sky(world)[0]} | _genes(world, genes)
+    levels |= {key: np.append(np.full(ticks.size - 1, np.nan), value) for key, value in now.items()}
+    curves.add(ticks, levels, gains)
+
+
+def levels_of(
+    columns: Mapping[str, np.ndarray], species: Sequence[str], happy: Collection[str], movers: Collection[str]
+) -> dict[Key, np.ndarray]:
+    """Return numbers, mean happiness and mean depths [m] from columns of the series f[ticks, species]."""
+    out: dict[Key, np.ndarray] = {}
+    for s, name in enumerate(species):
+        n = out["n", name] = columns["n"][:, s]
+        if name in happy:
+            out["happiness", name] = np.where(n > 0, columns["happiness_mean"][:, s], np.nan)
+        if name in movers and "depth_mean" in columns:
+            out["reports", DEPTH, name] = np.where(n > 0, -columns["depth_mean"][:, s], np.nan)
+    return out
+
+
+def sums_of(
+    totals: Mapping[str, np.ndarray], species: Sequence[str], foods: Mapping[str, Sequence[str]]
+) -> dict[Key, np.ndarray]:
+    """Return births, deaths by cause and energy flows from columns summed over ticks, f[ticks, species]."""
+    out: dict[Key, np.ndarray] = {}
+    for s, name in enumerate(species):
+        causes = ((c.removeprefix(DIED), of[:, s]) for c, of in totals.items() if c.startswith(DIED))
+        out |= died(name, [(c, of) for c, of in causes if of[-1]], totals["births"][:, s])
+    since = {name: np.vstack([0 * of[:1], of]) for name, of in totals.items()}
+    return out | {key: of[1:] for key, of in flows.of_run(since, species, foods).items()}
+
+
+def _state(
+    world: World, journal: Journal, species: Sequence[str]
+) -> tuple[dict[Key, np.ndarray], dict[Key, float]]:
+    """Return the population sizes, and after the first tick the mean happiness, energy flows and reports; and
+    all births and deaths so far."""
+    out: dict[Key, Any] = {}
+    sums: dict[Key, float] = {}
+    for s, name in enumerate(species):
+        causes = [(journal.cause(c), float(n)) for c, n in enumerate(journal.died[s].tolist()) if n]
+        sums |= died(name, causes, float(journal.born[s]))
+        table = world.tables[name]
+        rows, out["n", name] = table.rows(), table.n
+        if world.tick and table.n and feels(table):
+            out["happiness", name] = table[Nervous].happiness[rows].mean(dtype=np.float64)
+        if world.tick and table.n and world.space.volume and Velocity in table:
+            height = table[Position].z[rows].mean(dtype=np.float64) - float(world.space.size[2])
+            out["reports", DEPTH, name] = height
+        if world.tick and table.n and Metabolism in table:
+            for words, of in zip(
+                flows.ENERGY, (table[Metabolism].taken, table[Metabolism].burnt), strict=True
+            ):
+                out["energy", name, words] = of[rows].sum(dtype=np.float64)
+    for name in world.reporters if world.tick else ():
+        said = world.measure(name)
+        for of, value in (said if isinstance(said, dict) else {"": said}).items():
+            out["reports", name, of] = value
+    return {key: np.array([value], float) for key, value in out.items()}, sums
+
+
+def feels(table: Table) -> bool:
+    """Return whether a species has a happiness function."""
+    return Nervous in table and table.species.nerves.happiness is not None
+
+
+def _genes(world: World, genes: Mapping[str, Collection[str]]) -> dict[Key, float]:
+    """Return the mean values of genes among living organisms."""
+    out: dict[Key, float] = {}
+    for name, of in genes.items():
+        table = world.tables[name]
+        if of and table.n:
+            decoded = table.species.heredity.layout.decode(table[Genome].loci[table.rows()], list(of))
+            out |= {
+                ("genes", f"{name}.{gene}"): float(values.mean(dtype=np.float64))
+                for gene, values in decoded.items()
+            }
+    return out

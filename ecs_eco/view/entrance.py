@@ -1,7 +1,5 @@
 """Opening the page: print an address, and redirect the browser to it through a private file."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import stat
@@ -39,11 +37,8 @@ class Entrance:
             self.open_browser()
 
     def open_browser(self) -> bool:
-        """Open a page in a graphical browser; return whether one is available.
-
-        Any user of a machine can read a browser's command line, so the browser receives the name of a file
-        that only this user can read, which redirects to the address.
-        """
+        """Open a page in a graphical browser; return whether one is available. Because other users can read its
+        command line, it receives the name of a file that only this user can read and that redirects it."""
         if sys.platform.startswith("linux") and not (
             os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
         ):
@@ -65,8 +60,7 @@ class Entrance:
         self._announce(address)
 
     def _came(self, code: str, good: bool) -> None:
-        """Announce a new address if a page has just used one of this server's addresses and the latest
-        address is now invalid."""
+        """Announce a new address if a page has used one of this server's and the latest is now invalid."""
         if not self.server.credentials.is_good(self._code) and (
             good or self.server.credentials.was_good(code)
         ):

@@ -21,7 +21,7 @@ from ecs_eco.engine.errors import RecordingError
 from ecs_eco.view.account import of_run
 from ecs_eco.view.recording import GeneValues
 from ecs_eco.view.replay import Replay
-from ecs_eco.view.scene import drawn, sky
+from ecs_eco.view.scene import drawn
 from ecs_eco.view.server import STATIC
 from ecs_eco.view.source import Message, text
 
@@ -175,16 +175,12 @@ class _Stored:
         r, replay = self.recording, self.replay
         out = {f"n {name}": self.n[:, s] for s, name in enumerate(r.species)}
         if replay.hello()["day"] is not None:
-            out["light"], out["sun"] = np.array([self._sky(tick) for tick in range(r.first, r.last + 1)]).T
+            out["light"], out["sun"] = np.array([r.sky(tick) for tick in range(r.first, r.last + 1)]).T
         frame = np.frombuffer(replay.frame(0, "species"), "<u4")[7:]
         counts, words = np.split(frame, [len(r.species) + len(replay.objects)])
         alive, there = (3 * int(of.sum()) for of in np.split(counts, [len(r.species)]))
         out["objects"] = np.append(counts[len(r.species) :], words[alive : alive + there])
         return _packed(out)
-
-    def _sky(self, tick: int) -> tuple[float, float]:
-        self.recording.scene.tick = tick
-        return sky(self.recording.scene)
 
     def head(self, columns: Message) -> Message:
         """Return everything that the page needs besides columns, and the descriptions of the columns."""

@@ -1,7 +1,5 @@
 """Families: founders, descendants, and the family tree of one organism."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -57,8 +55,7 @@ class Families:
         return value[family]
 
     def clades(self, colour: object, names: Sequence[str | None], uid: np.ndarray) -> list[int | None]:
-        """Return the value of each organism u64[n] for a color by descent, or None for any other color.
-        "family" uses the values last assigned to the species."""
+        """Return each organism's value for a color by descent, as last set by `values`; None for other colors."""
         of = asked(colour)
         if of is not None:
             return list(self.kin(of, uid).tolist())
@@ -128,8 +125,10 @@ def tree(known: Genealogy, families: Families, request: Message) -> Message:
     lives = _ancestors(known, uid, focal)
     children = known.young(_uids([uid]))
     theirs = known.young(children.uid)
-    chosen = _fertile(children.uid, theirs, BELOW)
-    grand = _of_each(chosen, theirs)
+    order = np.lexsort((children.uid, _counted(children.uid, theirs)))  # ties favor younger children
+    chosen = np.sort(children.uid[order[-BELOW:]])
+    last = [theirs.uid[(theirs.parents == parent).any(axis=1)][-EACH:] for parent in chosen]
+    grand = np.unique(np.concatenate([_uids([]), *last]))
     after = known.young(grand)
     parents = _uids(focal["parents"])
     litter = known.young(parents)
@@ -167,18 +166,6 @@ def _ancestors(known: Genealogy, uid: int, focal: dict[str, Any]) -> dict[int, d
 
 def _unknown() -> dict[str, Any]:
     return {"species": None, "born": None, "died": None, "age": None, "parents": []}
-
-
-def _fertile(uids: np.ndarray, theirs: Young, most: int) -> np.ndarray:
-    """Return the uids of the organisms with the most children, ascending; ties favor younger organisms."""
-    order = np.lexsort((uids, _counted(uids, theirs)))
-    return np.sort(uids[order[-most:]])
-
-
-def _of_each(parents: np.ndarray, theirs: Young) -> np.ndarray:
-    """Return the uids of the last EACH children of each parent, ascending."""
-    found = [theirs.uid[(theirs.parents == parent).any(axis=1)][-EACH:] for parent in parents]
-    return np.unique(np.concatenate([np.zeros(0, np.uint64), *found]))
 
 
 def _counted(uids: np.ndarray, of: Young) -> np.ndarray:

@@ -1,7 +1,5 @@
 """Films of a recorded run: frames piped to ffmpeg, or a GIF."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 import tempfile
@@ -91,9 +89,7 @@ def write(
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> Path:
     """Write a film of these ticks, painted as u8[height, width, 3]. The file appears only once it is complete.
-
-    Raises FilmError, OSError.
-    """
+    Raises FilmError, OSError."""
 
     def painted() -> Iterator[np.ndarray]:
         frame = np.zeros(0, np.uint8)

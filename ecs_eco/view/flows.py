@@ -1,13 +1,10 @@
 """Energy flows between species in the series of a world."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from ecs_eco.config.models.reporters import DIED, EATEN
-from ecs_eco.view.curves import Key
 
 FLOWS = {"taken_in": "taken in", "burnt": "burnt", "given": "given", "lost": "lost"}
 """Ledger columns → their names on the page."""
@@ -17,7 +14,7 @@ BY = DIED + "eaten by "
 
 def of_run(
     sums: Mapping[str, np.ndarray], species: Sequence[str], foods: Mapping[str, Sequence[str]]
-) -> dict[Key, np.ndarray]:
+) -> dict[tuple[str, ...], np.ndarray]:
     """Return the energy flows up to some ticks, f64[ticks] each: ("flows", species, name) and, for the energy
     taken in and burned by eaters, also ("energy", species, name).
 
@@ -25,7 +22,7 @@ def of_run(
     row is 0. If there are no columns per food, an eater's energy is divided among its foods by the number of
     each eaten.
     """
-    out: dict[Key, np.ndarray] = {}
+    out: dict[tuple[str, ...], np.ndarray] = {}
     eaten = {column: column for column in sums if column.startswith(EATEN)}
     for s, name in enumerate(species):
         flowed = {words: sums[c][:, s] for c, words in (FLOWS | eaten).items() if c in sums}

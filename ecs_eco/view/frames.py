@@ -4,8 +4,6 @@ If a uid needs more than 32 bits, as on all islands but the first, the header se
 of all uids follow, adding 4 bytes per organism.
 """
 
-from __future__ import annotations
-
 import math
 import struct
 import sys
@@ -21,11 +19,7 @@ WORDS = 3  # u32 per organism: x and y; z, heading and value; uid
 
 
 class Encoder:
-    """Collects the parts of a world's frame.
-
-    `size` [m] is the size of the world, as two or three numbers; `kinds` is the number of species and object
-    types.
-    """
+    """Collects the parts of a frame; `size` [m] of the world, `kinds`: the number of species and object types."""
 
     def __init__(self, size: Sequence[float], kinds: int) -> None:
         lengths = [*size, 0.0][:3]

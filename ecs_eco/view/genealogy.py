@@ -1,7 +1,5 @@
 """Parents, children, births and deaths of organisms in live and recorded worlds."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -27,8 +25,7 @@ class Young(NamedTuple):
 
 
 class Genealogy:
-    """The genealogy of all organisms whose birth was recorded: in a live world, since watching began; in a
-    recorded run, at any tick of the run."""
+    """All organisms with a known birth: in a live world, since watching began; in a recorded run, ever."""
 
     def __init__(self, noted: Recording | Journal) -> None:
         self.noted = noted
@@ -60,8 +57,7 @@ class Genealogy:
         return self.young(np.array([uid], np.uint64)).uid[-CHILDREN:].tolist()
 
     def generation(self, uid: int) -> int | None:
-        """Return the length of an organism's longest ancestral line: 0 if its parents are unknown, None if
-        there are too many ancestors to follow."""
+        """Return the length of an organism's longest known ancestral line; None if there are too many ancestors."""
         known, followed, waiting = self._generations, 0, [uid]
         while waiting:
             one = waiting[-1]

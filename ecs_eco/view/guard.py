@@ -1,7 +1,5 @@
 """Access control for the viewer's server: codes, the credential, and refusal of requests from other sites."""
 
-from __future__ import annotations
-
 import hmac
 import secrets
 import threading
@@ -23,10 +21,8 @@ def same(word: str, secret: str) -> bool:
 
 
 class Credentials:
-    """The codes and the credential of one server. All methods are thread-safe.
-
-    Each server generates a new credential, which no other server accepts, even a later server on this port.
-    """
+    """The codes and the credential of one server, which no other server accepts, even a later one on this port.
+    All methods are thread-safe."""
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self.credential = secrets.token_urlsafe(32)
@@ -42,8 +38,7 @@ class Credentials:
         return code
 
     def exchange(self, code: str) -> str | None:
-        """Return the credential in exchange for a code, which is then used up, or None if the code is
-        invalid."""
+        """Return the credential in exchange for a code, which is then used up; None if the code is invalid."""
         with self._lock:
             self._forget_old()
             matches = _among(code, self._good)
@@ -76,8 +71,7 @@ class Credentials:
 
 
 def _among(code: str, secrets_: Iterable[str]) -> list[str]:
-    """Return the secrets equal to this code. All secrets are compared, so the time taken does not reveal
-    which one matched."""
+    """Return the secrets equal to this code, in a time that does not reveal which one matched."""
     return [secret for secret in secrets_ if same(code, secret)]
 
 

@@ -66,13 +66,11 @@ def state_of(world: World, uid: int, lives: Genealogy | None = None) -> dict[str
             raise
         return nothing_of(out)
     out |= {"species": table.name, "alive": True, "born": int(table.born[row]), "died": None}
+    layout: Any = getattr(table.species.heredity, "layout", None) if Genome in table else None
+    genome = None if layout is None else marked(layout, table[Genome].loci[row])
+    out |= body(world, table, row) | {"genome": genome, "nerves": nerves(table, row)}
     reach = reach_of(world, table, row)
-    return (
-        out
-        | body(world, table, row)
-        | {"genome": genome(table, row), "nerves": nerves(table, row)}
-        | ({"reach": reach} if reach else {})
-    )
+    return out | ({"reach": reach} if reach else {})
 
 
 def nothing_of(out: dict[str, Any]) -> dict[str, Any]:
@@ -87,8 +85,7 @@ def nothing_of(out: dict[str, Any]) -> dict[str, Any]:
 
 
 def body(world: World, table: Table, row: int) -> dict[str, Any]:
-    """Return the position, age, sex and energy of a living organism (None for any that it lacks), and a trace
-    that contains only the current tick."""
+    """Return the body of a living organism (None for values that it lacks), and a trace of the current tick."""
     out: dict[str, Any] = dict.fromkeys(("place", "heading", "age", "sex", "energy", "energy_max"))
     if Position in table:
         p = table[Position]
@@ -109,14 +106,6 @@ def body(world: World, table: Table, row: int) -> dict[str, Any]:
         }
     happiness = number(table[Nervous].happiness[row]) if Nervous in table else None
     return out | {"trace": {"tick": [world.tick], "happiness": [happiness], "energy": [out["energy"]]}}
-
-
-def genome(table: Table, row: int) -> dict[str, Any] | None:
-    """Return the genome of a living organism with its genes marked, or None if it has no genome."""
-    layout: Any = getattr(table.species.heredity, "layout", None)
-    if layout is None or Genome not in table:
-        return None
-    return marked(layout, table[Genome].loci[row])
 
 
 def marked(layout: Any, loci: np.ndarray) -> dict[str, Any]:
@@ -188,8 +177,7 @@ def _listed(value: np.ndarray | float) -> float | list[float | None] | None:
 
 
 def nerves(table: Table, row: int) -> dict[str, Any] | None:
-    """Return the readings, probabilities, decision and happiness of a living organism in the last tick, or
-    None if it has not decided yet."""
+    """Return the nervous system of a living organism in the last tick, or None if it has not decided yet."""
     rows, at = thinkers(table, table.uid[row : row + 1])
     if not rows.size:
         return None
@@ -212,8 +200,7 @@ def nerves(table: Table, row: int) -> dict[str, Any] | None:
 def described(
     sensors: Iterable[tuple[str, Any]], actions: Iterable[tuple[Any, ...]], happiness: Any, reward: Any
 ) -> dict[str, Any]:
-    """Return one organism's nervous system for the viewer, given the names and readings of its sensors and
-    the arguments of `action`."""
+    """Return a nervous system for the viewer, given sensors with readings and the arguments of `action`."""
     return {
         "sensors": [{"name": name, "value": number(value)} for name, value in sensors],
         "actions": [action(*values) for values in actions],

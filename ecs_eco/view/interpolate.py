@@ -1,7 +1,5 @@
 """The organisms at any tick of a recorded run, interpolated between snapshots, births and deaths."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -14,8 +12,7 @@ EVENT = ("uid", "species", "x", "y", "z", "energy")
 
 
 class Organisms(NamedTuple):
-    """The living organisms of one species at a tick, sorted by uid; `exact` marks states recorded at this
-    tick."""
+    """The living organisms of a species at a tick, by uid; `exact` marks states recorded at this tick."""
 
     uid: np.ndarray  # u64[n]
     x: np.ndarray  # f32[n] [m], like y and z

@@ -3,8 +3,6 @@
 The map of a run in progress is updated at each barrier. Each opened island is replayed in its own process.
 """
 
-from __future__ import annotations
-
 import subprocess
 import sys
 import threading
@@ -35,17 +33,17 @@ LOOK = 0.5  # [s] between checks of the manifest
 
 
 def describe(folder: Path) -> Message:
-    """Return the contents of the map: islands with their positions, routes, population sizes over time, and
-    migrants.
-
-    `n` is indexed as [island][species][point]; each item of `moves` is [point, species, from, to, number].
-    Before the first barrier, there are no points. Raises RecordingError if there is no intact archipelago.
-    """
+    """Return the contents of the map. `n` is indexed as [island][species][point]; each item of `moves` is
+    [point, species, from, to, number]. Before the first barrier, there are no points. Raises RecordingError
+    if there is no intact archipelago."""
     manifest = read(folder)
     config = manifest["config"]
     plan = Archipelago.model_validate(config["archipelago"])
     named = [(name, values) for name, values in config["species"].items()]
     at = places(plan)
+    island = folder / ISLANDS / plan.names[0]
+    begun = (island / "manifest.json").is_file()
+    colours = own_colors(read_manifest(island).get("colors") if begun else None)
     message: Message = {
         "kind": "islands",
         "title": manifest.get("title") or manifest["world"],
@@ -58,7 +56,7 @@ def describe(folder: Path) -> Message:
         "species": [
             {
                 "name": name,
-                "color": values.get("color") or "#888888",
+                "color": colours.get(name, values.get("color") or "#888888"),
                 "wanders": name in plan.migration_probability,
                 "moves": bool(values.get("locomotion")),
             }
@@ -79,11 +77,6 @@ def describe(folder: Path) -> Message:
     }
     if manifest["tick"]:
         message |= _record(load_islands(folder), int(manifest["tick"]), [name for name, _ in named])
-    island = folder / ISLANDS / plan.names[0]
-    begun = (island / "manifest.json").is_file()
-    colours = own_colors(read_manifest(island).get("colors") if begun else None)
-    for kind in message["species"]:
-        kind["color"] = colours.get(kind["name"], kind["color"])
     return message
 
 
@@ -108,8 +101,7 @@ def _record(islands: Islands, end: int, names: list[str]) -> Message:
 
 
 class Map(Inbox):
-    """The map of one folder, served to any number of pages; raises RecordingError if there is no
-    archipelago."""
+    """The map of one folder, served to any number of pages; raises RecordingError without an archipelago."""
 
     def __init__(self, folder: Path) -> None:
         super().__init__()
@@ -188,8 +180,7 @@ def watch_islands(
     folder: Path, announce: Callable[[str], None] = print, *, port: int = 0, browser: bool = False
 ) -> None:
     """Serve the map of an archipelago until Ctrl-C. `announce` receives an address, and a new one after each
-    use. Raises RecordingError for a folder without an archipelago, and OSError if the port is taken.
-    """
+    use. Raises RecordingError for a folder without an archipelago, and OSError if the port is taken."""
     shown = Map(folder)
     with Server(shown, port, page=PAGE) as server, closing(Entrance(server, announce, browser)):
         shown.run()
@@ -214,8 +205,7 @@ class Opened:
         self._open: OrderedDict[tuple[str, int], subprocess.Popen[str]] = OrderedDict()
 
     def ask(self, name: str, tick: int, tell: Tell) -> None:
-        """Open an island as recorded up to a tick, unless it is already open. Call `tell(address, "")` with
-        an address that admits one page, or `tell(None, reason)`."""
+        """Open an island as recorded up to a tick; call `tell(address for one page, "")` or `tell(None, why)`."""
         threading.Thread(target=self._ask, args=(name, tick, tell), daemon=True).start()
 
     def close(self) -> None:
@@ -265,8 +255,7 @@ def _end(process: subprocess.Popen[str]) -> None:
 
 
 def serve(folder: str) -> None:
-    """Replay a recorded run. Print an address for each line read from standard input, and stop at the end of
-    input."""
+    """Replay a recorded run; print an address for each line of standard input until it ends."""
     source = Replay(folder)
     player = Player(source, playing=False)
     with Server(player) as server:

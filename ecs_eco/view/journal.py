@@ -1,7 +1,5 @@
 """Births and deaths of a live world, noted as they happen, in the same form as in a recorded run."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 
@@ -56,10 +54,13 @@ class Journal:
         """The causes of death."""
         return self.world.causes
 
+    def cause(self, number: int) -> str:
+        """Return the cause of death with a number as in `died`."""
+        return self.world.causes[number - 1] if number else "unknown"
+
     @property
     def died(self) -> np.ndarray:
-        """Deaths so far by species and cause, including deaths that were dropped: i64[species, causes].
-        Causes are numbered from 1, as in world.causes; 0 means unknown."""
+        """All deaths so far, i64[species, causes]; causes are numbered from 1, and 0 means unknown."""
         self._settle()
         return self._died
 

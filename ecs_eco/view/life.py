@@ -1,7 +1,5 @@
 """The record of one organism at a tick, for the viewer's panel in a replay."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -37,12 +35,9 @@ class Lives:
         self.life = lru_cache(KEPT)(self._read)
 
     def organism(self, uid: int, tick: int) -> dict[str, Any]:
-        """Return the message "organism" at a tick; raise KeyError if the organism was never born.
-
-        `detail` is "full" if readings and decision are known, "snapshot" if the state is from the nearest
-        snapshot, and "record" if only birth and death are known; `note` explains which. For a dead organism,
-        the message has its last known state, at tick `as_of`.
-        """
+        """Return the message "organism" at a tick; raise KeyError if the organism was never born. `detail` is
+        "full" with readings and a decision, "snapshot" if the nearest one gives the state, otherwise "record".
+        A dead organism has its last known state, at tick `as_of`."""
         life = self.life(uid)
         died = self.died(uid, tick)
         alive = life.born <= tick and died is None
@@ -112,8 +107,7 @@ class Lives:
         return _at(self.recording.details[life.species], uid, tick)
 
     def _last(self, life: Life, uid: int, died: int) -> dict[str, Any]:
-        """Return the last state of a dead organism: from its last tick if details exist, otherwise from its
-        last snapshot."""
+        """Return the last state of a dead organism: of its last tick if recorded, else of its last snapshot."""
         for tick in (died, died - 1):  # details of the last tick may be missing
             if tick >= life.born and (detail := self._detail(life, uid, tick)) is not None:
                 note = f"State in its last tick, {tick:,}. {detail['note']}".rstrip()
@@ -165,8 +159,7 @@ class Lives:
 
 
 def _at(blocks: Blocks, uid: int, tick: int) -> dict[str, Any] | None:
-    """Return an organism's state at a tick, as in the message, from details or from snapshots of every tick,
-    or None if there is no such row."""
+    """Return an organism's state at a tick from details or snapshots of every tick, or None if it is missing."""
     names = [name for group in blocks.groups[:1] for name in group.names]
     columns = blocks.between(tick, tick, names, uid)
     if not columns["tick"].size:

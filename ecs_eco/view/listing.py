@@ -1,7 +1,5 @@
 """Organisms as a sorted and filtered table, and as points whose coordinates are two of their values."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -26,16 +24,15 @@ Columns = dict[str, np.ndarray]
 
 
 def table(of: Callable[[str], Columns], species: Sequence[str], request: Message) -> Message:
-    """Return the message "table": rows of a species that match `where`, sorted by a column. Raises ValueError
-    for an unknown column or an invalid comparison."""
+    """Return the message "table": sorted rows that match `where`; ValueError for an unknown column or bad term."""
     name = one_of("species", request.get("species"), species)
     columns = of(name)
     sort = one_of("sort", request.get("sort", "uid"), list(columns))
     rows = kept(columns, request.get("where") or "")
-    order = rows[np.argsort(columns[sort][rows], kind="stable")]
-    unknown = np.isnan(columns[sort][order].astype(np.float64))
-    order = order[~unknown][::-1] if request.get("down") else order[~unknown]
-    order = np.concatenate([order, rows[np.isnan(columns[sort][rows].astype(np.float64))]])
+    order = rows[np.argsort(columns[sort][rows], kind="stable")]  # unknown values are last
+    known = order.size - np.count_nonzero(np.isnan(columns[sort][rows].astype(np.float64)))
+    if request.get("down"):
+        order[:known] = order[:known][::-1].copy()
     first = request.get("from", 0)
     if not is_whole(first):
         raise ValueError(f"table: from = {short(first)}; expected a whole number, 0 or more")
@@ -54,8 +51,7 @@ def table(of: Callable[[str], Columns], species: Sequence[str], request: Message
 
 
 def scatter(of: Callable[[str], Columns], species: Sequence[str], request: Message) -> Message:
-    """Return the message "scatter": two values per organism, for species that have both. At most `POINTS`
-    organisms per species are included, evenly spaced by uid."""
+    """Return the message "scatter": two values of up to POINTS organisms of each species that has both."""
     points: dict[str, Any] = {}
     names: dict[str, None] = {}
     for name in species:

@@ -1,9 +1,8 @@
 """A live world as a source for the viewer."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
@@ -17,7 +16,7 @@ from ecs_eco.engine.errors import ConfigError
 from ecs_eco.engine.hooks import listening
 from ecs_eco.engine.table import Table
 from ecs_eco.view.account import REMEMBERED, of_world
-from ecs_eco.view.curves import Curves
+from ecs_eco.view.curves import Curves, feels, sample
 from ecs_eco.view.families import Families
 from ecs_eco.view.genealogy import Genealogy
 from ecs_eco.view.inspect import OF_NOW, state_of
@@ -26,22 +25,20 @@ from ecs_eco.view.rewind import Ring
 from ecs_eco.view.scene import coloured_genes, describe, drawn, kinds_of, land_of, switches, uses_of
 from ecs_eco.view.source import Message, said
 from ecs_eco.view.story import EVERY, Story, Turn, foods_of, half_of_peak
-from ecs_eco.view.tally import sample
 from ecs_eco.view.watched import Crowd, Watched, tick_of
 
 TRACED = 600  # maximum number of points in an organism's trace
 FOLLOWED = 16  # organisms whose traces are stored
 KEPT = 64  # dead organisms whose last states are stored
+STATES = {"energy": Metabolism, "happiness": Nervous, "age": Biology}
 
 
 class Live(Watched):
-    """A live world that runs in this thread while pages watch it.
-
-    The run ends at tick `last` (None: never). Watching changes nothing: pages affect the world only through
-    interventions, at the start of the next tick.
-    """
+    """A live world that runs in this thread until tick `last` (None: without end). Watching changes nothing:
+    pages affect the world only through interventions, at the start of the next tick."""
 
     mode, ahead = "live", 1
+    refusal = "{} needs a recorded run; this is a live world"
     story: Story
 
     def __init__(self, world: World, last: int | None = None) -> None:
@@ -52,8 +49,14 @@ class Live(Watched):
         self.journal = Journal(world, self.species)
         self.genealogy = Genealogy(self.journal)
         self.foods = foods_of(None if world.config is None else world.config.model_dump(include={"species"}))
-        self.story = Story(self.species, self.foods, self._cause, self._half)
+        self.story = Story(self.species, self.foods, self.journal.cause, self._half)
         super().__init__(world.space.size)
+        self.answers = {
+            "act": self._act,
+            "seek": self._seek,
+            "why": lambda request: [of_world(self.world, self.journal)],
+            "params": lambda request: [{"kind": "params", **offered(self.world.config)}],
+        }
         self.ring = Ring(world, self.journal, self.story)
         self._told = -1, 0  # sent so far: tick of the latest story entry, number of entries
         if world.recorder is not None:
@@ -70,8 +73,7 @@ class Live(Watched):
 
     @property
     def earliest(self) -> int:
-        first = self.ring.first
-        return self.tick if self.ring.why or first is None else first
+        return self.ring.first
 
     @property
     def config(self) -> WorldConfig | None:
@@ -122,9 +124,6 @@ class Live(Watched):
             births, bred = self.journal.born[:k], self.journal.bred[:k]
             self.story.note(max(0, over), n, births, lambda: self.journal.died[:k], bred)
 
-    def _cause(self, number: int) -> str:
-        return self.world.causes[number - 1] if number else "unknown"
-
     def _half(self, s: int, now: Turn) -> Turn | None:
         """Return when an extinct species last had half of its peak number, from the recorder."""
         rows = {} if self.world.recorder is None else self.world.recorder.since(-1)
@@ -173,28 +172,18 @@ class Live(Watched):
         budget = getattr(table.species.section, "metabolism", None) if Metabolism in table else None
         x, y, z, heading = (axis[:high] for axis in (p.x, p.y, p.z, p.heading))
         full = None if budget is None else float(budget.energy_max)
-
-        def value(what: str) -> np.ndarray | None:
-            column = self._column(table, what)
-            return None if column is None else column[:high]
-
+        value = partial(self._value, table)
         return Crowd(table.uid[:high], x, y, z, heading, value, full, table.alive[:high])
 
-    def _column(self, table: Table, what: str) -> np.ndarray | None:
+    def _value(self, table: Table, what: str) -> np.ndarray | None:
         """Return the values for `Crowd.value`, by row."""
-        column: np.ndarray | None = None
-        if what == "born":
-            column = table.born
-        elif what == "energy" and Metabolism in table:
-            column = table[Metabolism].energy
-        elif what == "happiness" and Nervous in table and table.species.nerves.happiness is not None:
-            column = table[Nervous].happiness
-        elif what == "age" and Biology in table:
-            column = table[Biology].age
-        elif what.startswith("gene:") and (gene := what[5:]) in self.genes.get(table.name, {}):
+        column: np.ndarray | None = table.born if what == "born" else None
+        if what.startswith("gene:") and (gene := what[5:]) in self.genes.get(table.name, {}):
             rows, column = table.rows(), np.zeros(table.capacity, np.float32)
             column[rows] = table.species.heredity.layout.decode(table[Genome].loci[rows], [gene])[gene]
-        return column
+        elif what in STATES and STATES[what] in table and (what != "happiness" or feels(table)):
+            column = getattr(table[STATES[what]], what)
+        return None if column is None else column[: table.high]
 
     def sample(self) -> None:
         sample(self.curves, self.world, self.journal, self.genes)
@@ -223,10 +212,8 @@ class Live(Watched):
                     self.last_states.pop(next(iter(self.last_states)))
 
     def _trace(self, uid: int, happiness: float | None, energy: float | None) -> Message:
-        """Add a point to an organism's trace and return the trace. Only the traces of the last few selected
-        organisms are kept."""
-        points = self._traces.pop(uid, None)
-        points = self._traces[uid] = deque(maxlen=TRACED) if points is None else points
+        """Add a point to an organism's trace and return the trace; keep those of the last selected organisms."""
+        points = self._traces[uid] = self._traces.pop(uid, deque(maxlen=TRACED))
         while len(self._traces) > FOLLOWED:
             self._traces.pop(next(iter(self._traces)))
         if energy is not None and (not points or points[-1][0] < self.tick):
@@ -237,19 +224,7 @@ class Live(Watched):
             for name, values in zip(names, zip(*points, strict=True) if points else ([], [], []), strict=True)
         }
 
-    def answer(self, request: Message) -> list[Message]:
-        kind = request["kind"]
-        if kind == "act":
-            return [self._act(request.get("what"))]
-        if kind == "seek":
-            return [self._seek(request)]
-        if kind == "why":
-            return [of_world(self.world, self.journal)]
-        if kind == "params":
-            return [{"kind": "params", **offered(self.world.config)}]
-        return [said("warning", f"{kind} needs a recorded run; this is a live world", kind)]
-
-    def _seek(self, request: Message) -> Message:
+    def _seek(self, request: Message) -> list[Message]:
         """Go back to an earlier tick and discard everything after it."""
         tick = tick_of(request.get("tick"), f"a tick up to {self.tick}")
         if request.get("undo") and tick < self.earliest:
@@ -264,18 +239,19 @@ class Live(Watched):
             while trace and trace[-1][0] >= tick:
                 trace.pop()
         text = f"Back at tick {tick:,}. Unless you change something, the world will repeat itself"
-        return said("info", text, "seek")
+        return [said("info", text, "seek")]
 
-    def _act(self, request: object) -> Message:
+    def _act(self, request: Message) -> list[Message]:
+        what = request.get("what")
         try:
-            if not isinstance(request, dict):
+            if not isinstance(what, dict):
                 raise ValueError("act: `what` is not an intervention; see [[interventions]] in world files")
             if self.done:
                 raise ValueError("act: the run has ended")
-            self.world.intervene(request)
-            self.ring.acts.append((self.tick, request))
+            self.world.intervene(what)
+            self.ring.acts.append((self.tick, what))
         except (ValueError, RuntimeError) as error:
             problems = error.problems if isinstance(error, ConfigError) else []
             field = ".".join(map(str, problems[0].key)) if problems else "act"
-            return said("error", str(error), field)
-        return said("info", f"tick {self.tick}: {in_words(request)}")
+            return [said("error", str(error), field)]
+        return [said("info", f"tick {self.tick}: {in_words(what)}")]

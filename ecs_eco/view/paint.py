@@ -180,9 +180,8 @@ class Painter:
                 for i in range(k)
             ]
         curves = self.replay.recording.curves
-        self.cursors: list[Any] = []
-        self.counts: list[Any] = []
-        self.pasts: list[tuple[Any, np.ndarray, np.ndarray]] = []
+        # line of the past, cursor, count, ticks and numbers of each species
+        self.strips: list[tuple[Any, Any, Any, np.ndarray, np.ndarray]] = []
         for i, (kind, place) in enumerate(zip(self.kinds, places, strict=True)):
             last = not beside or i == k - 1
             self._strip(kind, place, curves["tick"], curves["n"][kind["name"]], last)
@@ -233,7 +232,7 @@ class Painter:
         left, bottom, width, height = place
         ax = self.figure.add_axes((left, bottom, width, height))
         ax.plot(ticks, n, color=hue, lw=1.0, alpha=0.35)
-        self.pasts.append((ax.plot([], [], color=hue, lw=1.6)[0], ticks, n))
+        past = ax.plot([], [], color=hue, lw=1.6)[0]
         ax.set(xlim=(ticks[0], max(ticks[-1], ticks[0] + 1)), ylim=(0, max(n.max(initial=0) * 1.08, 1)))
         ax.tick_params(labelsize=8, colors=SOFT, length=2.5)
         from matplotlib import ticker
@@ -249,7 +248,7 @@ class Painter:
             ax.set_xlabel("tick", size=8, color=SOFT, labelpad=1)
         else:
             ax.tick_params(labelbottom=False)
-        self.cursors.append(ax.axvline(ticks[0], color=INK, lw=0.9))
+        cursor = ax.axvline(ticks[0], color=INK, lw=0.9)
         y = bottom + height + 0.17 / (self.size[1] / self.unit / 100)
         wide, high = self.size[0] / self.unit, self.size[1] / self.unit  # in units of a picture 720 px high
         sign = self.figure.add_axes((left, y - 8 / high, 16 / wide, 16 / high))
@@ -259,9 +258,8 @@ class Painter:
         shape = DART.T if kind["moves"] else 0.6 * np.array([np.cos(around), np.sin(around)])
         sign.fill(*shape, facecolor=hue, **self.rims[name])
         self.figure.text(left + 22 / wide, y, name, size=10.5, color=INK, va="center")
-        self.counts.append(
-            self.figure.text(left + width, y, "", size=10.5, color=INK, va="center", ha="right")
-        )
+        count = self.figure.text(left + width, y, "", size=10.5, color=INK, va="center", ha="right")
+        self.strips.append((past, cursor, count, ticks, n))
 
     def _moving(self) -> list[Any]:
         self.land: list[Any] = []
@@ -287,16 +285,12 @@ class Painter:
                     self.ax, none, none, radius, hue, 0.9, **self.rims[kind["name"]]
                 )
         ordered = [self.bodies[kind["name"]] for kind in sorted(self.kinds, key=lambda kind: kind["moves"])]
-        frame = list(self.ax.spines.values())
-        pasts = [line for line, _, _ in self.pasts]
         return [
             self.light,
             self.shade,
             *ordered,
-            *frame,
-            *pasts,
-            *self.cursors,
-            *self.counts,
+            *self.ax.spines.values(),
+            *(artist for strip in self.strips for artist in strip[:3]),
             self.clock,
             self.hint,
             self.caption,
@@ -370,9 +364,7 @@ class Painter:
 
     def _strips(self, tick: int) -> None:
         numbers = self.replay.recording.numbers(tick)
-        for kind, cursor, count, (line, ticks, n) in zip(
-            self.kinds, self.cursors, self.counts, self.pasts, strict=True
-        ):
+        for kind, (line, cursor, count, ticks, n) in zip(self.kinds, self.strips, strict=True):
             cursor.set_xdata([tick, tick])
             so_far = ticks <= tick
             line.set_data(ticks[so_far], n[so_far])
@@ -395,8 +387,7 @@ class Painter:
 
 
 def rims(kinds: Sequence[dict[str, Any]], hues: dict[str, str]) -> dict[str, dict[str, Any]]:
-    """Return the edge style of each kind: black for every second moving kind, so that kinds differ in more
-    than hue."""
+    """Return each kind's edge style: black for every second mover, so that kinds differ in more than hue."""
     styles: dict[str, dict[str, Any]] = {}
     movers = [kind["name"] for kind in kinds if kind["moves"]]
     for kind in kinds:

@@ -4,8 +4,6 @@ The first world provides the page's clock, charts and organisms. The second foll
 thread. Pages receive the second frame after the first, and messages "beside".
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Sequence
@@ -28,11 +26,8 @@ SEEDS = 2**53  # from here on, JavaScript numbers are no longer exact
 
 
 class Picker:
-    """The worlds that a page can start: the shipped worlds and the displayed world.
-
-    `build(world, seed)` returns a world's source, a `Pair`; seed None selects the seed in the world file. It
-    may raise any error that occurs while building a world.
-    """
+    """The worlds that a page can start: the shipped ones and the displayed one. `build(world, seed)` returns a
+    `Pair` or raises any error; seed None selects the seed in the world file."""
 
     def __init__(self, world: str, title: str, build: Callable[[str, int | None], Any]) -> None:
         name = world.replace("_", "-")
@@ -218,7 +213,7 @@ class Pair(Source):
             first = self.first.earliest if isinstance(self.first, Live) else self.tick
             return [{"kind": "params", **offered(self.first.config), "forks": [first, self.tick]}]
         if self.second is not None and request["kind"] in ("fill", "tree") and request.get("second"):
-            return self.second.tell(request)
+            return [self.second.passed_on(message) for message in self.second.source.handle(request)]
         if self.second is None or not isinstance(self.first, Live):
             return self.first.handle(request)
         if request["kind"] == "act" and self.second.forked and self.tick < self.second.start:
@@ -261,7 +256,7 @@ class Pair(Source):
             return [said("error", str(error), "whatif") | ({"at": field} if field else {})]
         self._close("")
         self.second = made
-        self._show([*made.greeting(), self._sentence(), *self._marks()])
+        self._show([*made.greeting(), self._sentence(), self._marked(self.first.marks())])
         return [said("info", f"branched at tick {made.start:,}: {made.told['change']}", "whatif")]
 
     def _pairs(self, request: Message) -> list[Message]:
@@ -286,12 +281,12 @@ class Pair(Source):
             self.replicates = None
         return [state]
 
-    def _close(self, why: str, level: str = "info") -> list[Message]:
+    def _close(self, why: str) -> list[Message]:
         if self.second is None:
             return []
         self.second = None
-        self._show([{"kind": "beside", "closed": why}, *self._marks()])
-        return [said(level, why, "whatif")] if why else []
+        self._show([{"kind": "beside", "closed": why}, self._marked(self.first.marks())])
+        return [said("info", why, "whatif")] if why else []
 
     def _show(self, messages: list[Message]) -> None:
         """Send messages to all pages, and resend this tick's frame."""
@@ -306,7 +301,7 @@ class Pair(Source):
         if isinstance(tick, int | float) and math.isfinite(tick) and tick > self.second.start:
             request = request | {"tick": max(round(tick), self.second.first)}
         answers = self.first.handle(request)
-        self.second.back()
+        self.second.back_to(self.second.target)
         self._said_tick = -1
         return answers
 
@@ -333,9 +328,6 @@ class Pair(Source):
         assert self.second is not None
         self._said_at, self._said_tick = time.monotonic(), self.second.tick
         return self.second.sentence()
-
-    def _marks(self) -> list[Message]:
-        return [self._marked(message) for message in self.first.greeting() if message["kind"] == "marks"]
 
     def _marked(self, message: Message) -> Message:
         """Return the message, with the branch's tick and change added to marks, and sweeps to the story."""

@@ -22,11 +22,9 @@ Function = Callable[[Any], object]
 
 
 class Panels:
-    """Calls the functions of the panels that pages show, one at a time, between ticks.
-
-    Each function receives the `World` of a live world, or the `Replay` of a recorded run, and must not change
-    it. Raises TypeError if `functions` is not a mapping from names to functions.
-    """
+    """Calls the functions of the panels that pages show, one at a time, between ticks. Each receives a `World`,
+    or the `Replay` of a recorded run, and must not change it. Raises TypeError for anything but
+    names and functions."""
 
     def __init__(self, source: object, functions: Mapping[str, Function] | None) -> None:
         self.functions = dict(functions or {})

@@ -1,7 +1,4 @@
-"""The rows of one kind in a recording, read by block and column on demand, from the parts of a recorded run
-or from memory."""
-
-from __future__ import annotations
+"""The rows of one kind in a recording, read by block and column, from parts on disk or from memory."""
 
 from collections import OrderedDict
 from collections.abc import Iterator, Mapping, Sequence
@@ -40,16 +37,17 @@ class Cache:
         self.file = lru_cache(4)(open_part)  # open parts, with verified seals
 
     def put(self, key: tuple[Path, int, str], column: np.ndarray) -> None:
-        """Add a column to the cache."""
+        """Add a column to the cache, or mark it as used."""
+        if key not in self.columns:
+            self.size += column.nbytes
         self.columns[key] = column
-        self.size += column.nbytes
+        self.columns.move_to_end(key)
         while self.size > self.budget and len(self.columns) > 1:
             self.size -= self.columns.popitem(last=False)[1].nbytes
 
 
 class Blocks:
-    """All rows of one kind, such as "births", in groups that are read column by column: `Parts` in a folder
-    or `Kept` in memory."""
+    """All rows of one kind, such as "births", in groups read by column: `Parts` on disk, `Kept` in memory."""
 
     groups: list[Group]
 
@@ -68,8 +66,7 @@ class Blocks:
         return (min(first for first, _ in spans), max(last for _, last in spans)) if spans else None
 
     def between(self, first: int, last: int, names: Sequence[str], uid: int | None = None) -> Columns:
-        """Return these columns for all rows, or one organism's rows, from tick `first` to tick `last`, in
-        recorded order."""
+        """Return columns of the rows (of one organism) from tick `first` to tick `last`, in recorded order."""
         blocks: list[Columns] = []
         for group in self.groups:
             if group.rows and group.ticks[0] <= last and group.ticks[1] >= first and _has(group, uid):
@@ -135,7 +132,6 @@ class Kept(Blocks):
                 self.add({n: column[rows] for n, column in columns.items()})
 
     def read(self, group: Group, names: Sequence[str]) -> Columns:
-        """Return columns of one group, with zeros for missing columns."""
         columns = self._columns[group.number]
         return {name: columns.get(name, np.zeros(group.rows, np.uint64)) for name in names}
 
@@ -150,29 +146,16 @@ class Parts(Blocks):
         self.groups = [group for path in parts(run, kind) for group in _groups(path)]
 
     def read(self, group: Group, names: Sequence[str]) -> Columns:
-        """Return columns of one row group, with zeros for missing columns."""
-        cache = self.cache
-        assert group.path is not None
-        missing = [
-            name
-            for name in dict.fromkeys(names)
-            if (group.path, group.number, name) not in cache.columns and name in group.names
-        ]
-        fresh: Columns = {}
-        if missing:
-            table = read_group(group.path, cache.file(group.path, self.sealed), group.number, missing)
-            for name in missing:
-                fresh[name] = self._plain(name, table[name])
-                cache.put((group.path, group.number, name), fresh[name])
-        out = {}
-        for name in names:
-            key = group.path, group.number, name
-            if key in cache.columns:
-                cache.columns.move_to_end(key)
-            out[name] = (
-                fresh[name] if name in fresh else cache.columns.get(key, np.zeros(group.rows, np.uint64))
-            )
-        return out
+        cache, path = self.cache, group.path
+        assert path is not None
+        keys = {name: (path, group.number, name) for name in names if name in group.names}
+        known = {name: cache.columns[key] for name, key in keys.items() if key in cache.columns}
+        if missing := [name for name in keys if name not in known]:
+            table = read_group(path, cache.file(path, self.sealed), group.number, missing)
+            known |= {name: self._plain(name, table[name]) for name in missing}
+        for name, key in keys.items():
+            cache.put(key, known[name])
+        return {name: known[name] if name in known else np.zeros(group.rows, np.uint64) for name in names}
 
     def _plain(self, name: str, column: pa.ChunkedArray) -> np.ndarray:
         if name in self.words:

@@ -1,15 +1,12 @@
 """The curves and story of a recorded run, from its series."""
 
-from __future__ import annotations
-
 from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 
 from ecs_eco.config.models.reporters import DIED, EATEN
-from ecs_eco.view import flows, tally
-from ecs_eco.view.curves import Key
+from ecs_eco.view import curves, flows
 from ecs_eco.view.genealogy import LARGEST
 from ecs_eco.view.recording import Recording
 from ecs_eco.view.story import EVERY, Story, Turn, foods_of, half_of_peak
@@ -19,10 +16,8 @@ STEPS = 100_000  # ticks examined by a story, besides those in which a species a
 
 
 class Past:
-    """The history of a recorded run, from its series. Each part is read when first used.
-
-    `causes` lists the causes of death that occurred. `shared` is true if energy was not recorded per food.
-    """
+    """The history of a recorded run, from its series. Each part is read when first used. `causes` lists the
+    causes of death that occurred; `shared` is true if energy was not recorded per food."""
 
     def __init__(self, recording: Recording) -> None:
         self._recording = recording
@@ -33,8 +28,7 @@ class Past:
 
     @cached_property
     def _counts(self) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
-        """Population sizes and births i64[ticks, s], and deaths i64[ticks, s, causes]; births and deaths are
-        totals since the first tick. None if there are too many values."""
+        """Numbers and total births i64[ticks, s], total deaths i64[ticks, s, causes]; None if too many."""
         r, causes = self._recording, self.causes
         ticks, s = r.last + 1 - r.first, len(r.species)
         if ticks * s * (len(causes) + 2) > LONGEST:
@@ -81,9 +75,8 @@ class Past:
             np.minimum.at(first, c["species"][of], c["tick"][of])
         return first
 
-    def levels(self, ticks: np.ndarray) -> dict[Key, np.ndarray]:
-        """Return population sizes, mean happiness, reports and depths at these ticks, which must be the ticks
-        of the recording's curves. Depths are omitted if the run is too long."""
+    def levels(self, ticks: np.ndarray) -> dict[curves.Key, np.ndarray]:
+        """Return levels at the ticks of the recording's curves, without depths if the run is too long."""
         r, config = self._recording, self._recording.manifest["config"]["species"]
         columns = {
             "n": np.column_stack([*r.curves["n"].values()]),
@@ -95,12 +88,12 @@ class Past:
             [name for name in r.species if config[name].get(section)]
             for section in ("happiness", "locomotion")
         )
-        out = tally.levels_of(columns, r.species, happy, movers)
+        out = curves.levels_of(columns, r.species, happy, movers)
         for reporter, said in r.curves["reports"].items():
             out |= {("reports", reporter, of): values for of, values in said.items()}
         return out
 
-    def sums(self, ticks: np.ndarray) -> dict[Key, np.ndarray]:
+    def sums(self, ticks: np.ndarray) -> dict[curves.Key, np.ndarray]:
         """Return births, deaths by cause and energy flows up to these ticks, or {} if the run is too long."""
         r = self._recording
         if self._counts is None:
@@ -110,4 +103,4 @@ class Past:
         totals = {"births": births[at]} | {DIED + c: deaths[at, :, k] for k, c in enumerate(self.causes)}
         names = [name for name in self._columns if name in flows.FLOWS or name.startswith(EATEN)]
         totals |= {name: r.column(name).cumsum(axis=0)[at] for name in names}
-        return tally.sums_of(totals, r.species, self.foods)
+        return curves.sums_of(totals, r.species, self.foods)

@@ -5,8 +5,6 @@ between ticks. Frames are never queued: the next frame is made from the current 
 acknowledged the last.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Mapping
@@ -42,10 +40,8 @@ ELSEWHERE = (
 
 
 class Player(Inbox):
-    """Plays a source at `speed` [ticks/s] (None: full speed) for any number of pages until `halted()`.
-
-    `panels` are functions of the world whose results pages show, by name (`ecs_eco.view.panels`).
-    """
+    """Plays a source at `speed` [ticks/s] (None: full speed) for any number of pages until `halted()`; `panels`
+    are functions of the world whose results pages show, by name."""
 
     def __init__(
         self,
@@ -113,8 +109,7 @@ class Player(Inbox):
         return not (self.closing or self.halted())
 
     def again(self) -> None:
-        """Remake and resend this tick's frame if it was sent, because a second world has appeared or
-        disappeared."""
+        """Resend this tick's frame if it was sent, because a second world has appeared or disappeared."""
         if all(tick != self.source.tick for tick, _, _ in self._made.values()):
             return  # it will be made when pages are ready for it
         self._made.clear()
@@ -161,7 +156,10 @@ class Player(Inbox):
             self._sample_at = now + max(2 * FASTEST_FRAMES, self._timed("sample", self.source.sample) / SHARE)
         state = now >= self._state_at and self.playing
         if state or any(view.news for view in self._views.values()):
-            self._measure(now)
+            self._state_at = now + PATIENCE
+            before, was = self._ticked
+            if now - before > 0.2:
+                self._rate, self._ticked = max(0.0, (tick - was) / (now - before)), (now, tick)
         news = [text(message) for message in self._log.told(tick, self.source.news())]
         # curve points wait for the next frame, because waking the server's thread is the largest cost
         ready = any(view.awaits is None for view in self._views.values())
@@ -194,8 +192,7 @@ class Player(Inbox):
         )
 
     def _timed(self, part: str, work: Callable[[], Any]) -> float:
-        """Do some work and return its typical time [s]; the first call includes loading, so it has little
-        weight."""
+        """Do some work and return its typical time [s], in which slow calls, such as the first, count little."""
         begin = time.perf_counter()
         if work() is not False:
             spent, usual = time.perf_counter() - begin, self._cost[part]
@@ -226,12 +223,6 @@ class Player(Inbox):
             out.append(frame)
         beside(self.source, view, now, out)
         return len(out) > n
-
-    def _measure(self, now: float) -> None:
-        (before, tick), here = self._ticked, self.source.tick
-        if now - before > 0.2:
-            self._rate, self._ticked = max(0.0, (here - tick) / (now - before)), (now, here)
-        self._state_at = now + PATIENCE
 
     def _state(self, view: View) -> str:
         source = self.source

@@ -1,7 +1,5 @@
 """Queries on a recorded run: organisms at a tick, curves, gene values, interventions."""
 
-from __future__ import annotations
-
 from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
@@ -21,7 +19,7 @@ from ecs_eco.runs.begin import config_of
 from ecs_eco.runs.run import read_manifest
 from ecs_eco.view.interpolate import EVENT, STATE, Chapter, Organisms
 from ecs_eco.view.parts import Cache, Columns, Parts
-from ecs_eco.view.scene import coloured_genes
+from ecs_eco.view.scene import coloured_genes, sky
 
 CHAPTERS = 3  # chapters kept in memory
 COMPARED = ("n", "births", "deaths", "energy_mean", "happiness_mean")
@@ -155,8 +153,7 @@ class Recording:
         return out
 
     def column(self, name: str, step: int = 1, missing: float = 0.0) -> np.ndarray:
-        """Return a series column at every `step`-th tick, with `missing` where nothing was recorded:
-        f64[ticks, species]."""
+        """Return a series column at every `step`-th tick, `missing` where unrecorded: f64[ticks, species]."""
         out = np.full((len(range(self.first, self.last + 1, step)), len(self.species)), missing)
         for c in self.series.each(("tick", "species", name)):
             since = c["tick"] - self.first
@@ -200,6 +197,11 @@ class Recording:
     def recorded(self, tick: int) -> Columns:
         """Return the series of a tick, one row per species, for comparison with a rerun."""
         return self.series.between(tick, tick, COMPARED)
+
+    def sky(self, tick: int) -> tuple[float, float]:
+        """Return the light at the surface and the sun's elevation at a tick, as `scene.sky` does."""
+        self.scene.tick = tick
+        return sky(self.scene)
 
     def interventions(self) -> list[dict[str, Any]]:
         """Return the tick and text of each intervention."""

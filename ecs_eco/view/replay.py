@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,7 @@ from ecs_eco.view.parts import Cache
 from ecs_eco.view.past import Past
 from ecs_eco.view.recording import COMPARED, GeneValues, Recording, overlaid
 from ecs_eco.view.rerun import Rerun, Stretch, note, stretches
-from ecs_eco.view.scene import describe, drawn, eyes_of, plain_kind, sized, sky
+from ecs_eco.view.scene import describe, drawn, eyes_of, plain_kind, sized
 from ecs_eco.view.source import Message, said, uid_of
 from ecs_eco.view.watched import Crowd, Watched, tick_of
 
@@ -53,6 +54,10 @@ class Replay(Watched):
     """
 
     mode = "replay"
+    refusal = (
+        "a recorded run cannot be changed; branch it: "
+        "ecs-eco resume DIR --from-tick T --set KEY=VALUE --out NEW"
+    )
 
     def __init__(self, path: str | Path) -> None:
         r = self.recording = Recording(path)
@@ -67,8 +72,12 @@ class Replay(Watched):
         self._tick = r.first
         self._rerun = Rerun(r.path, r.manifest, r.last)
         self._land = r.land(r.first)
-        self._hello: Message | None = None
-        self._curves: Message | None = None
+        self.answers = {
+            "seek": self._seek,
+            "fill": self._fill,
+            "why": lambda request: [of_run(r.path, self._tick)],
+            "params": lambda request: [{"kind": "params", "list": []}],
+        }
         super().__init__(r.size)
 
     @property
@@ -95,19 +104,21 @@ class Replay(Watched):
             self._rerun.halt()
 
     def hello(self) -> Message:
-        if self._hello is None:
-            r = self.recording
-            self._hello = super().hello() | {
-                "first": r.first,
-                "last": r.last,
-                "acts": False,
-                "snapshot_every": r.every,
-                "note": note(r),
-                **self._described(),
-            }
-            if island := r.manifest.get("island"):
-                self._hello["title"] = f"{island}, {self._hello['title']}"
         return self._hello | {"tick": self._tick}
+
+    @cached_property
+    def _hello(self) -> Message:
+        r, described = self.recording, self._described()
+        if island := r.manifest.get("island"):
+            described["title"] = f"{island}, {described['title']}"
+        return super().hello() | {
+            "first": r.first,
+            "last": r.last,
+            "acts": False,
+            "snapshot_every": r.every,
+            "note": note(r),
+            **described,
+        }
 
     def _described(self) -> Message:
         r = self.recording
@@ -203,8 +214,13 @@ class Replay(Watched):
         return organisms
 
     def crowd(self, name: str) -> Crowd:
+        r = self.recording
         if name in self.objects:
-            return self._lying(name)
+            before = self.objects[: self.objects.index(name)]
+            first = OBJECT_UID + sum(len(r.objects[other]) for other in before)
+            lying = r.objects[name]
+            x, y, z, heading = (np.ascontiguousarray(lying[:, i]) for i in range(4))
+            return Crowd(np.arange(first, first + len(lying), dtype=np.uint64), x, y, z, heading)
         o, full = self.organisms(name), float(self._config[name]["metabolism"]["energy_max"])
 
         def value(what: str) -> np.ndarray | None:
@@ -212,23 +228,13 @@ class Replay(Watched):
                 state: np.ndarray = getattr(o, what)
                 return state
             if what in ("age", "born"):
-                born = self.recording.born(o.uid)
-                return (
-                    born if what == "born" else ((self._tick - born) * self.recording.dt).astype(np.float32)
-                )
+                born = r.born(o.uid)
+                return born if what == "born" else ((self._tick - born) * r.dt).astype(np.float32)
             if what.startswith("gene:") and (gene := what[5:]) in self.genes.get(name, {}):
                 return self._values.expressed(name, o.uid, gene)
             return None
 
         return Crowd(o.uid, o.x, o.y, o.z, o.heading, value, full)
-
-    def _lying(self, name: str) -> Crowd:
-        before = self.objects[: self.objects.index(name)]
-        first = OBJECT_UID + sum(len(self.recording.objects[other]) for other in before)
-        lying = self.recording.objects[name]
-        uid = np.arange(first, first + len(lying), dtype=np.uint64)
-        x, y, z, heading = (np.ascontiguousarray(lying[:, i]) for i in range(4))
-        return Crowd(uid, x, y, z, heading)
 
     @property
     def scene(self) -> World | None:
@@ -238,44 +244,27 @@ class Replay(Watched):
         return scene
 
     def series(self, after: int) -> Message | None:
-        if self._curves is None:
-            self._curves = self._all()
         return self._curves if self._curves["tick"][-1] > after else None
 
-    def _all(self) -> Message:
+    @cached_property
+    def _curves(self) -> Message:
         r = self.recording
         tick = r.curves["tick"]
         levels = self.past.levels(tick)
         if self.genes and r.births.rows <= GENOMES:
             levels |= {("genes", name): mean for name, mean in self._values.means(tick).items()}
         if self.hello()["day"] is not None:
-            levels["light", ""] = np.array([self._light(t) for t in tick.tolist()])
+            levels["light", ""] = np.array([r.sky(t)[0] for t in tick.tolist()])
         out = series(tick, levels, self.past.sums(tick))
         return out | ({"shared": True} if self.past.shared and "flows" in out else {})
-
-    def _light(self, tick: int) -> float:
-        self.recording.scene.tick = tick
-        return sky(self.recording.scene)[0]
 
     def state(self, uid: int) -> Message:
         return self.lives.organism(uid, self._tick)
 
-    def answer(self, request: Message) -> list[Message]:
-        kind = request["kind"]
-        if kind == "seek":
-            return self._seek(request.get("tick"))
-        if kind == "fill":
-            return self._fill(request)
-        if kind == "why":
-            return [of_run(self.recording.path, self._tick)]
-        if kind == "params":
-            return [{"kind": "params", "list": []}]
-        how = "ecs-eco resume DIR --from-tick T --set KEY=VALUE --out NEW"
-        return [said("warning", f"a recorded run cannot be changed; branch it: {how}", kind)]
-
-    def _seek(self, tick: object) -> list[Message]:
+    def _seek(self, request: Message) -> list[Message]:
         r = self.recording
-        self._tick = min(max(tick_of(tick, f"a tick from {r.first} to {r.last}"), r.first), r.last)
+        tick = tick_of(request.get("tick"), f"a tick from {r.first} to {r.last}")
+        self._tick = min(max(tick, r.first), r.last)
         return []
 
     def _fill(self, request: Message) -> list[Message]:

@@ -52,9 +52,7 @@ def command_of(
 
 def begin(first: Live | Replay, start: Start | None, request: Message) -> Replicates:
     """Begin to run the pairs of a request, {"tick", "what", "seeds", "ticks"}; tick None is the displayed one.
-
-    Raises ValueError or ConfigError for a request that cannot be run.
-    """
+    Raises ValueError or ConfigError for a request that cannot be run."""
     tick, change, seeds, ticks = (request.get(key) for key in ("tick", "what", "seeds", "ticks"))
     tick = first.tick + (not isinstance(first, Live)) if tick is None else tick
     if not (change and is_whole(tick) and is_whole(seeds, 2, 1001) and is_whole(ticks, tick + 1)):
@@ -76,8 +74,7 @@ def begin(first: Live | Replay, start: Start | None, request: Message) -> Replic
 
 
 class Replicates:
-    """A comparison that runs in a process of its own, with lower priority, in a temporary folder. It ends with
-    this object."""
+    """A comparison in a process with lower priority and in a temporary folder, which end with this object."""
 
     def __init__(self, words: Sequence[str], seeds: int) -> None:
         self.command, self.seeds = shlex.join(["ecs-eco", *words]), seeds
@@ -107,12 +104,10 @@ class Replicates:
         result = json.loads((out / "compare.json").read_text(encoding="utf-8"))
         figure = (out / "figures" / "numbers.svg").read_text(encoding="utf-8")
         html = (out / "compare.html").read_text(encoding="utf-8")
-        return now | {"lines": lines_of(result, self._folders()), "figure": figure, "html": html}
-
-    def _folders(self) -> list[list[Path]]:
-        """Return the runs of the unchanged world and of the changed one, by seed."""
-        arms = sorted((self.place / "out").glob("*/seed-1"), key=lambda path: path.parent.name != "world")
-        return [[one.parent / f"seed-{seed}" for seed in range(1, self.seeds + 1)] for one in arms]
+        # the runs of the unchanged world and of the changed one, by seed
+        arms = sorted((path.parent for path in out.glob("*/seed-1")), key=lambda arm: arm.name != "world")
+        runs = [[arm / f"seed-{seed}" for seed in range(1, self.seeds + 1)] for arm in arms]
+        return now | {"lines": lines_of(result, runs), "figure": figure, "html": html}
 
     def _done(self) -> int:
         for folder in {*(self.place / "out").glob("*/seed-*")} - self.finished:
@@ -147,8 +142,7 @@ def lines_of(result: Mapping[str, Any], runs: Sequence[Sequence[Path]]) -> list[
 
 
 def first_differences(one: Sequence[Series], other: Sequence[Series]) -> dict[str, int]:
-    """Return the first tick at which the numbers of a species differ clearly between two lists of series with
-    the same seeds, by species, earliest first."""
+    """Return the tick from which each species differs clearly between series with equal seeds, earliest first."""
     from scipy.stats import t
 
     length = min(len(series.ticks) for series in (*one, *other))

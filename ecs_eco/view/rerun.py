@@ -1,7 +1,5 @@
 """Rerun stretches of a recorded run in a separate thread, and list the stretches with details."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -26,10 +24,8 @@ BEFORE, AFTER = 20, 60  # ticks before and after the requested tick
 
 
 class Stretch:
-    """The ticks from `first` to `last`: details by species, states of all organisms, and sexes by uid.
-
-    `wrong` is the first tick at which the series differs from the recording, or None if it never does.
-    """
+    """The ticks from `first` to `last`: details by species, states of all organisms, and sexes by uid. `wrong`
+    is the first tick at which the series differs from the recording, or None if it never does."""
 
     def __init__(
         self,
@@ -44,8 +40,7 @@ class Stretch:
         self.details = {k.removeprefix(KIND): _kept(rows) for k, rows in blocks.items() if k.startswith(KIND)}
 
     def at(self, tick: int, species: int) -> Columns:
-        """Return the states of all organisms of a species (by number) at a tick: uid, x, y, z, heading,
-        energy, happiness."""
+        """Return the uids and states of all organisms of a species (by number) at a tick."""
         columns = self.states.between(tick, tick, ("species", "uid", *STATE))
         return {name: column[columns["species"] == species] for name, column in columns.items()}
 
@@ -67,11 +62,8 @@ def compute(
     halt: Callable[[], bool] = lambda: False,
 ) -> Stretch:
     """Rerun a recorded run around a tick and record all details. `end` is its last tick; `recorded(tick)`
-    returns its series.
-
-    Call this in the thread that will own the world. Raises CheckpointError, RecordingError or ConfigError for
-    a run that cannot be repeated here, and InterruptedError once `halt()` returns true.
-    """
+    returns its series. Raises CheckpointError, RecordingError or ConfigError for a run that cannot be repeated
+    here, and InterruptedError once `halt()` returns true."""
     with turn:
         world = near(path, manifest, tick)
     at = world.tick
@@ -157,18 +149,20 @@ class Rerun:
         if self._thread is not None:
             self._thread.join(patience)
 
-    def _is_over(self) -> bool:
-        """Return whether the result is no longer needed. This is the only way to stop the thread when Python
-        waits for it at exit."""
-        return self._halted or not threading.main_thread().is_alive()
-
     def _work(self, tick: int, recorded: Callable[[int], dict[str, np.ndarray]]) -> None:
         def progress(done: int, total: int) -> None:
             self.share = done / max(1, total)
 
         try:
             self._result = compute(
-                self.path, self.manifest, tick, self.end, recorded, progress, self._is_over
+                self.path,
+                self.manifest,
+                tick,
+                self.end,
+                recorded,
+                progress,
+                # Python waits for this thread at exit, and nothing else can stop it
+                lambda: self._halted or not threading.main_thread().is_alive(),
             )
         except InterruptedError:
             self._result = "canceled"

@@ -1,7 +1,5 @@
 """Going back in a live world, by rerunning it from the nearest checkpoint in memory."""
 
-from __future__ import annotations
-
 import json
 import time
 from collections import deque
@@ -34,10 +32,8 @@ class Point(NamedTuple):
 
 
 class Ring:
-    """Checkpoints made while a world runs. Interventions from pages are stored, so that a rerun can repeat them.
-
-    `why` is the reason why this world cannot go back, or "" if it can. Runs recorded to files cannot go back.
-    """
+    """Checkpoints made while a world runs, and interventions from pages, so that a rerun can repeat them. `why`
+    is why this world cannot go back, "" if it can; runs recorded to files cannot."""
 
     def __init__(self, world: World, journal: Journal, story: Story) -> None:
         self.world, self.journal, self.story = world, journal, story
@@ -51,9 +47,9 @@ class Ring:
             self.why = "this run is being recorded, and its records cannot be undone"
 
     @property
-    def first(self) -> int | None:
-        """The earliest tick to which the world can go back, or None."""
-        return self.points[0].tick if self.points else None
+    def first(self) -> int:
+        """The earliest tick to which the world can go back, or the current tick."""
+        return self.points[0].tick if self.points and not self.why else self.world.tick
 
     def look(self) -> None:
         """Make a checkpoint before a tick if one is due."""
@@ -73,8 +69,7 @@ class Ring:
             self._cost = min(spent, self._cost) if self._cost else spent
 
     def back(self, tick: int) -> int:
-        """Take the world back to an earlier tick, or to the earliest possible tick if that is later; return
-        the tick reached. Raises ValueError if the world cannot go back."""
+        """Take the world back to a tick, or to the earliest possible; return it. Raises ValueError if it cannot."""
         if self.why or not self.points:
             raise ValueError(f"seek: {self.why or 'there is no checkpoint yet'}")
         if tick > self.world.tick:
@@ -83,13 +78,20 @@ class Ring:
         while self.points[-1].tick > tick:
             self.points.pop()
         self.acts = [act for act in self.acts if act[0] < tick]
+        world, point = self.world, self.points[-1]
         self.busy = True
         try:
-            self._load(self.points[-1])
-            for when, what in [act for act in self.acts if act[0] >= self.world.tick]:
-                self.world.run(when - self.world.tick)
-                self.world.intervene(what)
-            self.world.run(tick - self.world.tick)
+            if world.recorder is not None:
+                parts.go_back(world.recorder, point.recording)
+            if world.config is not point.config:
+                world.reconfigure(point.config)
+            frozen.load(world, json.loads(point.meta), point.arrays, f"tick {point.tick}")
+            self.journal.go_back(point.tick, int(world.next_uid), point.journal)
+            self.story.go_back(point.story)
+            for when, what in [act for act in self.acts if act[0] >= world.tick]:
+                world.run(when - world.tick)
+                world.intervene(what)
+            world.run(tick - world.tick)
         finally:
             self.busy = False
         self._since = time.thread_time()
@@ -114,13 +116,3 @@ class Ring:
         )
         while len(self.points) > 2 and sum(point.size for point in self.points) > MEMORY:
             self.points.popleft()
-
-    def _load(self, point: Point) -> None:
-        world = self.world
-        if world.recorder is not None:
-            parts.go_back(world.recorder, point.recording)
-        if world.config is not point.config:
-            world.reconfigure(point.config)
-        frozen.load(world, json.loads(point.meta), point.arrays, f"tick {point.tick}")
-        self.journal.go_back(point.tick, int(world.next_uid), point.journal)
-        self.story.go_back(point.story)

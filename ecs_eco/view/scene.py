@@ -1,7 +1,5 @@
 """The data about a world that a page needs before it can draw: species, senses, ground, sky, field maps."""
 
-from __future__ import annotations
-
 import base64
 import math
 from collections.abc import Iterable, Mapping
@@ -31,11 +29,12 @@ def eyes_of(sensors: Iterable[Mapping[str, Any]] | None) -> list[dict[str, Any]]
     for number, sensor in enumerate(sensors or ()):
         if sensor["kind"] not in SEEING:
             continue
+        of = sensor.get("target") or sensor.get("targets") or sensor.get("of") or []
         eye = {
             "number": number,
             "name": sensor.get("name") or "",
             "kind": sensor["kind"],
-            "targets": _targets(sensor),
+            "targets": [of] if isinstance(of, str) else list(of),
             "reach": float(sensor["range"]),
             "fov": min(float(sensor.get("fov", 2 * math.pi)), 2 * math.pi),
         }
@@ -51,14 +50,8 @@ def eyes_of(sensors: Iterable[Mapping[str, Any]] | None) -> list[dict[str, Any]]
     return out
 
 
-def _targets(sensor: Mapping[str, Any]) -> list[str]:
-    of = sensor.get("target") or sensor.get("targets") or sensor.get("of") or []
-    return [of] if isinstance(of, str) else list(of)
-
-
 def reach_of(world: World, table: Table, row: int) -> dict[str, float]:
-    """Return the current reach [m] of an organism's sensors by sensor number, for sensors whose reach is
-    individual or depends on light."""
+    """Return the current reach [m] of those sensors whose reach is individual or depends on light, by number."""
     out = {}
     for number, sensor in enumerate(table.species.sensors):
         if sensor.kind not in SEEING:
@@ -83,20 +76,16 @@ GROWTH = "growth of the land"
 
 
 def names_of(world: World) -> list[str]:
-    """Return the names of maps that can be laid over the scene: fields, light if it varies in water, and
-    plant growth on real land."""
+    """Return the names of maps over the scene: fields, light that varies in water, plant growth on real land."""
     land = getattr(world.terrain, "land", None)
     more = ["light"] if world.space.volume and "light" in world.environment else []
     return [*more, *world.fields, *([GROWTH] if getattr(land, "growth", None) is not None else [])]
 
 
 def map_of(world: World, name: str) -> dict[str, Any]:
-    """Return the message "field": values u8[ny, nx] from low to high, in base64. Land is seen from above,
-    beginning at the southwest corner; water is seen from the side, averaged over its width, beginning at the
-    bottom.
-
-    Raises KeyError for a name that is not in `names_of`.
-    """
+    """Return the message "field": values u8[ny, nx] from low to high, in base64, from the southwest corner of
+    land seen from above, or from the bottom of water seen from the side and averaged over its width. Raises
+    KeyError for a name that is not in `names_of`."""
     values, unit = _values(world, name)
     ny, nx = values.shape
     values = values[:: max(1, -(-ny // SIDE)), :: max(1, -(-nx // SIDE))]
@@ -138,11 +127,8 @@ def _values(world: World, name: str) -> tuple[np.ndarray, str]:
 
 
 def wiring(config: WorldConfig | None, species: str) -> dict[str, Any]:
-    """Return {"wiring": …} for a species with a nervous system, otherwise {}.
-
-    `reflexes` are [rows of readings, row of the action, label]. `all` has flags for reflex, policy and
-    happiness: whether every reading can affect it, as in a function or a network.
-    """
+    """Return {"wiring": …} for a species with a nervous system, otherwise {}. `reflexes` are [rows of readings,
+    row of the action, label]; `all` is whether every reading can affect the reflex, policy and happiness."""
     if config is None or species not in nervous_species(config):
         return {}
     d = diagram(config, species)
@@ -335,8 +321,7 @@ def ground(world: World) -> dict[str, Any] | None:
 def _cover(
     ground: np.ndarray, kinds: np.ndarray, wet: np.ndarray | None, classes: Iterable[str]
 ) -> np.ndarray:
-    """Return the land cover of each cell, u8[ny, nx]: 1 woods, 2 crops (by the names of classes), 3 rock,
-    4 water, 0 other."""
+    """Return the cover of each cell, u8[ny, nx]: 1 woods, 2 crops (by class names), 3 rock, 4 water, 0 other."""
     cover = np.array([0, 4, 3], np.uint8)[ground]
     for number, name in enumerate(classes, 1):
         for code, words in enumerate(COVERS, 1):
@@ -377,8 +362,7 @@ def land_of(world: World) -> Land:
 
 
 def drawn(land: Land) -> dict[str, Any]:
-    """Return the land as drawn by pages: the corners [m] of fences, the center lines and widths of roads, and
-    the kinds and borders of areas."""
+    """Return the land as pages draw it: lines of fences and roads, kinds and borders of areas [m]."""
 
     def corners(shape: dict[str, Any]) -> list[list[float]]:
         line = shape["line"] if "line" in shape else Region(None, shape["region"]).border()
@@ -393,8 +377,7 @@ def drawn(land: Land) -> dict[str, Any]:
 
 
 def day(world: World) -> dict[str, float] | None:
-    """Return the length of a day [s] and the time of day at tick 0 (as a fraction since midnight), or None if
-    there are no days."""
+    """Return the length of a day [s] and the time at tick 0 (fraction since midnight), or None without days."""
     sun = _moving(world)
     return (
         None if sun is None else {"length": float(sun.day), "start": (float(sun.start) + _shift(sun)) % 1.0}
@@ -410,8 +393,7 @@ def _shift(sun: Sun) -> float:
 
 
 def sky(world: World) -> tuple[float, float]:
-    """Return the light at the surface (0 to 1) and the sun's elevation [rad]. Without days, this is the
-    elevation that would give this light."""
+    """Return the light at the surface (0 to 1) and the sun's elevation [rad], without days that of this light."""
     sun, full = _moving(world), float(world.ambient["light"])
     if sun is None:
         top = np.array([world.space.size[2] if world.space.volume else 0.0], np.float32)

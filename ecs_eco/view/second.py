@@ -1,7 +1,4 @@
-"""The second of two worlds: a branch of the first, or an unrelated world. It follows the first world's
-clock."""
-
-from __future__ import annotations
+"""The second of two worlds, a branch of the first or an unrelated one; it follows the first world's clock."""
 
 import time
 from collections.abc import Callable
@@ -12,11 +9,11 @@ from ecs_eco.config.models.interventions import describe
 from ecs_eco.ecosystem import World
 from ecs_eco.runs.requests import repeat_requests, waiting
 from ecs_eco.view import branch
+from ecs_eco.view.curves import BATCH
 from ecs_eco.view.families import asked
 from ecs_eco.view.live import Live
 from ecs_eco.view.replay import Replay
 from ecs_eco.view.source import Message
-from ecs_eco.view.tally import BATCH
 from ecs_eco.view.versus import Side, differences, side
 
 Ask = Callable[[World], None]
@@ -76,32 +73,32 @@ class Second:
     @property
     def mark(self) -> Message | None:
         """The entry in the log of interventions: the tick of the branch and its change."""
-        if not self.forked:
-            return None
-        return {"tick": self.start, "text": f"what if: {self.told['change']}"}
+        return {"tick": self.start, "text": f"what if: {self.told['change']}"} if self.forked else None
 
     @property
     def comes(self) -> bool:
         """Whether this world is not at the tick of the first world, but can get there."""
-        target = self._target()
+        target = self.target
         return target >= self.start and (self.tick < target or self.first <= target < self.tick)
 
     @property
     def there(self) -> bool:
         """Whether this world has a state at the current tick of the first world."""
-        return self.tick == self._target() and self.of.tick >= self.start
+        return self.tick == self.target and self.of.tick >= self.start
 
-    def _target(self) -> int:
+    @property
+    def target(self) -> int:
+        """The tick of the first world, or the last tick that this world can show."""
         if isinstance(self.source, Replay):
             return min(self.of.tick, self.source.recording.last - self.shift)
         return self.of.tick
 
     def follow(self, seconds: float) -> None:
         """Run toward the tick of the first world for about `seconds` at most, or go back to it."""
-        if self.comes and self.tick > self._target():
-            self.back()
+        if self.comes and self.tick > self.target:
+            self.back_to(self.target)
         elif self.comes:
-            self.run_to(self._target(), seconds)
+            self.run_to(self.target, seconds)
 
     def run_to(self, tick: int, seconds: float) -> bool:
         """Run or show ticks up to a later tick, for about `seconds` at most; return whether it was reached."""
@@ -118,10 +115,6 @@ class Second:
             if time.monotonic() > until:
                 break
         return self.tick >= tick
-
-    def back(self) -> None:
-        """Go back to the tick of the first world, or as far as possible."""
-        self.back_to(self._target())
 
     def back_to(self, tick: int) -> None:
         """Go back to a tick, but not before the start; raise ValueError if this is impossible."""
@@ -166,14 +159,13 @@ class Second:
 
     def greeting(self) -> list[Message]:
         """Return the messages that a new page needs."""
-        hello = self.source.hello()
-        marks = [message for message in self.source.greeting() if message["kind"] == "marks"]
-        return [{"kind": "beside", "hello": hello, **self.told}, *self._points(-1), *map(_wrapped, marks)]
+        hello = {"kind": "beside", "hello": self.source.hello(), **self.told}
+        return [hello, *self._points(-1), {"kind": "beside", "marks": self.source.marks()}]
 
     def news(self) -> list[Message]:
         """Return new curve points, marks and deaths."""
         out = [
-            _wrapped(message) if message["kind"] == "marks" else self.passed_on(message)
+            {"kind": "beside", "marks": message} if message["kind"] == "marks" else self.passed_on(message)
             for message in self.source.news()
             if message["kind"] in ("marks", "said", "organism")
         ]
@@ -197,17 +189,12 @@ class Second:
         """Return an organism of this world, living or dead; raise KeyError if it is unknown."""
         return self.labelled(self.source.organism(uid), second=True)
 
-    def tell(self, request: Message) -> list[Message]:
-        """Answer a `tree` request, or a `fill` request at the displayed tick."""
-        return [self.passed_on(message) for message in self.source.handle(request)]
-
     def passed_on(self, message: Message) -> Message:
         """Return a message of this world in the form that pages expect."""
         return self.labelled(message, second=True) if message["kind"] in ("organism", "tree") else message
 
     def labelled(self, message: Message, second: bool) -> Message:
-        """Add to a message about an organism the name of its world, whether that is the second world, and
-        whether both worlds have the organism."""
+        """Add to an organism's message its world's name, whether that is the second, and whether both have it."""
         both = {"both": self.shares(message["uid"])} if self.forked else {}
         return message | {"world": self.told["names"][second], "second": second} | both
 
@@ -253,16 +240,8 @@ def _side(source: Live | Replay) -> Side:
     return side(counts, source.story.entries, source.tick)
 
 
-def _wrapped(message: Message) -> Message:
-    return {"kind": "beside", "marks": message}
-
-
-NAMES = ("original", "what if")
-
-
 class Swept(NamedTuple):
-    """A sweep in a recorded run: its entry in the story and, if an allele can be taken out of all carriers, words
-    for this and the function that does it."""
+    """A sweep: its entry in the story and, if all carriers can lose its allele, words and a function for this."""
 
     entry: Message
     words: str = ""
@@ -305,5 +284,10 @@ def fork(
     words = "nothing changed" if change is None else describe(change)
     words = words if swept is None else swept.words
     recipe = again if swept is None else None  # no command does this
-    told = {"at": begins - 1 + first.ahead, "change": words, "names": list(NAMES), "recipe": recipe}
+    told = {
+        "at": begins - 1 + first.ahead,
+        "change": words,
+        "names": ["original", "what if"],
+        "recipe": recipe,
+    }
     return Second(first, live, begins, told, ask, change if swept is None else swept.edit)

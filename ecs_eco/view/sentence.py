@@ -1,7 +1,5 @@
 """A sentence about an organism: its species and condition, and what it saw and did in its last tick."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -83,6 +81,7 @@ def _does(actions: Sequence[Mapping[str, Any]]) -> str:
     done = [a for a in actions if not a.get("continuous") and a["decision"] and a["name"] not in IDLE]
     if not done:
         return "did nothing" if actions and not actions[0].get("continuous") else ""
+<<<<<<< HEAD
     forced = [a for a in done if a["reflex"] > 0]
     chosen = [a for a in done if a["reflex"] <= 0 and a["probability"] is not None]
     other = [_act(a) for a in done if a["reflex"] <= 0 and a["probability"] is None]
@@ -97,6 +96,18 @@ def _does(actions: Sequence[Mapping[str, Any]]) -> str:
     if other:
         parts.append(f"always tries to {' and '.join(other)}")
     return "; ".join(parts)
+=======
+    parts: dict[str, list[str]] = {"its reflex made it ": [], "its policy chose to ": [], "automatic: ": []}
+    forced, chosen, other = parts.values()
+    for a in done:
+        if a["reflex"] > 0:
+            forced.append(_act(a))
+        elif a["probability"] is not None:
+            chosen.append(f"{_act(a)} ({a['probability']:.0%})")
+        else:
+            other.append(_act(a))
+    return "; ".join(words + " and ".join(acts) for words, acts in parts.items() if acts)
+>>>>>>> h2
 
 
 def _act(action: Mapping[str, Any]) -> str:

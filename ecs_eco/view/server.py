@@ -155,8 +155,7 @@ class Server:
         return self
 
     def address(self, minutes: float = MINUTES) -> str:
-        """Return an address that admits one page within this many minutes. Its code is in the fragment, which
-        browsers do not send."""
+        """Return an address that admits one page in time; browsers do not send its code, which is the fragment."""
         return f"http://{HOST}:{self.port}/#code={self.credentials.code(minutes)}"
 
     def show(self, player: Inbox) -> None:
@@ -180,8 +179,7 @@ class Server:
             self._thread.join(5)
         self._socket.close()
 
-    def __enter__(self) -> Server:
-        return self.start()
+    __enter__ = start
 
     def __exit__(self, *_: object) -> None:
         self.stop()
@@ -199,8 +197,7 @@ class Server:
         return Starlette(routes=[Route("/", page), entrance, WebSocketRoute("/ws", self._speak), files])
 
     async def _enter(self, request: Request) -> Response:
-        """Exchange a page's code for the credential, or confirm the page's credential; respond with 403 if it
-        is invalid."""
+        """Exchange a page's code for the credential, or confirm its credential; otherwise respond with 403."""
         kind, _, word = request.headers.get("authorization", "").partition(" ")
         handed = None
         if kind == "Code":

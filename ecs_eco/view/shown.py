@@ -1,12 +1,10 @@
 """The state of each page, its panel, and a log of the actions of all pages."""
 
-from __future__ import annotations
-
 import math
 import threading
 from collections import deque
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Protocol
 
 from ecs_eco.config.models.interventions import describe
 from ecs_eco.engine.errors import nearest
@@ -22,20 +20,13 @@ class Page(Protocol):
         """Queue messages and return immediately."""
 
 
-class Chosen(NamedTuple):
-    """A selected organism: its uid, and whether it belongs to the second world."""
-
-    uid: int
-    second: bool = False
-
-
 class View:
     """The choices made on one page, and the data sent to it."""
 
     def __init__(self) -> None:
         self.number = 0  # pages are numbered in the order in which they join
         self.colour = "species"
-        self.selected: Chosen | None = None
+        self.selected: tuple[int, bool] | None = None  # uid, and whether it belongs to the second world
         self.awaits: int | None = None  # number of the frame not yet acknowledged
         self.seen: tuple[Any, ...] | None = None  # contents of the last frame
         self.frame_at = self.panel_at = self.field_at = -math.inf
@@ -112,7 +103,7 @@ def choose(source: Source, view: View, request: Message) -> None:
         raise ValueError(f"select: second = {short(second)}; expected true or false")
     if second and uid is not None and _second(source) is None:
         raise ValueError(f"select: #{uid} belongs to a second world, but no second world is shown")
-    view.selected, view.panel, view.panel_at = None if uid is None else Chosen(uid, second), None, -math.inf
+    view.selected, view.panel, view.panel_at = None if uid is None else (uid, second), None, -math.inf
 
 
 def panel(source: Source, view: View, now: float, out: list[str | bytes]) -> None:
@@ -126,11 +117,10 @@ def panel(source: Source, view: View, now: float, out: list[str | bytes]) -> Non
         return
     try:
         out.append(text(known.organism(uid)))
-    except KeyError:
-        out.append(text(said("error", f"no organism {uid} is known here", "select")))
-        view.selected = None
     except Exception as error:  # an error in a panel must not end the run
-        out.append(text(said("error", f"organism {uid}: {type(error).__name__}: {error}", "select")))
+        problem = f"organism {uid}: {type(error).__name__}: {error}"
+        words = f"no organism {uid} is known here" if isinstance(error, KeyError) else problem
+        out.append(text(said("error", words, "select")))
         view.selected = None
 
 
@@ -145,11 +135,8 @@ DOES = ("act", "seek", "whatif", "begin")  # requests that are logged
 
 
 class Log:
-    """The last KEPT actions of pages and the answers to them. Pages are numbered in the order in which they
-    join.
-
-    `views` are the connected pages. If `used` is false, as for a recorded run, the log only numbers pages.
-    """
+    """The last KEPT actions of pages and the answers to them. `views` are the connected pages; if `used` is
+    false, as for a recorded run, the log only numbers them in the order in which they join."""
 
     def __init__(self, views: Mapping[Page, View], used: bool) -> None:
         self.views, self.used = views, used

@@ -1,7 +1,5 @@
 """The interface between the viewer and a live world or a recorded run, and its messages."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol, TypeGuard
@@ -10,11 +8,8 @@ Message = dict[str, Any]
 
 
 class Source(Protocol):
-    """A source for the viewer.
-
-    All methods are called in the thread that created the source. docs/reference/viewer_protocol.md describes
-    the messages.
-    """
+    """A source for the viewer, used in the thread that created it; docs/reference/viewer_protocol.md describes
+    the messages."""
 
     @property
     def tick(self) -> int:
@@ -25,12 +20,8 @@ class Source(Protocol):
         """Whether this is the last tick."""
 
     def run(self, turn: Callable[[], bool]) -> None:
-        """Run or show the world: call `turn()` before every tick and after the last tick, until it returns
-        False.
-
-        `turn` serves the pages and returns when the next tick is due. While `done`, it returns only at the
-        end, or if `seek` goes back.
-        """
+        """Run or show the world: call `turn()` before every tick and after the last one, until it returns False.
+        It returns when the next tick is due; while `done`, only at the end, or if `seek` goes back."""
 
     def hello(self) -> Message:
         """Return the first message: {"kind": "hello", …}."""
@@ -39,8 +30,7 @@ class Source(Protocol):
         """Return further messages that a new page needs after hello, such as `marks`."""
 
     def news(self) -> list[Message]:
-        """Return new messages for all pages since the last call, such as `marks` after an intervention. Must
-        be fast if there are no new messages."""
+        """Return new messages for all pages since the last call; must be fast if there are none."""
 
     def passed(self) -> None:
         """Update the source after a tick. Called before every tick, so it must be fast."""
@@ -50,21 +40,16 @@ class Source(Protocol):
 
     def frame(self, number: int, colour: str) -> bytes:
         """Return the binary message for this tick: all organisms, colored by one of the `colours` of hello.
-
-        Values from 1 to 255 span the range in `scales`; 0 means that the organism has no value or an unknown
-        one.
-        """
+        Values from 1 to 255 span the range in `scales`; 0 means none or unknown."""
 
     def fates(self, after: int) -> Sequence[Sequence[float]]:
-        """Return animal deaths after a tick, within the last five ticks: tick, species number, uid, position
-        [m], uid of the killer or 0."""
+        """Return recent animal deaths after a tick: tick, species number, uid, position [m], killer's uid or 0."""
 
     def field(self, name: str) -> Message:
         """Return the map of one of the `fields` of hello: {"kind": "field", …}."""
 
     def scales(self, colour: str) -> dict[str, tuple[float, float]]:
-        """Return the values represented by 1 and 255 in the last frame of this color, for each species that
-        has it."""
+        """Return the values shown as 1 and 255 in the last frame of this color, by species."""
 
     def sample(self) -> None:
         """Add a point to the series, unless the series is recorded. The player decides how often."""
@@ -73,12 +58,10 @@ class Source(Protocol):
         """Return the points after tick `after` (−1: all): {"kind": "series", …}; None if there are none."""
 
     def organism(self, uid: int) -> Message:
-        """Return everything currently known about an organism: {"kind": "organism", …}; raise KeyError if it
-        never existed."""
+        """Return the message "organism", with everything known about it; raise KeyError if it never existed."""
 
     def handle(self, request: Message) -> list[Message]:
-        """Carry out `act`, `params`, `seek`, `fill`, `why` or `tree`. Return the answers for the
-        requesting page; refusals are `said` messages."""
+        """Carry out a request; return the answers for the requesting page. Refusals are `said` messages."""
 
 
 def text(message: Message) -> str:
@@ -87,8 +70,7 @@ def text(message: Message) -> str:
 
 
 def said(level: str, words: str, field: str | None = None) -> Message:
-    """Return a text message at level "info", "warning" or "error"; `field` is the request that the message
-    refers to."""
+    """Return a text at level "info", "warning" or "error"; `field` is the request that it refers to."""
     return {"kind": "said", "level": level, "text": words} | ({} if field is None else {"field": field})
 
 

@@ -1,7 +1,5 @@
 """The story of a world: extinctions, returns, booms, crashes and first births, with their causes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
@@ -28,8 +26,7 @@ class Turn(NamedTuple):
 
 
 def half_of_peak(n: np.ndarray) -> int | None:
-    """Return the last index at which a species' numbers i64[ticks] were at least half of their maximum, None
-    if it was never present."""
+    """Return the last index at which numbers i64[ticks] were at least half of their maximum; None if all are 0."""
     high = np.flatnonzero(n >= max(0.5 * n.max(initial=0), 1))
     return int(high[-1]) if high.size else None
 
@@ -46,8 +43,7 @@ class Course:
     way: int = 0  # +1 after a boom, −1 after a crash
 
     def turn(self, n: int) -> int:
-        """Return +1 if population n is a boom since the last low, −1 for a crash since the last high,
-        otherwise 0."""
+        """Return +1 if population n is a boom since the last low, −1 for a crash since the last high, else 0."""
         if n >= max(LEAST, FACTOR * self.low.n) and self.way <= 0:
             return 1
         return -1 if self.high.n >= LEAST and n * FACTOR <= self.high.n and self.way >= 0 else 0
@@ -55,12 +51,9 @@ class Course:
 
 class Story:
     """Entries {tick, kind, species, text, cause}, oldest first; kinds: birth, boom, crash, extinct, return.
-
     `foods` lists what each species eats; `cause(column)` names the cause of death in a column. `half(s, now)`
     returns the last turn at which an extinct species had at least half of its peak number, as in
-    `ecs_eco.analysis.extinction`; without it, or if it is unknown, extinctions are explained since the last
-    high.
-    """
+    `ecs_eco.analysis.extinction`; if it is None, extinctions are explained since the last high."""
 
     def __init__(
         self,
@@ -84,8 +77,7 @@ class Story:
         self.entries, self._courses = [*entries], [*map(copy, courses)]
 
     def changes(self, n: np.ndarray) -> bool:
-        """Return whether a species has appeared or died out since the last call of `note`; True before the
-        first call."""
+        """Return whether a species has appeared or died out since the last `note`; True before the first."""
         return (n == 0).tolist() != [course.gone for course in self._courses]
 
     def note(

@@ -1,7 +1,5 @@
 """A sentence about the current differences between two worlds shown side by side."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -28,11 +26,8 @@ def side(counts: Mapping[str, int], entries: Sequence[Mapping[str, Any]], tick: 
 def differences(
     species: Sequence[str], one: Side, other: Side, since: int | None, tick: int
 ) -> dict[str, Any]:
-    """Return the sentence and, by species, its clauses: {"text", "clauses"}.
-
-    `other` branched from `one` at tick `since`; None means that the worlds are unrelated. Species that live
-    in only one world come first, then the other species by size of difference.
-    """
+    """Return the sentence and, by species, its clauses: {"text", "clauses"}, the largest difference first.
+    `other` branched from `one` at tick `since`; None means that the worlds are unrelated."""
     shared = [name for name in species if name in one.n and name in other.n]
     told = sorted(((_weight(one, other, name), name) for name in shared), key=lambda pair: -pair[0])
     parted = [name for weight, name in told if weight > 0]

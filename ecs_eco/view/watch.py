@@ -90,8 +90,7 @@ def served(source: Live | Replay | Pair, *how: Any, **more: Any) -> Player:
 
 
 def _begun(player: Player) -> Player | None:
-    """Return the player of the world that pages want to start, the same player if that fails, or None if no
-    other world is wanted."""
+    """Return the player of the world that pages want to start, the same if that fails, None if none is wanted."""
     picker = getattr(player.source, "picker", None)
     if picker is None or picker.wanted is None:
         return None
@@ -103,11 +102,8 @@ def _begun(player: Player) -> Player | None:
 
 
 class Window(ExitStack):
-    """A view of a world that other code runs: call `open` before the first tick; `close` shows the end of the
-    world.
-
-    The world waits between ticks while a page has paused it, and runs at full speed unless a page slows it.
-    """
+    """A view of a world that other code runs, at full speed unless a page slows or pauses it. Call `open` before
+    the first tick; `close` shows the end of the world."""
 
     def __init__(
         self, ticks: int, announce: Announce = print, *, port: int = 0, browser: bool = False
@@ -131,10 +127,8 @@ FRAMES = ("http://localhost:*", "http://127.0.0.1:*")  # notebooks on this machi
 
 
 class Panel:
-    """A page in an output cell. The world is paused until you press play, and while a cell runs.
-
-    `close()` or another `world.view()` of the same world ends it.
-    """
+    """A page in an output cell, until `close()` or another `world.view()` of the same world. The world is paused
+    until you press play, and while a cell runs."""
 
     def __init__(
         self,

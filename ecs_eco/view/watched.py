@@ -1,14 +1,11 @@
 """The part of a viewer source that is common to live worlds and recorded runs."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ecs_eco.config import WorldConfig
 from ecs_eco.ecosystem import World
 from ecs_eco.view import listing
 from ecs_eco.view.families import Families, asked, tree
@@ -17,7 +14,7 @@ from ecs_eco.view.genealogy import Genealogy
 from ecs_eco.view.past import Past
 from ecs_eco.view.scene import map_of, shown_genes, sky
 from ecs_eco.view.sentence import sentence
-from ecs_eco.view.source import Message, Source
+from ecs_eco.view.source import Message, Source, said
 from ecs_eco.view.story import Story
 
 TICKS = 5  # ticks for which a death is marked
@@ -28,11 +25,9 @@ Genes = dict[str, dict[str, Any]]
 
 
 class Crowd(NamedTuple):
-    """The members of a species or the objects of a type at the displayed tick.
-
-    `value(name)` returns the "energy", "happiness", "age", "born" or "gene:NAME" of each member, f32[n], NaN
-    if unknown, or None if the kind has no such value. `full` is the maximum energy of a member.
-    """
+    """The members of a species or the objects of a type at the displayed tick. `value(name)` returns the
+    "energy", "happiness", "age", "born" or "gene:NAME" of each member, f32[n], NaN if unknown, or None if the
+    kind has no such value. `full` is the maximum energy of a member."""
 
     uid: np.ndarray  # u64[n]
     x: np.ndarray  # f32[n] [m], like y and z
@@ -53,11 +48,14 @@ class Watched(Source):
     """A world as seen by pages.
 
     `species` are the displayed species, `animals` the numbers of moving species, `objects` the object types,
-    `genes` the genes that have colors, and `foods` what each species eats.
+    `genes` the genes that have colors, and `foods` what each species eats. `answers` carry out the requests
+    that differ between live worlds and recorded runs; `refusal` answers all others. Both also have `earliest`,
+    the earliest tick to which they can go back, and `config`, None if there is none or it cannot be built here.
     """
 
-    mode = ""
+    mode = refusal = ""
     ahead = 0  # tick of the clock minus the tick whose end is shown
+    answers: dict[str, Callable[[Message], list[Message]]]
     species: list[str]
     animals: list[int]
     objects: list[str]
@@ -76,16 +74,6 @@ class Watched(Source):
     # --- implemented by live worlds and recorded runs, together with methods of `Source` ---------------------
 
     @property
-    def earliest(self) -> int:
-        """The earliest tick to which the world can go back."""
-        raise NotImplementedError
-
-    @property
-    def config(self) -> WorldConfig | None:
-        """The world's configuration, or None if it was built in Python or cannot be built here."""
-        raise NotImplementedError
-
-    @property
     def scene(self) -> World | None:
         """A world at this tick with the displayed light and fields, or None if there is none."""
         raise NotImplementedError
@@ -98,8 +86,8 @@ class Watched(Source):
         """Return everything known about an organism: the message "organism" without its sentence."""
         raise NotImplementedError
 
-    def answer(self, request: Message) -> list[Message]:
-        """Carry out a request that differs between live worlds and recorded runs."""
+    def marks(self) -> Message:
+        """Return the message "marks": marks along the timeline, and the land."""
         raise NotImplementedError
 
     # --- built on these methods -----------------------------------------------------------------------------
@@ -152,8 +140,7 @@ class Watched(Source):
         return out
 
     def _range(self, name: str, crowd: Crowd, colour: str, least: float, most: float) -> tuple[float, float]:
-        """Return the range of a color: fixed if known in advance, otherwise wide enough for all current values.
-        It contracts slowly, so that colors do not jump."""
+        """Return the range of a color: fixed, or wide enough for all values; it contracts slowly, without jumps."""
         if colour.startswith("gene:"):
             code = self.genes[name][colour[5:]]
             return float(code.low), float(code.high)
@@ -204,10 +191,6 @@ class Watched(Source):
     def greeting(self) -> list[Message]:
         return [self.marks(), {"kind": "story", "entries": self.story.entries}]
 
-    def marks(self) -> Message:
-        """Return the message "marks": marks along the timeline, and the land."""
-        raise NotImplementedError
-
     def passed(self) -> None:
         """Update after a tick; a recorded run needs no updates."""
 
@@ -220,7 +203,9 @@ class Watched(Source):
             return [getattr(listing, kind)(self.listed, self.species, request)]
         if kind == "tree":
             return [tree(self.genealogy, self.families, request)]
-        return self.answer(request)
+        if kind in self.answers:
+            return self.answers[kind](request)
+        return [said("warning", self.refusal.format(kind), kind)]
 
 
 def tick_of(value: object, allowed: str) -> int:
