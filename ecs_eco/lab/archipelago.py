@@ -1,7 +1,7 @@
 """Run an archipelago from barrier to barrier, writing its manifest at each one."""
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from concurrent.futures import BrokenExecutor, Executor
 from contextlib import nullcontext
 from pathlib import Path
@@ -27,7 +27,6 @@ from ecs_eco.record.seal import read_manifest
 from ecs_eco.runs.begin import policies_as_json
 from ecs_eco.runs.run import Stopped
 
-Progress = Callable[[int, int], None]
 MOST_LOSSES = 100  # how often an island's worker can be lost between two barriers before the run stops
 
 
@@ -159,8 +158,7 @@ class Archipelago:
     @property
     def digest(self) -> str | None:
         """Hash of all islands' digests at `tick`; None before the first barrier."""
-        digest: str | None = self.manifest["digest"]
-        return digest
+        return self.manifest["digest"]
 
     def world(self, name: str, trust: bool = False) -> Any:
         """Return the world of one island at the current tick.
@@ -185,7 +183,7 @@ class Archipelago:
         until: int | None = None,
         workers: int | None = 1,
         on: str | Executor = LOCAL,
-        progress: Progress | None = None,
+        progress: island.Progress | None = None,
         *,
         threads: int = 1,
         report: bool = True,
@@ -237,8 +235,8 @@ class Archipelago:
                     check_content(path, read_manifest(path)["parts"])
             write(self.folder, self.manifest)
             if self.tick < until:
-                one = next(iter(self.islands))
-                prepare(pool, self.folder, island.config_of(self.folder, self.manifest, trust, one))
+                first = island.config_of(self.folder, self.manifest, trust, next(iter(self.islands)))
+                prepare(pool, self.folder, first)
             try:
                 while self.tick < until:
                     self._stretch(pool, until, threads, trust, progress)
@@ -249,11 +247,13 @@ class Archipelago:
             finally:
                 island.forget(self.folder.absolute())
             if report:
-                self._report(pool)
+                jobs = {name: (str(self.folder.absolute()), name) for name in self.islands}
+                run_jobs(island.report, jobs, pool, lambda *_: None, _ended, MOST_LOSSES)
+                write_archipelago(self.folder)
         return self.manifest
 
     def _stretch(
-        self, pool: Executor, until: int, threads: int, trust: bool, progress: Progress | None
+        self, pool: Executor, until: int, threads: int, trust: bool, progress: island.Progress | None
     ) -> None:
         """Run all islands to the next barrier, and record their state there."""
         every = Plan.model_validate(self.manifest["config"]["archipelago"]).migration_interval
@@ -273,11 +273,6 @@ class Archipelago:
             "islands": {name: done[name] for name in jobs},
         }
         self.manifest["digest"] = digest_of(self.manifest["islands"])
-
-    def _report(self, pool: Executor) -> None:
-        jobs = {name: (str(self.folder.absolute()), name) for name in self.islands}
-        run_jobs(island.report, jobs, pool, lambda *_: None, _ended, MOST_LOSSES)
-        write_archipelago(self.folder)
 
 
 def _ended(name: str, error: BaseException) -> None:

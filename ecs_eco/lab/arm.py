@@ -56,14 +56,11 @@ def arms_of(world: WorldSource, changes: list[str], treatments: Sequence[str]) -
     """Return the arms of the unchanged world and of each treatment (a name or KEY=VALUE)."""
     arms = [Arm(UNTREATED, load(world, changes))]
     for name in treatments:
-        treatment, config = find(name, arms[0].config), arms[0].config
+        treatment = find(name, arms[0].config)
         try:
-            if (
-                treatment.assignment
-            ):  # loaded with the other changes, so that errors name the file and the line
-                config = load(world, [*changes, treatment.assignment])
-            else:
-                config = treatment.apply_to(config)
+            # an assignment is loaded with the other changes, so that errors name the file and the line
+            only = treatment.assignment
+            config = load(world, [*changes, only]) if only else treatment.apply_to(arms[0].config)
         except NotApplicable as error:
             raise refusal((), error.what, treatment.name, error.allowed, source=OPTION) from None
         arm = arm_of(config, treatment)
@@ -82,8 +79,7 @@ def arm_of(config: WorldConfig, treatment: Treatment) -> Arm:
 def replicates(
     arm: Arm, training_seeds: Sequence[int], world_seeds: Iterable[int]
 ) -> Iterator[tuple[int | None, int]]:
-    """Yield the training seed and world seed of each run of an arm; without trained policies, the training
-    seed is None."""
+    """Yield the training seed (None without trained policies) and world seed of each run of an arm."""
     return product((training_seeds if arm.trained_species else ()) or (None,), world_seeds)
 
 

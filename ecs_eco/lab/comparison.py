@@ -1,12 +1,11 @@
-"""A comparison: a world with and without treatments, run with the same seeds and stored in one folder. In
-Python, `compare` does all of this on any executor; `ecs-eco compare` adds a progress bar and a table."""
+"""A comparison: a world with and without treatments, run with the same seeds and stored in one folder."""
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, ClassVar, Literal, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 from pydantic import Field
 
@@ -14,7 +13,6 @@ from ecs_eco.analysis.compare import compare as differences
 from ecs_eco.config import WorldConfig
 from ecs_eco.config.loading import WorldSource
 from ecs_eco.engine.arguments import called_with
-from ecs_eco.inputs.section import Section
 from ecs_eco.lab.arm import Arm, arms_of, check_training, has_own_policies, replicates
 from ecs_eco.lab.executors import LOCAL, engine, prepare
 from ecs_eco.lab.runs import has_run, run_arm
@@ -23,21 +21,11 @@ from ecs_eco.lab.treatments import species_with_policy
 from ecs_eco.lab.work import evenly, run_jobs
 from ecs_eco.record import container
 from ecs_eco.record.claim import ours
-from ecs_eco.record.container import Container, inside
-from ecs_eco.record.manifest import Filename, Sha, Tick
+from ecs_eco.record.manifest import Filename, Tick
 from ecs_eco.worlds.policies import POLICIES
 
 
-class PlannedArm(Section):
-    """The settings of an arm that affect its results."""
-
-    config_hash: Sha
-    policies: str | dict[str, str]
-    learn: bool | dict[str, bool] | None
-    controls: list[str]
-
-
-class Planned(Container):
+class Planned(container.Container):
     """The manifest of a comparison, without the number of seeds, so that seeds and arms can be added."""
 
     FILE: ClassVar = "plan.json"
@@ -47,12 +35,11 @@ class Planned(Container):
     DECIDES: ClassVar = ("world", "ticks", "training seeds", "retrain")
     GROWS: ClassVar = True
 
-    kind: Literal["comparison"]
     world: str
     ticks: Tick
     trains: bool = Field(alias="training seeds")
     retrain: bool
-    arms: dict[Filename, PlannedArm]
+    arms: dict[Filename, dict[str, Any]]  # settings that affect results
 
     @classmethod
     def settings(cls, content: Mapping[str, Any]) -> dict[str, Any]:
@@ -106,28 +93,25 @@ class Comparison:
     @property
     def plan(self) -> dict[str, Any]:
         """The settings that identify the comparison, as in plan.json."""
-        arms = {
-            arm.name: {
-                "config_hash": arm.config.config_hash,
-                "policies": arm.policies,
-                "learn": arm.learn,
-                "controls": list(arm.controls),
-            }
-            for arm in self.arms
-        }
         return {
             "world": self.arms[0].config.name,
             "ticks": self.ticks,
             "training seeds": self.training_seeds is not None,
             "retrain": self.retrain,
-            "arms": arms,
+            "arms": {
+                arm.name: {
+                    "config_hash": arm.config.config_hash,
+                    "policies": arm.policies,
+                    "learn": arm.learn,
+                    "controls": list(arm.controls),
+                }
+                for arm in self.arms
+            },
         }
 
     def begin(self) -> None:
-        """Write the settings to the folder, keeping the arms already there.
-
-        Raises ForeignFile if the folder contains another comparison, or one begun in the other numerical mode.
-        """
+        """Write the settings to the folder, keeping the arms already there. Raises ForeignFile if it contains
+        another comparison, or one begun in the other numerical mode."""
         there = container.begin(self.folder, Planned, self.plan)
         if self.plan["arms"].keys() - there["arms"].keys():
             container.write(self.folder, Planned, there | {"arms": there["arms"] | self.plan["arms"]})
@@ -141,23 +125,18 @@ class Comparison:
                 training.setdefault(key.arm, []).append(key.training_seed)
         return differences(folders, self.folder, training=training, policies=self.policies_in_words())
 
-    def has_own_policies(self, arm: Arm) -> bool:
-        """Return whether the policies of an arm are trained in its own configuration."""
-        return has_own_policies(arm, self.arms[0].config, self.retrain)
-
     def policies_folder(self, arm: Arm) -> Path:
         """Return the folder of an arm's policies, which has a subfolder per training seed."""
-        owner = arm if self.has_own_policies(arm) else self.arms[0]
-        return self.folder / "policies" / owner.name
+        own = has_own_policies(arm, self.arms[0].config, self.retrain)
+        return self.folder / "policies" / (arm if own else self.arms[0]).name
 
     @cached_property
     def trainings(self) -> dict[Key, Training]:
-        """Return all trainings."""
         owners = {self.policies_folder(arm): arm for arm in reversed(self.arms) if arm.trained_species}
         return {
-            Key(place.name, seed): Training(inside(self.folder, place / f"seed-{seed}"), arm.config, seed)
+            Key(place.name, k): Training(container.inside(self.folder, place / f"seed-{k}"), arm.config, k)
             for place, arm in owners.items()
-            for seed in self.training_seeds or ()
+            for k in self.training_seeds or ()
         }
 
     @cached_property
@@ -170,42 +149,33 @@ class Comparison:
                 if k is not None:
                     treated = arm.with_policies(self.policies_folder(arm) / f"seed-{k}")
                     folder = folder / f"training-{k}"
-                folder = inside(self.folder, folder / f"seed-{seed}")
+                folder = container.inside(self.folder, folder / f"seed-{seed}")
                 jobs[Key(arm.name, seed, k)] = Run(treated, seed, self.ticks, folder)
         return jobs
 
     def policies_in_words(self) -> dict[str, str]:
-        """Describe the policies of each arm."""
-        if self.training_seeds is None:
-            return {arm.name: self._bundled(arm) for arm in self.arms if species_with_policy(arm.config)}
-        return {arm.name: self._trained(arm) for arm in self.arms}
+        arms = [
+            arm for arm in self.arms if self.training_seeds is not None or species_with_policy(arm.config)
+        ]
+        return {arm.name: self._policies(arm) for arm in arms}
 
-    def _bundled(self, arm: Arm) -> str:
-        if isinstance(arm.policies, str) and arm.policies not in POLICIES:
+    def _policies(self, arm: Arm) -> str:
+        seeds = self.training_seeds
+        if seeds is None and isinstance(arm.policies, str) and arm.policies not in POLICIES:
             return f"the policies in {arm.policies}"
-        if not arm.trained_species:
-            return "untrained policies"
-        same = "" if arm is self.arms[0] else ", the same as the first arm"
-        return f"the world's own policies{_of_some(arm)}{same}"
-
-    def _trained(self, arm: Arm) -> str:
-        if not arm.trained_species:
-            return "untrained policies and has no training seed"
-        own, n = self.has_own_policies(arm), len(self.training_seeds or ())
-        how = "trained again with its own values" if own else "trained in the unchanged world"
+        if not (trained := arm.trained_species):
+            return "untrained policies" + ("" if seeds is None else " and has no training seed")
+        own = has_own_policies(arm, self.arms[0].config, self.retrain)
         same = "" if own or arm is self.arms[0] else ", the same as the first arm"
-        return f"policies{_of_some(arm)} {how}{same}, from {n} training seed{'s' * (n != 1)}"
-
-
-def _of_some(arm: Arm) -> str:
-    """Describe which species use trained policies, if not all do."""
-    trained = arm.trained_species
-    return "" if trained == species_with_policy(arm.config) else f" of {', '.join(trained)}"
+        some = "" if trained == species_with_policy(arm.config) else f" of {', '.join(trained)}"
+        if seeds is None:
+            return f"the world's own policies{some}{same}"
+        how = "trained again with its own values" if own else "trained in the unchanged world"
+        return f"policies{some} {how}{same}, from {len(seeds)} training seed{'s' * (len(seeds) != 1)}"
 
 
 def missing(jobs: Jobs, done: Callable[..., bool]) -> Jobs:
-    """Return the jobs that are not `done`, ordered so that arms and seeds advance as evenly as possible. Raises
-    ForeignFile if a job's folder contains something else."""
+    """Return the jobs that are not `done`, with arms and seeds advancing evenly. Raises ForeignFile."""
     left = (key for key, job in jobs.items() if not done(*job))
     return {key: jobs[key] for key in evenly(left, lambda key: key.arm)}
 

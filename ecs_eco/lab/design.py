@@ -1,6 +1,6 @@
 """The design of a sweep: a fully checked plan, all of whose worlds load, with its jobs and training runs."""
 
-from collections.abc import Container, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -8,22 +8,18 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import ConfigDict, Field
 
-from ecs_eco.config import WorldConfig, load
+from ecs_eco.config import Section, WorldConfig, load
 from ecs_eco.config.checks.reporters import problems_of_rules
-from ecs_eco.config.document import read_document
-from ecs_eco.config.ranges import key_of
+from ecs_eco.config.document import Document, read_document
+from ecs_eco.config.ranges import Key, key_of
 from ecs_eco.config.shipped import named, shipped
 from ecs_eco.engine.errors import MOST, ConfigError, Problem, nearest
-from ecs_eco.inputs.section import Section
 from ecs_eco.lab.arm import UNTREATED, Arm, arm_of, has_own_policies, problems_of_policies, replicates
 from ecs_eco.lab.plan import MOST_JOBS, PlanFile, Point, number_of_points, points_of, problems_of_ranges
 from ecs_eco.lab.treatments import NotApplicable, find, species_with_policy
 from ecs_eco.learning.weights import hash_of
 from ecs_eco.record.manifest import Seed, Sha, Tick
 from ecs_eco.worlds.policies import POLICIES
-
-Place = tuple[str | int, ...]
-
 
 NAME = r"^[0-9a-f]{16}/seed-[0-9]+$"  # name of a training run: its world and its seed
 
@@ -133,59 +129,44 @@ def design_of(file: PlanFile, *, trust: bool = False) -> Design:
 
 def _base(file: PlanFile, trust: bool) -> WorldConfig:
     """Return the world of a plan, with the values and reporters shared by all runs."""
-    plan = file.plan
-    given = file.document.data["world"]
-    world = plan.world if named(plan.world) is not None else str(file.folder / plan.world)
-    document = read_document(_there(file, world) if isinstance(given, str) else given)
+    plan, document = file.plan, _document(file)
     document.set_by = file.document.source
     values = plan.set | {f'reporters."{name}"': what for name, what in plan.reporters.items()}
     try:
         return load(document, values, trust=trust)
     except ConfigError as error:
-        raise _as_plan(
-            error,
-            file,
-            {key_of(name): ("set", name) for name in plan.set}
-            | {("reporters", name): ("reporters", name) for name in plan.reporters},
-        ) from None
+        places: dict[Key, Key] = {key_of(name): ("set", name) for name in plan.set}
+        places |= {("reporters", name): ("reporters", name) for name in plan.reporters}
+        problems = []
+        for problem in error.problems:
+            if problem.source == file.document.source:
+                key = _known_part(problem.key, places)
+                problem = problem.moved(key=() if key is None else places[key], source="")
+            problems.append(problem)
+        raise file.refused(problems) from None
 
 
-def _there(file: PlanFile, world: str) -> str:
-    """Return the name or file of a world after checking that it exists."""
+def _document(file: PlanFile) -> Document:
+    """Return the document of a plan's world."""
+    given, world = file.document.data["world"], file.plan.world
+    if not isinstance(given, str):
+        return read_document(given)
     try:
-        read_document(world)
+        return read_document(world if named(world) is not None else str(file.folder / world))
     except ConfigError as error:
         first = error.problems[0]
         if first.source != "WORLD":
             raise
-        near = nearest(file.plan.world, [*shipped(), *(p.name for p in file.folder.glob("*.toml"))])
-        raise file.refused(
-            [first.moved(key=("world",), value=file.plan.world, source="", nearest=near)]
-        ) from None
-    return world
+        near = nearest(world, [*shipped(), *(p.name for p in file.folder.glob("*.toml"))])
+        raise file.refused([first.moved(key=("world",), value=world, source="", nearest=near)]) from None
 
 
-def _as_plan(error: ConfigError, file: PlanFile, places: Mapping[Place, Place]) -> ConfigError:
-    """Return the error for a world with a plan's values, with each problem at its line in the plan."""
-    problems = []
-    for problem in error.problems:
-        if problem.source != file.document.source:
-            problems.append(problem)
-            continue
-        key = _known_part(problem.key, places)
-        problems.append(
-            problem.moved(key=(), source="") if key is None else problem.moved(key=places[key], source="")
-        )
-    return file.refused(problems)
-
-
-def _known_part(key: Place, known: Container[Place]) -> Place | None:
+def _known_part(key: Key, known: Container[Key]) -> Key | None:
     """Return the longest known prefix of a key."""
     return next((key[:n] for n in range(len(key), 0, -1) if key[:n] in known), None)
 
 
 def _of_policies(file: PlanFile, base: WorldConfig) -> Iterator[Problem]:
-    """Yield problems with a plan's policies and training."""
     plan, known = file.plan, species_with_policy(base)
     if plan.retrain and plan.training_seeds is None:
         yield Problem(("retrain",), "nothing is trained", True, "training_seeds = N as well")
@@ -217,17 +198,16 @@ def _arms(
         except ConfigError as error:
             yield from (_at_value(problem, point) for problem in error.problems)
             continue
-        if (vain := _vain(file, point)) is not None:
-            yield vain
-        for treatment in ("", *file.plan.treatments):
+        if vain := [] if file.plan.retrain else [name for name in point if key_of(name)[0] == "training"]:
+            fault = "changes only training, but all jobs run with the same policies"
+            yield Problem(point[vain[0]].place, fault, values[vain[0]], "retrain = true as well")
+        for i, treatment in enumerate(("", *file.plan.treatments), -1):
             try:
                 arms.append((values, treatment, treated(config, treatment)))
             except NotApplicable as error:
-                at = ("treatments", file.plan.treatments.index(treatment))
-                yield Problem(at, error.what, treatment, error.allowed)
+                yield Problem(("treatments", i), error.what, treatment, error.allowed)
             except ConfigError as error:
-                at = ("treatments", file.plan.treatments.index(treatment))
-                yield error.problems[0].moved(key=at, value=treatment, source="", line=None)
+                yield error.problems[0].moved(key=("treatments", i), value=treatment, source="", line=None)
 
 
 def treated(config: WorldConfig, treatment: str) -> Arm:
@@ -248,26 +228,12 @@ def _at_value(problem: Problem, point: Point) -> Problem:
             key=point[own].place, value=point[own].value, source="", line=None, what=deeper + problem.what
         )
     words = ", ".join(f"{name} = {entry.value}" for name, entry in point.items())
-    place = next(iter(point.values())).place if point else ("world",)
     return problem.moved(
-        key=place,
+        key=next(iter(point.values())).place if point else ("world",),
         source="",
         line=None,
         what=f"with {words}: {problem.path}: {problem.what}" if words else problem.what,
     )
-
-
-def _vain(file: PlanFile, point: Point) -> Problem | None:
-    """Return a problem if a point changes [training] although no policies are trained with its values."""
-    for name, entry in point.items():
-        if key_of(name)[0] == "training" and not file.plan.retrain:
-            return Problem(
-                entry.place,
-                "changes only training, but all jobs run with the same policies",
-                entry.value,
-                "retrain = true as well",
-            )
-    return None
 
 
 def _jobs(
@@ -287,8 +253,7 @@ def _jobs(
                     (values, treatment) if own else ({}, ""),
                 )
                 trainings.setdefault(name, Training(name, training_seed, *source, trained_in))
-            point = at // per_point
-            jobs.append(Job(len(jobs), point, values, treatment, training_seed, seed, name, world))
+            jobs.append(Job(len(jobs), at // per_point, values, treatment, training_seed, seed, name, world))
     return jobs, trainings
 
 

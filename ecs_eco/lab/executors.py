@@ -1,6 +1,5 @@
-"""Engines that run calls as `concurrent.futures` executors: `local` uses processes on this machine, `ray` a
-Ray cluster. Other executors, such as those of Dask and mpi4py, must use processes, because a world is bound
-to one thread."""
+"""Engines, which are `concurrent.futures` executors: `local` for processes on this machine, `ray` for a cluster.
+Other executors, such as those of Dask and mpi4py, must use processes: a world is bound to one thread."""
 
 from __future__ import annotations
 
@@ -27,12 +26,9 @@ def check_engine(on: str) -> None:
 
 
 def executor(on: str = LOCAL, workers: int | None = None) -> Executor:
-    """Return an engine's executor for use in a `with` statement.
-
-    By default, `local` has two `workers`, and `ray` uses all CPUs of its cluster. Raises ConfigError if
-    the engine is unknown, if Ray is not installed or its cluster does not answer, and for `slurm`, which runs
-    only whole sweeps.
-    """
+    """Return an engine's executor for use in a `with` statement; by default, `local` has two `workers`, and
+    `ray` uses all CPUs of its cluster. Raises ConfigError if the engine is unknown, if Ray is missing or its
+    cluster does not answer, and for `slurm`, which runs only whole sweeps."""
     check_engine(on)
     if on == SLURM:
         allowed = (
@@ -50,10 +46,8 @@ def executor(on: str = LOCAL, workers: int | None = None) -> Executor:
 
 
 def engine(on: str | Executor = LOCAL, workers: int | None = None) -> AbstractContextManager[Executor]:
-    """Return a context manager for an executor: a new one, or the given one, which stays open.
-
-    If an exception leaves the block, a new executor is shut down at once.
-    """
+    """Return a context manager for an executor: a new one, which an exception that leaves the block shuts down
+    at once, or the given one, which stays open."""
     return nullcontext(on) if isinstance(on, Executor) else executor(on, workers)
 
 
@@ -66,10 +60,7 @@ def workers_of(pool: Executor) -> int:
 
 
 def prepare(pool: Executor, folder: Path, config: WorldConfig) -> None:
-    """Before many calls on a cluster, check that each machine can access the folder, and compile the kernels
-    there. Raises a ConfigError that names the machines that cannot access it. Other executors need no
-    preparation.
-    """
+    """Check that a cluster's machines can access the folder, else raise ConfigError; compile kernels there."""
     if hasattr(pool, "on_each_machine"):
         pool.on_each_machine(folder.absolute(), compile_kernels, config)
 

@@ -1,5 +1,4 @@
-"""The folder of a sweep: sweep.json with its plan, world and jobs, and a folder for each job. It contains
-everything that jobs need, so you can move it or put it on a shared disk."""
+"""The folder of a sweep: sweep.json with all that jobs need, so that you can move it, and a folder per job."""
 
 import os
 import shutil
@@ -7,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import Field, model_validator
 
@@ -20,7 +19,6 @@ from ecs_eco.lab.treatments import NotApplicable, species_with_policy
 from ecs_eco.lab.work import evenly
 from ecs_eco.record import container
 from ecs_eco.record.code import FOLDER as CODE, check_code, keep_copies, noted, sources
-from ecs_eco.record.container import Container, inside
 from ecs_eco.record.manifest import Config, Tick
 
 SWEEP, JOBS, DONE, FAILED, PROGRESS = "sweep.json", "jobs", "done.json", "failed.json", "progress.json"
@@ -28,7 +26,7 @@ RUN = "run"  # run folder within the job's folder
 GIVEN = "given"  # folder for the policies named in a plan
 
 
-class Manifest(Container):
+class Manifest(container.Container):
     """The manifest of a sweep."""
 
     FILE: ClassVar = SWEEP
@@ -37,7 +35,6 @@ class Manifest(Container):
     OTHER: ClassVar = "contains the sweep of another plan"
     DECIDES: ClassVar = ("plan", "jobs")
 
-    kind: Literal["sweep"]
     world: str
     title: str
     source: str
@@ -73,12 +70,10 @@ class Sweep:
 
     @property
     def hash(self) -> str:
-        """The hash of its plan."""
         return str(self.content["hash"])
 
     @property
     def ticks(self) -> int:
-        """The length of each run."""
         return int(self.content["ticks"])
 
     def may_continue(self) -> None:
@@ -87,7 +82,6 @@ class Sweep:
 
     @cached_property
     def jobs(self) -> tuple[Job, ...]:
-        """All jobs."""
         return tuple(Job(**job) for job in self.content["jobs"])
 
     def evenly(self, numbers: Iterable[int]) -> list[int]:
@@ -96,7 +90,6 @@ class Sweep:
 
     @cached_property
     def trainings(self) -> dict[str, Training]:
-        """All training runs, by name."""
         return {one["name"]: Training(**one) for one in self.content["trainings"]}
 
     def job_folder(self, number: int) -> Path:
@@ -107,8 +100,7 @@ class Sweep:
         return self.folder / JOBS / f"{number:04d}"
 
     def policies_folder(self, training: str) -> Path:
-        """Return the folder to which a training run writes its policies."""
-        return inside(self.folder, self.folder / "policies" / training)
+        return container.inside(self.folder, self.folder / "policies" / training)
 
     def training(self, name: str) -> tuple[Path, WorldConfig, int]:
         """Return the arguments of `trained.train_or_find`."""
@@ -189,10 +181,8 @@ def _read(folder: Path, written: int, size: int) -> Sweep:
 
 
 def begin(folder: Path, design: Design) -> Sweep:
-    """Write a design's sweep to a folder unless it is already there, and return it.
-
-    Raises ForeignFile if the folder contains a sweep with a different plan.
-    """
+    """Write a design's sweep to a folder unless it is already there, and return it. Raises ForeignFile if the
+    folder contains a sweep with a different plan."""
     if container.has(folder, Manifest):
         check_plan(folder, design)
         return read_sweep(folder)
@@ -231,10 +221,10 @@ def _keep_policies(folder: Path, design: Design) -> Path:
     """Copy the policies of the world and the plan; return the path that replaces the world's folder."""
     config = design.base
     files = [s.policy.file for s in config.species.values() if s.policy.file is not None]
-    inside = [file for file in files if not os.path.isabs(file)]
-    ups = max([Path(os.path.normpath(file)).parts.count("..") for file in inside], default=0)
+    files = [file for file in files if not os.path.isabs(file)]
+    ups = max([Path(os.path.normpath(file)).parts.count("..") for file in files], default=0)
     home = Path("world", *["below"] * ups)  # deep enough for files above the world's folder
-    for file in inside:
+    for file in files:
         if config.file(file).is_file():
             copy = folder / os.path.normpath(home / file)
             copy.parent.mkdir(parents=True, exist_ok=True)

@@ -19,7 +19,6 @@ from ecs_eco.record import checkpoint, container
 from ecs_eco.record.archipelago import FILE, ISLANDS, Manifest, check_island, read
 from ecs_eco.record.claim import Claim, claim_new
 from ecs_eco.record.code import recorded
-from ecs_eco.record.container import inside
 from ecs_eco.runs.begin import begin, begun, keep_manifest
 from ecs_eco.runs.run import built, go_on, manifest_of, read_manifest, restored, snapshots
 from ecs_eco.worlds.policies import weights_files
@@ -29,8 +28,7 @@ OWN = {"uid": np.dtype(np.uint64), "born": np.dtype(np.int64), "to": np.dtype(np
 
 
 def write_migrants(path: Path, archipelago: str, world: World) -> dict[str, dict[str, int]]:
-    """Write the migrants that leave an island before its next tick to its run folder, with the archipelago's
-    hash; return their numbers: species → island → number."""
+    """Write the migrants that leave before the next tick; return their numbers: species → island → number."""
     islands = world.config.archipelago
     leaving = copied(world)
     arrays: dict[str, np.ndarray] = {}
@@ -59,17 +57,15 @@ def arrivals(
     root: Path, archipelago: str, world: World, tick: int
 ) -> Iterator[tuple[int, dict[str, Migrants]]]:
     """Yield the migrants that other islands sent here at a barrier, in order of island number. Raises
-    CheckpointError if a file is missing or damaged, ForeignFile if it is from another archipelago, island or
-    barrier."""
+    CheckpointError if a file is missing or damaged, ForeignFile if it is from elsewhere."""
     islands = world.config.archipelago
     for number, targets in enumerate(islands.neighbours()):
         if islands.number in targets:
             name = islands.names[number]
-            file = root / ISLANDS / name / FOLDER / checkpoint.name_of(tick)
             yield (
                 number,
                 read_migrants(
-                    inside(root, file),
+                    container.inside(root, root / ISLANDS / name / FOLDER / checkpoint.name_of(tick)),
                     {"archipelago": archipelago, "island": name, "tick": tick},
                     list(islands.migration_probability),
                 ),
@@ -99,7 +95,7 @@ def read_migrants(file: Path, wanted: dict[str, Any], wander: list[str]) -> dict
 KEEP = 3  # number of checkpoints kept per island
 PATIENCE = 60.0  # [s] to wait for a worker that is ending to release an island's folder
 
-Progress = Callable[[int, int], None]
+Progress = Callable[[int, int], None]  # receives the ticks done and planned
 
 
 class Live(NamedTuple):
@@ -123,13 +119,16 @@ def advance(
     trust: bool = False,
     progress: Progress | None = None,
 ) -> dict[str, Any]:
-    """Run one island of an archipelago from tick `start` to `until`, and return its final state. At a
-    barrier, migrants leave and arrive first; migrants that leave at `until` are written to the island's
-    `exports`. Files from later ticks are overwritten with the same content."""
+    """Run one island from tick `start` to `until`, and return its final state. At a barrier, migrants leave and
+    arrive first; those that leave at `until` are written. Later files are overwritten with the same content."""
     root = Path(archipelago)
-    plan, path = read(root), inside(root, root / ISLANDS / name)
+    plan, path = read(root), container.inside(root, root / ISLANDS / name)
     container.may_continue(root, plan, Manifest)
-    with finishing(), once_free(lambda: _claim(path), PATIENCE, 0.1) as claim:
+
+    def claimed() -> Claim:
+        return Claim(path) if (path / "manifest.json").is_file() else claim_new(path)
+
+    with finishing(), once_free(claimed, PATIENCE, 0.1) as claim:
         begin_ = time.perf_counter()
         live = _taken(path, start, claim) or _opened(claim, plan, name, start, threads, trust)
         world, folder, manifest = live.world, live.folder, live.manifest
@@ -162,12 +161,8 @@ def forget(archipelago: str | Path) -> None:
 
 
 def report(archipelago: str, name: str) -> str:
-    """Write the report of one island; return its path."""
+    """Write the report of one island and return its path."""
     return str(write_report(Path(archipelago) / ISLANDS / name))
-
-
-def _claim(path: Path) -> Claim:
-    return Claim(path) if (path / "manifest.json").is_file() else claim_new(path)
 
 
 def _taken(path: Path, start: int, claim: Claim) -> Live | None:
@@ -211,11 +206,10 @@ def _begun(claim: Claim, plan: Mapping[str, Any], name: str, threads: int, trust
     config = config_of(claim.path.parent.parent, plan, trust, name)
     policies, learn = plan["policies"], plan["learn"]
     world = built(config, None, policies, threads, learn, ())
-    every = plan["snapshot_every"] or snapshots(config, plan["ticks"])
     manifest = manifest_of(world, plan["ticks"], policies, learn, ()) | {
         "island": name,
         "archipelago": plan["hash"],
-        "snapshot_every": every,
+        "snapshot_every": plan["snapshot_every"] or snapshots(config, plan["ticks"]),
         "checkpoint_every": None,
         "keep": 10**9,
         "record": plan["record"],

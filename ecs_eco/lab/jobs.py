@@ -24,15 +24,14 @@ from ecs_eco.inputs.section import Section
 from ecs_eco.inputs.trust import allow
 from ecs_eco.lab.design import Job
 from ecs_eco.lab.folder import DONE, FAILED, PROGRESS, RUN, Sweep, read_sweep
-from ecs_eco.lab.pool import once_free
+from ecs_eco.lab.pool import PATIENCE, once_free
 from ecs_eco.lab.runs import has_run, run_arm
 from ecs_eco.lab.trained import is_trained, train_or_find
 from ecs_eco.record.claim import Claim, ours
 from ecs_eco.record.container import inside
-from ecs_eco.record.manifest import Seed, Sha, Tick
+from ecs_eco.record.manifest import Sha
 from ecs_eco.record.seal import read_manifest, read_sealed, write_manifest
 
-PATIENCE = 150.0  # [s] to wait for another process that runs the job; longer than the leases of shared disks
 PACE = 1.0  # [s] between records of a job's progress
 BOOTSTRAPS = 99  # for the p value of a period; cycles in single runs are reported at p ≤ 0.05
 UNFINISHED = 75  # exit code of a process that was asked to stop and left a checkpoint: EX_TEMPFAIL
@@ -95,12 +94,9 @@ def run_job(folder: str | Path, number: int, allowed: Collection[str] = ()) -> d
 
 
 def train(folder: str | Path, name: str, allowed: Collection[str] = ()) -> str:
-    """Train the policies of one of a sweep's training runs unless they exist, and return their folder.
-
-    Only one process trains the same policies at a time; other processes wait for it.
-    """
-    sweep = _opened(folder, allowed)
-    place, config, seed = sweep.training(name)
+    """Train the policies of one of a sweep's training runs unless they exist, after waiting for any process that
+    is training them; return their folder."""
+    place, config, seed = _opened(folder, allowed).training(name)
     while not is_trained(place, config, seed):
         try:
             with ours(place.with_name(f"{place.name}.training")):
@@ -129,21 +125,13 @@ class Summary(Section):
 
 
 class Done(Section):
-    """The contents of done.json."""
+    """The contents of done.json that are read back, in addition to the job's identity."""
+
+    model_config = ConfigDict(extra="allow", strict=True)
 
     format: Literal[1]
-    number: int
-    sweep: Sha
-    values: dict[str, Any]
-    treatment: str
-    training_seed: Seed | None
-    world_seed: Seed
-    config_hash: Sha
     digest: Sha
-    ticks: Tick
     git_commit: str | None
-    versions: dict[str, str]
-    weights: dict[str, str]
     ended_by: dict[str, Any] | None = None  # condition and tick
     seconds: float
     began: float
@@ -153,10 +141,8 @@ class Done(Section):
 
 
 def read_done(sweep: Sweep, number: int) -> dict[str, Any] | None:
-    """Return the contents of a job's done.json, or None if the job is not done.
-
-    Raises ForeignFile if the file belongs to another job, RecordingError if it is damaged.
-    """
+    """Return the contents of a job's done.json, or None if the job is not done. Raises ForeignFile if the file
+    belongs to another job, RecordingError if it is damaged."""
     path = sweep.job_folder(number) / DONE
     if not path.exists():
         return None
@@ -165,8 +151,7 @@ def read_done(sweep: Sweep, number: int) -> dict[str, Any] | None:
     except RecordingError as error:
         raise RecordingError(f"{error}; remove this file; the job will then find its run") from None
     job = sweep.jobs[number]
-    wanted = _identity(sweep, job)
-    if different := [key for key, value in wanted.items() if done[key] != value]:
+    if different := [key for key, value in _identity(sweep, job).items() if done.get(key) != value]:
         raise ForeignFile(
             f"{path}: belongs to another job ({', '.join(different)}), not to {job}; remove its folder"
         )
@@ -174,7 +159,6 @@ def read_done(sweep: Sweep, number: int) -> dict[str, Any] | None:
 
 
 def _identity(sweep: Sweep, job: Job) -> dict[str, Any]:
-    """Return the entries of done.json that identify a job."""
     return {
         "number": job.number,
         "sweep": sweep.hash,
@@ -188,7 +172,6 @@ def _identity(sweep: Sweep, job: Job) -> dict[str, Any]:
 
 
 def _do(sweep: Sweep, job: Job, place: Path) -> dict[str, Any]:
-    """Train and run a job; return the contents of its done.json."""
     note = _noting(place / PROGRESS, sweep.ticks)
     note(_tick_of(place / RUN), sweep.ticks)
     if job.training is not None:
@@ -214,10 +197,8 @@ def _do(sweep: Sweep, job: Job, place: Path) -> dict[str, Any]:
 
 
 def summary_of(run: Path, from_tick: int = 0) -> dict[str, Any]:
-    """Summarize a run folder as JSON: population sizes over the run and at its end, with times in ticks.
-
-    Means, cycles, births and deaths are computed from `from_tick` on, extinctions over the whole run.
-    """
+    """Summarize a run folder as JSON, with times in ticks. Means, cycles, births and deaths are computed from
+    `from_tick` on, extinctions over the whole run."""
     whole = load_series(run)
     late = whole.ticks >= from_tick
     series = replace(whole, ticks=whole.ticks[late], columns={k: v[late] for k, v in whole.columns.items()})
@@ -256,7 +237,6 @@ def summary_of(run: Path, from_tick: int = 0) -> dict[str, Any]:
 
 
 def _opened(folder: str | Path, allowed: Collection[str]) -> Sweep:
-    """Return the sweep in a folder, after allowing code with these hashes to run."""
     if allowed:
         allow(allowed)
     sweep = read_sweep(folder)
@@ -265,8 +245,7 @@ def _opened(folder: str | Path, allowed: Collection[str]) -> Sweep:
 
 
 def _noting(path: Path, ticks: int) -> Callable[[int, int], None]:
-    """Return a progress function that periodically writes the current tick and the time of the first tick to
-    a file."""
+    """Return a progress function that writes the current tick and the time of the first tick to a file."""
     last = 0.0
     begin: dict[str, Any] = {"pid": os.getpid(), "host": socket.gethostname(), "ticks": ticks}
 

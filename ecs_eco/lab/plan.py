@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from importlib.util import find_spec
 from itertools import product
+from math import prod
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -50,7 +51,6 @@ class Sample(Section):
 
     @property
     def size(self) -> int:
-        """The number of points drawn."""
         return (
             self.points
             * {"lhs": 1, "sobol": len(self.ranges) + 2, "morris": len(self.ranges) + 1}[self.design]
@@ -145,7 +145,6 @@ class PlanFile:
         return self.document.folder
 
     def refused(self, problems: Iterable[Problem]) -> ConfigError:
-        """Return an error that lists these problems with their lines."""
         return _refused(self.document, self.written, problems)
 
 
@@ -153,10 +152,7 @@ def read_plan(
     plan: str | Path | Mapping[str, Any], design: str | None = None, seeds: int | None = None
 ) -> PlanFile:
     """Read a plan from a file, or from a dict whose paths are relative to the working folder; `design` replaces
-    the design of its ranges, and `seeds` its world seeds.
-
-    Raises ConfigError if the plan is not valid TOML, or has unknown keys or values of the wrong type.
-    """
+    the design of its ranges, `seeds` its world seeds. Raises ConfigError if the plan is invalid."""
     if isinstance(plan, Mapping):
         document = Document(dict(plan), "plan", Path())
     else:
@@ -265,10 +261,6 @@ def _of_values(plan: Plan) -> Iterator[Problem]:
         if missing := (plan.list or [{}])[0].keys() ^ entry.keys():
             fault = f"has different keys from the first: {', '.join(sorted(missing))}"
             yield Problem(("list", i), fault, entry, "the same keys in all [[list]] tables")
-    yield from _twice(plan)
-
-
-def _twice(plan: Plan) -> Iterator[Problem]:
     sections: dict[Key, Iterable[str]] = {
         ("set",): plan.set,
         ("grid",): plan.grid or {},
@@ -323,10 +315,8 @@ def points_of(plan: Plan, base: WorldConfig) -> Iterator[Point]:
 
 def number_of_points(plan: Plan) -> int:
     """Return the number of points of a plan."""
-    n = len(plan.list or [()]) * (plan.sample.size if plan.sample else 1)
-    for values in (plan.grid or {}).values():
-        n *= len(values)
-    return n
+    drawn = plan.sample.size if plan.sample else 1
+    return len(plan.list or [()]) * drawn * prod(map(len, (plan.grid or {}).values()))
 
 
 def problems_of_ranges(plan: Plan, base: WorldConfig) -> Iterator[Problem]:
@@ -361,7 +351,6 @@ def problems_of_ranges(plan: Plan, base: WorldConfig) -> Iterator[Problem]:
 
 
 def _drawn(sample: Sample, base: WorldConfig) -> list[Point]:
-    """Return the points of a plan's ranges."""
     shares = sample.shares()
     data = base.model_dump()
     points: list[Point] = [{} for _ in shares]

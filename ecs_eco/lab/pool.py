@@ -5,7 +5,7 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
@@ -18,21 +18,21 @@ from ecs_eco.engine.processes import SAFE
 Result = TypeVar("Result")
 PINS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 ENDED = 130  # exit code of a worker that was asked to end
+PATIENCE = 150.0  # [s] to wait for a folder whose owner was lost; longer than the leases of shared disks
 
 
 @contextmanager
 def one_thread_each() -> Iterator[None]:
     """Start processes in this context with one thread and without imports from their folder."""
-    before = {name: os.environ.get(name) for name in (*PINS, SAFE)}
-    os.environ.update(dict.fromkeys(before, "1"))
+    pins = dict.fromkeys((*PINS, SAFE), "1")
+    before = {name: os.environ[name] for name in pins if name in os.environ}
+    os.environ.update(pins)
     try:
         yield
     finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
+        for name in pins:
+            del os.environ[name]
+        os.environ.update(before)
 
 
 def begin_worker() -> None:
@@ -42,11 +42,7 @@ def begin_worker() -> None:
 
 
 def end_with_parent() -> None:
-    """Send SIGTERM to this process when its parent ends; call this when a worker starts.
-
-    A pool's workers hold both ends of the pipe they wait on, so if their parent were killed, they would keep
-    running queued calls.
-    """
+    """Send SIGTERM to this process when its parent ends; a pool's workers would keep running queued calls."""
     parent = multiprocessing.parent_process()
     if parent is None:
         return
@@ -72,12 +68,8 @@ def once_free(call: Callable[[], Result], patience: float, pause: float = 1.0) -
 
 @contextmanager
 def finishing() -> Iterator[None]:
-    """Raise KeyboardInterrupt within this context when the worker is asked to end, so that it can save its
-    state.
-
-    Outside workers, this has no effect: Ctrl-C raises KeyboardInterrupt anyway, and Dask workers run calls
-    outside the main thread, where no signals arrive.
-    """
+    """Raise KeyboardInterrupt within this context when the worker is asked to end, so that it saves its state.
+    Elsewhere, Ctrl-C does this; Dask workers run calls outside the main thread, where no signals arrive."""
     if multiprocessing.parent_process() is None or threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -120,8 +112,13 @@ class Pool(Executor):
 
     def submit(self, fn: Callable[..., Result], /, *args: Any, **kwargs: Any) -> Future[Result]:
         """Submit a call; with one worker, it is done when this method returns."""
+        future: Future[Result] = Future()
         if self.workers == 1:
-            return _done_here(fn, args, kwargs)
+            try:
+                future.set_result(fn(*args, **kwargs))
+            except Exception as error:  # Ctrl-C ends this process
+                future.set_exception(error)
+            return future
         try:
             with one_thread_each():  # starts a process if none is idle, and initially a lock tracker
                 if self._processes is None:
@@ -129,9 +126,8 @@ class Pool(Executor):
                     self._processes = ProcessPoolExecutor(self.workers, spawn, initializer=begin_worker)
                 return self._processes.submit(fn, *args, **kwargs)
         except BrokenProcessPool as error:
-            broken: Future[Result] = Future()
-            broken.set_exception(error)
-            return broken
+            future.set_exception(error)
+            return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """End the workers after all submitted calls, or after the current calls if `cancel_futures` is true."""
@@ -153,13 +149,3 @@ class Pool(Executor):
             self.shutdown()
         else:
             self.terminate()
-
-
-def _done_here(fn: Callable[..., Result], args: Sequence[Any], kwargs: Mapping[str, Any]) -> Future[Result]:
-    """Run a call in this process, where Ctrl-C ends it."""
-    future: Future[Result] = Future()
-    try:
-        future.set_result(fn(*args, **kwargs))
-    except Exception as error:
-        future.set_exception(error)
-    return future

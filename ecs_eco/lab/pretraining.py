@@ -1,5 +1,4 @@
-"""Pre-training and its evaluation: policies learn from random weights while respawning keeps population sizes
-constant."""
+"""Pre-training and its evaluation: policies learn from random weights while respawning keeps numbers constant."""
 
 import time
 from collections.abc import Callable
@@ -108,7 +107,7 @@ def over_time(training_worlds: TrainingWorlds) -> dict[str, Any]:
     """Return each species' updates and frequencies of actions as lists; undefined values are None."""
     updates, actions = training_worlds.history()
     learning = {
-        s: {"tick": u.ticks.tolist(), **{word: _plain(v) for word, v in u.columns.items()}}
+        s: {"tick": u.ticks.tolist(), **{word: clean(v.astype(float)) for word, v in u.columns.items()}}
         for s, u in updates_of(updates).items()
     }
     acts = {}
@@ -116,13 +115,9 @@ def over_time(training_worlds: TrainingWorlds) -> dict[str, Any]:
         curves = [thinned(a.ticks, a.share[:, i]) for i in range(len(a.actions))]
         acts[s] = {
             "tick": curves[0][0].tolist(),
-            **{name: _plain(c[1]) for name, c in zip(a.actions, curves, strict=True)},
+            **{name: clean(c[1].astype(float)) for name, c in zip(a.actions, curves, strict=True)},
         }
     return {"learning": learning, "actions": acts}
-
-
-def _plain(values: np.ndarray) -> list[float | None]:
-    return [float(v) if np.isfinite(v) else None for v in values]
 
 
 def ramp(world: World, config: WorldConfig, share: float) -> None:
@@ -138,10 +133,10 @@ def save(result: dict[str, Any], out: Path) -> None:
     out.mkdir(parents=True, exist_ok=True)
     for name, weights in result["policies"].items():
         save_weights(out / f"{name}.safetensors", weights, result["names"][name])
-    hashes = {name: hash_of(out / f"{name}.safetensors") for name in result["policies"]}
     write_manifest(
         out,
-        {k: v for k, v in result.items() if k not in ("policies", "names")} | {"weights": hashes},
+        {k: v for k, v in result.items() if k not in ("policies", "names")}
+        | {"weights": {name: hash_of(out / f"{name}.safetensors") for name in result["policies"]}},
         "training.json",
     )
 
@@ -161,20 +156,18 @@ TICKS = 300  # maximum length of each run
 def against_random(
     config: WorldConfig, policies: Path | str, seed: int, ticks: int = TICKS, seeds: int = SEEDS
 ) -> dict[str, Any]:
-    """Run trained and random policies, both without learning, in the training world with `seeds` seeds.
-    Return, by species and measure, {"trained": [mean, low, high], "random": …, "difference": …} with 95%
-    intervals (Student's t over seeds, which both arms share)."""
+    """Run trained and random policies, both without learning, in the training world with the same seeds. Return
+    {"trained": [mean, low, high], "random": …, "difference": …} by species and measure, with 95% intervals."""
     found = {
         arm: [_measured(config, chosen, seed + 1 + k, ticks) for k in range(seeds)]
         for arm, chosen in (("trained", str(policies)), ("random", "random"))
     }
     out: dict[str, Any] = {}
     for s, measures in found["trained"][0].items():
-        out[s] = {}
         for word in measures:
             trained, random = (np.array([[run[s][word] for run in runs]]) for runs in found.values())
             both = {"trained": trained, "random": random, "difference": trained - random}
-            out[s][word] = {arm: clean(mean_interval(values)) for arm, values in both.items()}
+            out.setdefault(s, {})[word] = {arm: clean(mean_interval(x)) for arm, x in both.items()}
     return out
 
 

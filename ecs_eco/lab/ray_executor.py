@@ -11,21 +11,19 @@ from concurrent.futures import Executor, Future, wait as wait_for
 from pathlib import Path
 from threading import Thread
 from types import TracebackType
-from typing import Any, TypeVar
+from typing import Any
 
 from ecs_eco.engine.errors import listed, refusal
 from ecs_eco.engine.processes import SAFE
-from ecs_eco.lab.pool import ENDED, PINS, once_free
+from ecs_eco.lab.pool import ENDED, PATIENCE, PINS, Result, once_free
 
 RETRIES = 20  # how often a task is repeated if its worker or machine is lost
-PATIENCE = 150.0  # [s] to wait for a folder whose owner was lost: file servers keep its lock for a while
 ANSWER = 10.0  # [s] to wait for a cluster's answer
 GRACE = 30.0  # [s] for calls to write their checkpoint after a request to stop
 # prefixes of environment variables that may affect results
 SETTINGS = ("ECS_ECO_", "NUMBA_", "NPY_DISABLE_", "MKL_", "ONEDNN_MAX_", "OPENBLAS_CORETYPE", "ATEN_CPU_")
 LOCAL = "local"
 OF_A_MACHINE = ("ECS_ECO_CACHE", "NUMBA_CACHE_DIR")
-Result = TypeVar("Result")
 
 
 class WorkerLost(RuntimeError):
@@ -33,11 +31,10 @@ class WorkerLost(RuntimeError):
 
 
 class Imported(list[str]):
-    """Module folders for Ray's workers: of those that Ray adds, only the ones that this process uses. Ray
-    always adds the current folder, whose modules would shadow all other modules."""
+    """Module folders for Ray's workers: only those that this process uses, because Ray always adds the current
+    folder, whose modules would shadow all other modules."""
 
     def extend(self, folders: Iterable[str]) -> None:
-        """Add folders."""
         own = {os.path.realpath(folder) for folder in sys.path}
         super().extend(folder for folder in folders if os.path.realpath(folder) in own)
 
@@ -59,7 +56,6 @@ class Call(Future[Any]):
         return cancelled
 
     def _take(self, done: Future[Any]) -> None:
-        """Adopt the result of the task."""
         self._executor.calls.discard(self)
         if not self.set_running_or_notify_cancel():
             return
@@ -72,10 +68,7 @@ class Call(Future[Any]):
 
 class RayExecutor(Executor):
     """Runs calls as tasks of a Ray cluster: the one at RAY_ADDRESS, one already running on this machine, or a
-    temporary one started here with `workers` CPUs.
-
-    Raises ConfigError if Ray is missing or no cluster answers.
-    """
+    temporary one started here with `workers` CPUs. Raises ConfigError without Ray or an answer."""
 
     def __init__(self, workers: int | None = None) -> None:
         self.ray = _ray()
@@ -90,11 +83,9 @@ class RayExecutor(Executor):
 
     @property
     def workers(self) -> int:
-        """Number of calls that run at a time."""
         return self.at_once or max(1, int(self.ray.cluster_resources().get("CPU", 1)))
 
     def submit(self, fn: Callable[..., Result], /, *args: Any, **kwargs: Any) -> Future[Result]:
-        """Submit a call."""
         if not self._open:
             raise RuntimeError("cannot schedule new futures after shutdown")
         return Call(self, self._task.remote(fn, args, kwargs))
@@ -162,12 +153,11 @@ class RayExecutor(Executor):
 
 def settings() -> dict[str, str]:
     """Return the environment of tasks: one thread, no modules from their folder, this process's settings."""
-    here = {
+    return {
         name: value
         for name, value in os.environ.items()
         if name.startswith(SETTINGS) and name not in OF_A_MACHINE
-    }
-    return here | dict.fromkeys((*PINS, SAFE), "1")
+    } | dict.fromkeys((*PINS, SAFE), "1")
 
 
 def _ray() -> Any:
@@ -213,19 +203,14 @@ def _knock(address: str | None) -> None:
 
 
 def _call(fn: Callable[..., Any], args: Sequence[Any], kwargs: Mapping[str, Any]) -> Any:
-    """Run a call on a worker, once its folder is free."""
     try:
         return once_free(lambda: fn(*args, **kwargs), PATIENCE)
     except KeyboardInterrupt:
-        if _is_cancelled():
+        import ray
+
+        if ray.get_runtime_context().is_canceled():
             raise
         os._exit(ENDED)  # only this worker is asked to end; the call is repeated elsewhere
-
-
-def _is_cancelled() -> bool:
-    import ray
-
-    return bool(ray.get_runtime_context().is_canceled())
 
 
 def _prepare(folder: str, fn: Callable[..., Any], args: Sequence[Any]) -> str:

@@ -63,24 +63,23 @@ def values_of(rows: Iterable[Row], key: str) -> list[Any]:
 
 def answers(rows: Sequence[Row], key: str, outcome: Outcome) -> list[Answer]:
     """Return an outcome at each value of a key: its mean over all other varied values, averaged over seeds."""
-    return [
-        Answer(value, interval(part, outcome), _numbers(part, outcome))
-        for value in values_of(rows, key)
-        if (part := [row for row in rows if row[key] == value])
-    ]
+    parts = ([row for row in rows if row[key] == value] for value in values_of(rows, key))
+    return [_answer(part, key, outcome) for part in parts]
 
 
 def by_point(rows: Sequence[Row], key: str, outcome: Outcome) -> list[Answer]:
     """Return an outcome at each point, sorted by the value of a key."""
     parts = group(rows, lambda row: row["point"]).values()
-    found = [Answer(part[0][key], interval(part, outcome), _numbers(part, outcome)) for part in parts]
-    return sorted(found, key=lambda answer: answer.value)
+    return sorted((_answer(part, key, outcome) for part in parts), key=lambda answer: answer.value)
+
+
+def _answer(rows: Sequence[Row], key: str, outcome: Outcome) -> Answer:
+    runs = tuple(float(row[outcome.column]) for row in rows if row[outcome.column] is not None)
+    return Answer(rows[0][key], interval(rows, outcome), runs)
 
 
 def interval(rows: Sequence[Row], outcome: Outcome) -> Interval:
-    """Return the mean of an outcome over seeds with its 95% interval, or NaN if no run has a value. Training
-    seeds and world seeds are both replicates.
-    """
+    """Return the mean of an outcome over training and world seeds with its 95% interval, NaN without values."""
     table = _table(rows, outcome.column)
     if not np.isfinite(table).all():
         table = table[np.isfinite(table)][None]
@@ -110,10 +109,6 @@ def _table(rows: Sequence[Row], column: str) -> np.ndarray:
         if row[column] is not None:
             cells.setdefault((row["training_seed"] or 0, row["world_seed"]), []).append(float(row[column]))
     return np.array([[np.mean(cells[a, b]) if (a, b) in cells else np.nan for b in worlds] for a in training])
-
-
-def _numbers(rows: Sequence[Row], outcome: Outcome) -> tuple[float, ...]:
-    return tuple(float(row[outcome.column]) for row in rows if row[outcome.column] is not None)
 
 
 def group(rows: Sequence[Item], of: Callable[[Item], Any]) -> dict[Any, list[Item]]:
@@ -209,7 +204,6 @@ def _response(
             mew=0,
             zorder=1,
         )
-    joined = each and _are_numbers(values)
     *_, bars = ax.errorbar(
         x,
         middle,
@@ -220,7 +214,7 @@ def _response(
         lw=1.6,
         elinewidth=1.3 if each else 0.8,
         capsize=2.5 if each else 0,
-        ls=DASHES[number % len(DASHES)] if joined else "none",
+        ls=DASHES[number % len(DASHES)] if each and _are_numbers(values) else "none",
         label=label,
         zorder=3,
     )
@@ -240,30 +234,21 @@ def _are_numbers(values: Sequence[Any]) -> bool:
 
 
 def _values_axis(ax: Axes, key: str, values: list[Any]) -> None:
-    """Label an axis with the values of a key."""
     ax.set_xlabel(short(key))
-    if _are_numbers(values):
-        if len(values) <= 6:
-            ax.set_xticks(values)
-            names = [_written(v) for v in values]
-            crowded = min(np.diff(values), default=1) < 0.04 * max(map(len, names)) * np.ptp(values)
-            ax.set_xticklabels(names, rotation=45 * crowded, ha="right" if crowded else "center")
-        ax.margins(x=0.08)
-    else:
-        names = [_written(v) for v in values]
+    names, are_numbers = [_written(v) for v in values], _are_numbers(values)
+    if not are_numbers:
         turned = sum(map(len, names)) > LABELS
-        ax.set_xticks(range(len(values)))
-        ax.set_xticklabels(names, rotation=30 if turned else 0, ha="right" if turned else "center")
-        ax.margins(x=0.15)
+        ax.set_xticks(range(len(values)), names, rotation=30 * turned, ha="right" if turned else "center")
+    elif len(values) <= 6:
+        turned = min(np.diff(values), default=1) < 0.04 * max(map(len, names)) * np.ptp(values)
+        ax.set_xticks(values, names, rotation=45 * turned, ha="right" if turned else "center")
+    ax.margins(x=0.08 if are_numbers else 0.15)
 
 
 def _written(value: Any) -> str:
     if _are_numbers([value]):
         return f"{value:,}" if isinstance(value, int) else f"{value:.4g}"
     return str(value)
-
-
-# --- two values ---------------------------------------------------------------------------------------------
 
 
 def pairs_of(rows: Sequence[Row], keys: Sequence[str], most: int = 6) -> list[tuple[str, str]]:
@@ -306,14 +291,12 @@ def _limits(rows: Sequence[Row], pair: tuple[str, str], outcome: Outcome) -> tup
 def _cells(
     ax: Axes, rows: Sequence[Row], pair: tuple[str, str], outcome: Outcome, limits: tuple[float, float]
 ) -> Any:
-    """Draw the cells of a grid, with numbers if they fit."""
     across, up = (values_of(rows, key) for key in pair)
     means = np.full((len(up), len(across)), np.nan)
     for i, b in enumerate(up):
         for j, a in enumerate(across):
             here = [row for row in rows if row[pair[0]] == a and row[pair[1]] == b]
-            if here:
-                means[i, j] = interval(here, outcome).value
+            means[i, j] = interval(here, outcome).value  # NaN without rows
     drawn = ax.imshow(means, origin="lower", aspect="auto", cmap="viridis", vmin=limits[0], vmax=limits[1])
     ax.set_xticks(
         range(len(across)),
@@ -346,7 +329,6 @@ def _cell(mean: float, outcome: Outcome) -> str:
 def _dots(
     ax: Axes, rows: Sequence[Row], pair: tuple[str, str], outcome: Outcome, limits: tuple[float, float]
 ) -> Any:
-    """Draw a dot for each point."""
     parts = list(group(rows, lambda row: row["point"]).values())
     x, y = ([part[0][key] for part in parts] for key in pair)
     return ax.scatter(

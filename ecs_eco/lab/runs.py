@@ -24,13 +24,10 @@ def run_arm(
     progress: Callable[[int, int], None] | None = None,
     until: Sequence[str] = (),
 ) -> dict[str, Any]:
-    """Run an arm with a seed in a folder, with a checkpoint every `every` ticks, until a condition is true or
-    all ticks are done; return its manifest.
-
-    A stopped run resumes from its checkpoint, or restarts if it has none; nothing is removed. Raises
-    FolderInUse, ForeignFile if the folder contains files from another run, and a RecordingError or
-    CheckpointError that names a damaged file.
-    """
+    """Run an arm in a folder, with a checkpoint every `every` ticks, until a condition is true or all ticks are
+    done; return its manifest. A stopped run resumes from its checkpoint, or restarts without one; nothing is
+    removed. Raises FolderInUse, ForeignFile if the folder contains another run's files, and RecordingError or
+    CheckpointError for a damaged file."""
     from ecs_eco.runs.run import resume, run_to_folder
 
     if every is None and ticks > EVERY:
@@ -57,9 +54,8 @@ def run_arm(
 
 
 def has_run(arm: Arm, seed: int, ticks: int, folder: Path) -> bool:
-    """Return whether a folder contains a run of this length, or one that a condition ended. Raises ForeignFile
-    if the run belongs to another arm, seed or mode, RecordingError if its manifest is damaged.
-    """
+    """Return whether a folder contains a run of this length, or one that a condition ended. Raises errors as
+    `check_run` does, and RecordingError if its manifest is damaged."""
     try:
         manifest = read_manifest(folder)
     except FileNotFoundError:

@@ -18,12 +18,9 @@ Indices = Mapping[str, Sequence[Interval]]  # key: its two indices, as in NAMES
 
 def indices(sample: Sample, y: np.ndarray) -> Indices:
     """Return the indices of each key with 95% intervals (bootstrap over points; σ has none), given the outcome
-    at each point.
-
-    Sobol: the shares of the variance explained by a value alone, and with its interactions (Saltelli et al.
-    2010). Morris: the mean and standard deviation of the changes in the outcome per range (Campolongo, Cariboni
-    and Saltelli 2007).
-    """
+    at each point. Sobol: the shares of the variance explained by a value alone, and with its interactions
+    (Saltelli et al. 2010). Morris: the mean and standard deviation of the changes in the outcome per range
+    (Campolongo, Cariboni and Saltelli 2007)."""
     analyze = import_module(f"SALib.analyze.{sample.design}").analyze
     if sample.design == "sobol":
         found = analyze(sample.problem, y, calc_second_order=False, seed=1)
@@ -45,8 +42,7 @@ def indices(sample: Sample, y: np.ndarray) -> Indices:
 def indices_of(
     sample: Sample, rows: Sequence[Row], outcomes: Sequence[Outcome]
 ) -> Iterator[tuple[str, Outcome, Indices]]:
-    """Yield the indices of means over seeds, for each treatment and each outcome that has different values and
-    none missing."""
+    """Yield the indices of means over seeds, for each treatment and each complete outcome that varies."""
     for treatment, part in group(rows, lambda row: row["treatment"]).items():
         points = [own for _, own in sorted(group(part, lambda row: row["point"]).items())]
         for outcome in outcomes:

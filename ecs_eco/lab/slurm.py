@@ -1,5 +1,4 @@
-"""SLURM (sbatch, squeue, scontrol): arrays of numbered jobs, such as those of a sweep, which write checkpoints
-and are requeued."""
+"""SLURM: arrays of numbered jobs, such as those of a sweep, which write checkpoints and are requeued."""
 
 import os
 import re
@@ -53,22 +52,18 @@ class Options:
 
 
 class Jobs(NamedTuple):
-    """Numbered jobs: the name of their arrays in the queue, a folder for scripts and logs, and the command, which
-    receives a job's number as its last argument."""
+    """Numbered jobs of one command."""
 
-    name: str
-    place: Path
-    command: Sequence[str]
+    name: str  # of their arrays in the queue
+    place: Path  # folder for scripts and logs
+    command: Sequence[str]  # receives a job's number as its last argument
 
 
 def submit(folder: str | Path, numbers: Sequence[int], options: Options = Options()) -> list[str]:
-    """Submit jobs of a sweep as an array, or as several consecutive arrays if there are too many; return the
-    ids of the arrays.
-
-    Tasks start in an order that advances points, treatments and seeds evenly. Each job is one task with one
-    CPU. Before its time limit, it writes a checkpoint and is requeued, which also happens if SLURM preempts
-    it or its node fails. Raises ConfigError if SLURM is missing or rejects the jobs.
-    """
+    """Submit jobs of a sweep as consecutive arrays, and return the arrays' ids. Points, treatments and seeds
+    advance evenly. Each job is one task with one CPU. Before its time limit, it writes a checkpoint and is
+    requeued, as it is if SLURM preempts it or its node fails. Raises ConfigError if SLURM is missing or
+    rejects the jobs."""
     sweep = read_sweep(folder)
     return submit_jobs(jobs_of(sweep), sweep.evenly(numbers), options)
 
@@ -77,7 +72,8 @@ def submit_jobs(jobs: Jobs, numbers: Sequence[int], options: Options = Options()
     """Submit jobs with these numbers, in this order; see `submit`."""
     jobs.place.mkdir(exist_ok=True)
     arrays, before = _arrays(jobs.place), ""
-    ids, size = [], array_size()
+    told = re.search(r"^MaxArraySize\s*=\s*(\d+)", _slurm("scontrol", "show", "config"), re.MULTILINE)
+    ids, size = [], int(told[1]) if told else ARRAY_SIZE
     for some in (numbers[at : at + size] for at in range(0, len(numbers), size)):
         path = write(jobs.place / f"array-{len(arrays) + 1}.sh", script(jobs, some, options, before))
         path.chmod(0o755)
@@ -104,8 +100,7 @@ def queued(folder: str | Path) -> set[int]:
 
 
 def queued_jobs(own: Jobs, n: int = 0) -> set[int]:
-    """Return the numbers of queued and running jobs; see `queued`. Notes of earlier versions require the total
-    number of jobs."""
+    """Return the numbers of queued and running jobs; notes of earlier versions require the number of jobs."""
     jobs = {
         array["id"]: array.get("jobs") or range(array.get("offset", 0), n) for array in _arrays(own.place)
     }
@@ -119,8 +114,7 @@ def queued_jobs(own: Jobs, n: int = 0) -> set[int]:
 
 
 def script(jobs: Jobs, numbers: Sequence[int], options: Options, after: str = "") -> str:
-    """Return the batch script of an array with a task for each number; the array starts after the array `after`
-    has ended. Raises ConfigError if an option contains a line break."""
+    """Return the batch script of an array, which starts after the array `after` has ended. Raises ConfigError."""
     logs = str(jobs.place).replace("%", "%%") + "/%A_%a.log"  # SLURM expands %
     wanted = {
         "job-name": jobs.name,
@@ -158,12 +152,6 @@ def jobs_of(sweep: Sweep) -> Jobs:
     return Jobs(f"ecs-eco-{sweep.hash[:8]}", inside(sweep.folder, sweep.folder / FOLDER), command)
 
 
-def array_size() -> int:
-    """Return the maximum array size on this cluster."""
-    told = re.search(r"^MaxArraySize\s*=\s*(\d+)", _slurm("scontrol", "show", "config"), re.MULTILINE)
-    return int(told[1]) if told else ARRAY_SIZE
-
-
 def _arrays(place: Path) -> list[dict[str, Any]]:
     """Return previously submitted arrays. Raises RecordingError if their record is damaged."""
     if not (place / SUBMITTED).exists():
@@ -183,7 +171,6 @@ class _Submitted(Section):
 
 
 def _slurm(*command: str) -> str:
-    """Run a SLURM command and return its output."""
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
     except FileNotFoundError:

@@ -1,5 +1,4 @@
-"""The progress of a sweep, read from its folder: finished, running, queued and failed jobs, speed, and
-errors."""
+"""The progress of a sweep, read from its folder: finished, running, queued and failed jobs, speed and errors."""
 
 import json
 import math
@@ -7,6 +6,7 @@ import socket
 import time
 from collections import Counter
 from collections.abc import Collection, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from statistics import fmean, median
@@ -45,8 +45,7 @@ class Status:
 
     @property
     def remaining(self) -> float | None:
-        """Return the remaining seconds, from the time of finished jobs or else the rate of running jobs, or
-        None if neither is known."""
+        """Return the remaining seconds, from the time of finished jobs or the rate of running jobs, if known."""
         if self.each:
             return (len(self.waiting) * self.each + self.left) / self.at_once
         return (self.ticks_in_all - self.ticks) / self.rate if self.rate else None
@@ -67,13 +66,14 @@ class Survey:
         self._done: dict[int, Mapping[str, Any]] = {}
 
     def look(self) -> Status:
-        """Return the current state of the sweep."""
         sweep, status = self.sweep, Status(jobs=len(self.sweep.jobs))
         status.ticks_in_all = sweep.ticks * status.jobs
-        for job in sweep.jobs:
-            if job.number in self._done or self._is_done(job.number):
-                status.done.append(job.number)
-                status.ticks += sweep.ticks
+        for number in {*range(status.jobs)} - self._done.keys():
+            with suppress(RecordingError, ConfigError):
+                if (done := read_done(sweep, number)) is not None:
+                    self._done[number] = done
+        status.done = sorted(self._done)
+        status.ticks = sweep.ticks * len(status.done)
         status.each = _each(self._done.values())
         for number in sorted({*range(status.jobs)} - self._done.keys()):
             _look_at(status, number, sweep)
@@ -83,19 +83,9 @@ class Survey:
             status.rates.append(sweep.ticks * len(status.done) / seconds)
         return status
 
-    def _is_done(self, number: int) -> bool:
-        try:
-            done = read_done(self.sweep, number)
-        except (RecordingError, ConfigError):
-            return False
-        if done is not None:
-            self._done[number] = done
-        return done is not None
-
 
 def _each(done: Collection[Mapping[str, Any]]) -> float:
-    """Return the expected time of a job: the mean time of its ticks, plus the median of all other time, because
-    only the first jobs compile."""
+    """Return a job's mean time for ticks, plus the median of all other time, as only the first jobs compile."""
     if not done:
         return 0.0
     other = median(max(0.0, one["ended"] - one["began"] - one["seconds"]) for one in done)
@@ -110,7 +100,6 @@ def _at_once(done: Collection[Mapping[str, Any]]) -> float:
 
 
 def _look_at(status: Status, number: int, sweep: Sweep) -> None:
-    """Add an unfinished job to the status."""
     place = sweep.job_folder(number)
     note, owner = _numbers(place / PROGRESS), owner_of(place)
     ticks = int(note.get("done", 0))

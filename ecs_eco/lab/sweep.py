@@ -29,7 +29,6 @@ class Outcome:
 
     @property
     def whole(self) -> bool:
-        """True if no job failed."""
         return not self.failed
 
 
@@ -103,10 +102,8 @@ def do_jobs(
     *,
     progress: Callable[[Outcome], None] | None = None,
 ) -> Outcome:
-    """Run the jobs with these numbers (default: all unfinished jobs), and return the outcome.
-
-    On a `Pool`, jobs whose worker was killed are repeated here; other executors repeat them themselves.
-    """
+    """Run the jobs with these numbers (default: all unfinished jobs), and return the outcome. On a `Pool`, jobs
+    whose worker was killed are repeated here; other executors repeat them themselves."""
     numbers = unfinished(sweep) if numbers is None else numbers
     if numbers:
         prepare(executor, sweep.folder, sweep.base)
@@ -137,14 +134,13 @@ def do_jobs(
 
 
 def _by_training(sweep: Sweep, numbers: Sequence[int]) -> dict[str, list[int]]:
-    """Return job numbers by the training run that the jobs wait for, or "" if they need no training run, or
-    it is done."""
-    missing, waiting = dict[str, bool](), dict[str, list[int]]({"": []})
+    """Return job numbers by the training run that the jobs wait for, or "" if there is none or it is done."""
+    names = dict.fromkeys(sweep.jobs[number].training for number in numbers)
+    missing = {name for name in names if name and not is_trained(*sweep.training(name))}
+    waiting: dict[str, list[int]] = {"": []}
     for number in numbers:
-        name = sweep.jobs[number].training or ""
-        if name and name not in missing:
-            missing[name] = not is_trained(*sweep.training(name))
-        waiting.setdefault(name if missing.get(name) else "", []).append(number)
+        name = sweep.jobs[number].training
+        waiting.setdefault(name if name and name in missing else "", []).append(number)
     return waiting
 
 

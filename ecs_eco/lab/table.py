@@ -69,9 +69,12 @@ def collect(sweep: Sweep) -> Collected:
     rows = rows_of(sweep)
     if not rows:
         raise RecordingError(f"{sweep.folder}: no job is done yet; run: ecs-eco sweep resume {sweep.folder}")
-    table = write_table(rows, sweep.folder / RUNS)
-    page = write_page(sweep, rows, Survey(sweep).look().failed)
-    return Collected(table, page, len(sweep.jobs) - len(rows), lines_of(sweep, rows))
+    return Collected(
+        write_table(rows, sweep.folder / RUNS),
+        write_page(sweep, rows, Survey(sweep).look().failed),
+        len(sweep.jobs) - len(rows),
+        lines_of(sweep, rows),
+    )
 
 
 def rows_of(sweep: Sweep) -> list[dict[str, Any]]:
@@ -85,10 +88,7 @@ def rows_of(sweep: Sweep) -> list[dict[str, Any]]:
 
 def missing_for(sweep: Sweep, column: str, width: float) -> list[int]:
     """Return the jobs of the next seeds at each point and treatment at which the 95% interval of the mean of a
-    column is wider than `width`; there are at least three seeds, and then half as many again.
-
-    Raises ConfigError if no run has such a column.
-    """
+    column is wider than `width`: at least three seeds, then half as many again. Raises ConfigError."""
     check_response(column, sweep.base)
     jobs = group(sweep.jobs, lambda job: (job.point, job.treatment))
     done = {row["job"]: row for row in rows_of(sweep)}
@@ -116,12 +116,9 @@ def check_response(column: str, world: WorldConfig) -> None:
 
 
 def row_of(point: int, done: dict[str, Any]) -> dict[str, Any]:
-    """Return the row of a finished job: its identity, values and results.
-
-    Times are in ticks; "deer.mean" is the mean number over the run, and "deer.final" the number at its end;
-    `ended_by` is the condition that ended the run, if any, and `ended_at` its tick;
-    "deer.period" has a value if the species cycles; "deer.died.starved" counts deaths.
-    """
+    """Return the row of a finished job: its identity, values and results, with times in ticks. "deer.mean" is
+    the mean number over the run, "deer.final" the last one, `ended_by` and `ended_at` the condition that
+    ended the run and its tick; "deer.period" is given for cycles, and "deer.died.starved" counts deaths."""
     summary = done["summary"]
     row = {
         "job": done["number"],
@@ -204,9 +201,8 @@ def write_page(sweep: Sweep, rows: Sequence[Row], failed: dict[int, str]) -> Pat
     given = sweep.content["plan"].get("latin_hypercube") or {}
     design = given.get("design", "lhs")
     found = [] if design == "lhs" else [*sensitivity.indices_of(Sample.model_validate(given), rows, outcomes)]
-    opening = [*_opening(rows, keys, outcomes), *_depends(design, found)]
     blocks = [
-        *_head(sweep, rows, failed, opening),
+        *_head(sweep, rows, failed, [*_opening(rows, keys, outcomes), *_depends(design, found)]),
         *_responses(rows, keys, outcomes, hue, folder),
         *_sensitivity(sweep, design, found, folder),
         *_points(rows, keys, outcomes),
@@ -231,8 +227,7 @@ def lines_of(sweep: Sweep, rows: Sequence[Row]) -> tuple[str, ...]:
 
 
 def _opening(rows: Sequence[Row], keys: list[str], outcomes: list[Outcome]) -> list[str]:
-    """Return a sentence on the largest clear difference between the ends of a key's values, relative to the
-    larger mean, in the untreated world if there is one."""
+    """Return a sentence on the largest clear difference between the ends of a key's values, in larger means."""
     kept = [row for row in rows if row["treatment"] == UNTREATED] or rows
     tried, found = 0, []
     for key in keys:
@@ -287,7 +282,6 @@ def _head(sweep: Sweep, rows: Sequence[Row], failed: dict[int, str], opening: Se
 def _responses(
     rows: Sequence[Row], keys: list[str], outcomes: list[Outcome], hue: dict[str, str], folder: Path
 ) -> list[str]:
-    """Return the section with figures of responses to the values."""
     outcomes = [outcome for outcome in outcomes if len({row[outcome.column] for row in rows}) > 1]
     if not keys or not outcomes:
         return []
@@ -309,8 +303,7 @@ def _responses(
 def _sensitivity(
     sweep: Sweep, design: str, found: Sequence[tuple[str, Outcome, sensitivity.Indices]], folder: Path
 ) -> list[str]:
-    """Return the section with sensitivity indices, if the points are those of Sobol or Morris and complete;
-    write sensitivity.parquet."""
+    """Return the section with the indices of complete Sobol or Morris designs; write sensitivity.parquet."""
     if design == "lhs":
         return []
     if not found:
@@ -329,7 +322,6 @@ def _sensitivity(
 
 
 def _points(rows: Sequence[Row], keys: list[str], outcomes: list[Outcome]) -> list[str]:
-    """Return a table with a row for each point and treatment."""
     parts = list(group(rows, lambda row: (row["point"], row["treatment"])).values())
     treatments = len({row["treatment"] for row in rows}) > 1
     head = [
@@ -354,8 +346,7 @@ def _points(rows: Sequence[Row], keys: list[str], outcomes: list[Outcome]) -> li
 
 
 def _seeds(rows: Sequence[Row], keys: list[str], outcomes: list[Outcome]) -> list[str]:
-    """Return the section on the number of seeds. Effects are the means at each point, and the differences that
-    treatments make there."""
+    """Return the section on the number of seeds: for means at each point, and the effects of treatments there."""
     parts, effects = group(rows, lambda row: (row["point"], row["treatment"])), []
     for (point, treatment), part in parts.items():
         if len(part) == 1:
@@ -376,7 +367,6 @@ def _cell(x: Interval) -> str:
 
 
 def _origin(sweep: Sweep, rows: Sequence[Row]) -> list[str]:
-    """Return the section on how the numbers were produced."""
     commits = sorted({str(row["git_commit"])[:12] for row in rows})
     seeds: dict[str, Any] = {kind: sweep.content["plan"][f"{kind}_seeds"] for kind in ("world", "training")}
     words = "; ".join(f"{kind} seeds {', '.join(map(str, own))}" for kind, own in seeds.items() if own)

@@ -18,13 +18,11 @@ WRITTEN = (FILE, "*.safetensors")
 def train_or_find(
     folder: Path, config: WorldConfig, seed: int, ticks: int | None = None, *, verify: bool = True
 ) -> Path:
-    """Return the folder with <species>.safetensors and training.json, after training if necessary.
-
-    The folder appears only when it is complete. Several processes can train the same policies at once: the
-    first result is kept, and all later results are identical. Without `verify`, any training run in the
-    folder is accepted, because the folder's name identifies it. Raises ForeignFile if the folder contains
-    another training run, RecordingError if it is damaged or contains other files; only leftovers of a killed
-    training run are removed."""
+    """Return the folder with <species>.safetensors and training.json, after training if necessary. It appears
+    only when complete. Of several processes that train the same policies at once, the first keeps its result;
+    all are identical. Without `verify`, any training run is accepted, because the folder's name identifies
+    it. Raises ForeignFile if the folder contains another training run, RecordingError if it is damaged or
+    contains other files; only leftovers of a killed training run are removed."""
     from ecs_eco.lab.pretraining import pretrain
 
     if is_trained(folder, config, seed, ticks, verify=verify):

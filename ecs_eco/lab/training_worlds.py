@@ -1,5 +1,4 @@
-"""The worlds of pre-training: one world, or several parallel worlds with different values that train the same
-networks."""
+"""The worlds of pre-training: one, or several in parallel with different values that train the same networks."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -45,22 +44,17 @@ class TrainingWorlds:
             ticks, self.tick = ticks - part, self.tick + part
 
     def _pace(self) -> int:
-        """Return the number of ticks that one world runs before the next one does: at most the length of a
-        rollout."""
-        return (
-            min([16, *(t.learner.ppo.horizon for t in self.learners.values())])
-            if len(self.worlds) > 1
-            else 10**9
-        )
+        """Return the number of ticks that one world runs before the next one does: at most a rollout."""
+        rollouts = [t.learner.ppo.horizon for t in self.learners.values()]
+        return min([16, *rollouts]) if len(self.worlds) > 1 else 10**9
 
     def brains(self) -> dict[str, Any]:
         """Return the networks that learn, by species."""
-        nerves = {
-            name: t.species.nerves
+        return {
+            name: t.species.nerves.brain
             for name, t in self.worlds[0].tables.items()
-            if t.species.nerves is not None
+            if t.species.nerves is not None and t.species.nerves.brain is not None
         }
-        return {name: n.brain for name, n in nerves.items() if n.brain is not None}
 
     def reports(self) -> dict[str, dict[str, float | None]]:
         """Return the statistics of each species' last update, if any; undefined values are None."""
@@ -105,8 +99,7 @@ class TrainingWorlds:
         plain = [[], []]  # type: list[list[Any]]
         for begin, *tables in [*self.recorded, *self._recordings()]:
             for kind, table in zip(plain, tables, strict=True):
-                words = [n for n in ("species", "action") if n in table.column_names]
-                for name in words:
+                for name in {"species", "action"}.intersection(table.column_names):
                     at = table.column_names.index(name)
                     table = table.set_column(at, name, table[name].cast(pa.string()))
                 kind.append(table.set_column(0, "tick", pa.array(table["tick"].to_numpy() + begin)))
@@ -142,19 +135,14 @@ class TrainingWorlds:
                 )
             )
         if first and (k > 1 or self.plan.renew):
-            self._share()
+            from ecs_eco.learning.shared import SharedLearner  # loads torch
+
+            for name, table in self.worlds[0].tables.items():
+                if table.species.nerves is not None and table.species.nerves.learner is not None:
+                    self.learners[name] = SharedLearner(table.species.nerves.learner, k)
         for name, learner in self.learners.items():
             for i, world in enumerate(self.worlds):
                 self._hand(world.tables[name].species.nerves, name, learner, i)
-
-    def _share(self) -> None:
-        """Create one shared learner for each species from the learner of the first world."""
-        from ecs_eco.learning.shared import SharedLearner  # loads torch
-
-        for name, table in self.worlds[0].tables.items():
-            learner = table.species.nerves.learner if table.species.nerves is not None else None
-            if learner is not None:
-                self.learners[name] = SharedLearner(learner, self.plan.worlds)
 
     def _hand(self, nerves: Any, name: str, together: Any, i: int) -> None:
         """Give a species in world i the learning network, or an earlier network from the pool."""

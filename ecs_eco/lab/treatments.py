@@ -104,7 +104,6 @@ def _formula(config: WorldConfig, name: str) -> str:
 
 
 def _depends_on_light(config: WorldConfig, name: str) -> bool:
-    """Return whether a species' happiness formula contains its light channel."""
     happiness, light = config.species[name].happiness, _light(config, name)
     return bool(light and happiness and re.search(rf"\b{re.escape(light)}\b", happiness.formula or ""))
 
@@ -114,22 +113,17 @@ OPTION = "--treatment"  # the option that sets treatments, for error messages
 ABSENT = "no-"  # followed by a species' name: the world without that species
 
 
-def needs_policy(config: WorldConfig) -> None:
-    """Raise NotApplicable if no species has a policy."""
-    if not species_with_policy(config):
-        raise NotApplicable("no species has a policy", "a changed value: key=value")
-
-
-def needs_reflex(config: WorldConfig) -> None:
-    """Raise NotApplicable if no species has a reflex."""
-    if all(s.reflex is None for s in config.species.values()):
-        raise NotApplicable("no species has a reflex", "a treatment that removes something")
-
-
-def needs_genome(config: WorldConfig) -> None:
-    """Raise NotApplicable if neither genomes nor learned weights are inherited."""
-    if all(s.genome is None and s.policy.inherit != "learned" for s in config.species.values()):
-        raise NotApplicable("no species has a genome", "a treatment that removes something")
+def _require(config: WorldConfig, what: str) -> None:
+    """Raise NotApplicable if no species has a policy, a reflex, or a genome or inherited weights."""
+    species = config.species.values()
+    owners = {
+        "policy": [s for s in species if s.policy.thinks],
+        "reflex": [s for s in species if s.reflex is not None],
+        "genome": [s for s in species if s.genome is not None or s.policy.inherit == "learned"],
+    }
+    if not owners[what]:
+        allowed = "a changed value: key=value" if what == "policy" else "a treatment that removes something"
+        raise NotApplicable(f"no species has a {what}", allowed)
 
 
 @dataclass(frozen=True)
@@ -144,7 +138,7 @@ class Treatment:
     learn: bool | None = None  # whether policies learn during runs; None: as in the world file
     at_build: bool = False  # whether it is in `ecs_eco.life.treatments`
     needs_learning: bool = False  # whether it has no effect on runs without learning
-    check: Callable[[WorldConfig], None] | None = None  # raises NotApplicable
+    needs: str = ""  # what at least one species must have: policy, reflex or genome
 
     @property
     def changes_config(self) -> bool:
@@ -153,22 +147,22 @@ class Treatment:
 
     def apply_to(self, config: WorldConfig) -> WorldConfig:
         """Return the configuration with this treatment. Raises NotApplicable, ConfigError."""
-        if self.check is not None:
-            self.check(config)
+        if self.needs:
+            _require(config, self.needs)
         if self.assignment:
             return load(config, [self.assignment])
         return config if self.changes is None else load(config, self.changes(config))
 
 
 _TREATMENTS = (
-    Treatment("random-policy", "actions are drawn at random", policies="random", check=needs_policy),
+    Treatment("random-policy", "actions are drawn at random", policies="random", needs="policy"),
     Treatment("untrained-policy", "networks start from random weights", policies="untrained"),
     Treatment("learning", "policies keep learning during the run", learn=True),
     Treatment("frozen", "policies do not learn during the run", learn=False),
-    Treatment("no-reflexes", "reflexes are removed", at_build=True, check=needs_reflex),
-    Treatment("neutral-drift", "genes are inherited but not expressed", at_build=True, check=needs_genome),
-    Treatment("shuffled-genome", "genes come from random living members", at_build=True, check=needs_genome),
-    Treatment("no-mutation", "mutation is turned off", at_build=True, check=needs_genome),
+    Treatment("no-reflexes", "reflexes are removed", at_build=True, needs="reflex"),
+    Treatment("neutral-drift", "genes are inherited but not expressed", at_build=True, needs="genome"),
+    Treatment("shuffled-genome", "genes come from random living members", at_build=True, needs="genome"),
+    Treatment("no-mutation", "mutation is turned off", at_build=True, needs="genome"),
     Treatment("constant-light", "light is constant at its daily mean", partial(_sun, kind="constant")),
     Treatment("inverted-light", "day and night are swapped", partial(_sun, kind="inverted")),
     Treatment("no-smell", "no animal smells anything", no_smell),

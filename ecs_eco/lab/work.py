@@ -4,31 +4,22 @@ import math
 from collections import Counter, deque
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
-from typing import Any, Generic, NamedTuple, Self, TypeVar
+from typing import Any, Generic, Self, TypeVar
 
-from ecs_eco.lab.pool import Pool
+from ecs_eco.lab.pool import Pool, Result
 
 RETRIES = 5  # how often a call is repeated if its worker is killed
 Key = TypeVar("Key", bound=Hashable)
 Item = TypeVar("Item")
-Result = TypeVar("Result")
 
 
-class Call(NamedTuple):
-    """A function call, with its key."""
-
-    key: Any
-    fn: Callable[..., Any]
-    arguments: tuple[Any, ...]
+Call = tuple[Any, Callable[..., Any], tuple[Any, ...]]  # a key, a function and its arguments
 
 
 class Work(Generic[Key]):
-    """The waiting and running calls of an executor, as a context manager.
-
-    Calls on a `Pool` are repeated if their worker is killed, at most `retries` times (default: RETRIES);
-    other executors repeat calls themselves. An exception that leaves the `with` block cancels all calls that
-    have not begun.
-    """
+    """The waiting and running calls of an executor, as a context manager. A `Pool`'s calls are repeated if their
+    worker is killed, at most `retries` times (default: RETRIES); other executors repeat calls themselves. An
+    exception that leaves the `with` block cancels all calls that have not begun."""
 
     def __init__(self, pool: Executor, retries: int | None = None) -> None:
         self.pool = pool
@@ -39,12 +30,11 @@ class Work(Generic[Key]):
         self.repeated = 0  # number of repeated calls
 
     def __len__(self) -> int:
-        """Return the number of waiting and running calls."""
         return len(self.waiting) + len(self.running)
 
     def add(self, key: Key, fn: Callable[..., Any], *arguments: object) -> None:
         """Add a call, to be submitted as capacity permits."""
-        self.waiting.append(Call(key, fn, arguments))
+        self.waiting.append((key, fn, arguments))
 
     def arrived(self, timeout: float | None = None) -> list[tuple[Key, Future[Any]]]:
         """Return the calls that finish within `timeout` [s]; if it is None, wait for the first."""
@@ -54,7 +44,7 @@ class Work(Generic[Key]):
             done, _ = wait(self.running)  # a pool that loses one worker loses all its workers
             self.pool.terminate()
         arrived = [(future, self.running.pop(future)) for future in done]
-        return [(call.key, future) for future, call in arrived if not self._again(call, future)]
+        return [(call[0], future) for future, call in arrived if not self._again(call, future)]
 
     def stop(self) -> None:
         """End all calls; an executor that cannot end running calls finishes them."""
@@ -69,9 +59,9 @@ class Work(Generic[Key]):
         """Submit calls up to the executor's capacity, or all if it has no limit."""
         room = getattr(self.pool, "at_once", None) or len(self)
         while self.waiting and len(self.running) < room:
-            call = self.waiting.popleft()
-            future = self.pool.submit(call.fn, *call.arguments)
-            self.running[future] = call
+            key, fn, arguments = self.waiting.popleft()
+            future = self.pool.submit(fn, *arguments)
+            self.running[future] = key, fn, arguments
             if future.done():
                 return
 
@@ -79,8 +69,9 @@ class Work(Generic[Key]):
         """Repeat a call whose worker was killed, unless this happened too often; return whether it is repeated."""
         if not isinstance(self.pool, Pool) or not _lost_its_worker(future):
             return False
-        self.lost[call.key] += 1
-        if self.lost[call.key] > self.retries:
+        key, *_ = call
+        self.lost[key] += 1
+        if self.lost[key] > self.retries:
             return False
         self.repeated += 1
         self.waiting.append(call)
@@ -104,8 +95,7 @@ def completed(
     pool: Executor, fn: Callable[..., Any], jobs: Mapping[Key, Sequence[Any]], retries: int | None = None
 ) -> Iterator[tuple[Key, Future[Any]]]:
     """Call `fn` with the arguments of each job; yield keys with their futures as they complete. On a Pool, a
-    single job runs in this process.
-    """
+    single job runs in this process."""
     with Work[Key](Pool(1) if isinstance(pool, Pool) and len(jobs) == 1 else pool, retries) as work:
         for key, arguments in jobs.items():
             work.add(key, fn, *arguments)
@@ -120,12 +110,9 @@ def run_jobs(
     failed: Callable[[Key, BaseException], None],
     retries: int | None = None,
 ) -> dict[Key, Result]:
-    """Call `fn` with the arguments of each job; return the results of the jobs that succeeded.
-
-    `progress` is called with the number of successes and the number of jobs, `failed` with a job and its
-    exception. If a worker is killed from outside, `failed` is called once with a BrokenExecutor, and no
-    further job is started.
-    """
+    """Call `fn` with the arguments of each job; return the results of the jobs that succeeded. `progress` is
+    called with the numbers of successes and of jobs, `failed` with a job and its exception. If a worker is
+    killed from outside, `failed` is called once with a BrokenExecutor, and no further job is started."""
     results: dict[Key, Result] = {}
     if not jobs:
         return results

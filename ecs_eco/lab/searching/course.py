@@ -39,31 +39,23 @@ class Search:
         progress: Progress | None,
     ) -> None:
         self.work, self.workers = work, workers
-        self.budget = Budget(budget, trials, cpu, self.workers)
         self.plan, self.out, self.optimiser = plan, out, optimiser
         self.journal = begin(out, {**plan.header(), "optimiser": optimiser})
         self.sampler = Sampler(plan, optimiser, self.journal) if optimiser in SAMPLERS else None
         self.proposer = self.sampler or Optimiser(plan.parameters, optimiser, plan.config.search.seed)
-        self._tell_known()
         self.proposed: dict[int, dict[str, float]] = {}
         self.phase, self._progress = "searching", progress
-
-    def _tell_known(self) -> None:
-        """Report the journal to the optimizer. Raises ForeignFile if its values are from another plan."""
         for entry in self.journal.of("candidate"):
-            if entry["values"].keys() != self.plan.start.keys():
+            if entry["values"].keys() != plan.start.keys():
                 raise ForeignFile(
                     f"{self.journal.path}: candidate {entry['candidate']}: values: their keys "
                     "differ from those of the ranges"
                 )
             self.proposer.tell(entry["candidate"], entry["values"], merit(entry))
-        self.budget.begin(self.plan, self.journal, lambda: len(self._finalists()))
-
-    # --- the three phases
+        self.budget = Budget(plan, self.journal, lambda: len(self._finalists()), budget, trials, cpu, workers)
 
     def run(self) -> None:
-        """Search, compare the best candidates on additional seeds, and confirm the winner; samplers only
-        search."""
+        """Search and, unless this is a sampler, compare and confirm the best candidates on fresh seeds."""
         self._candidates()
         if self.sampler is not None:
             return
@@ -75,10 +67,11 @@ class Search:
     def _candidates(self) -> None:
         known = {e["candidate"] for e in self.journal.of("candidate")}
         numbers = (number for number in count() if number not in known)  # candidate 0 is the world as written
-        coming, waiting = next(numbers), True
+        coming, waiting, sampler = next(numbers), True, self.sampler
         while waiting or len(self.work):
-            while waiting and self._free and self.proposer.ready(coming):
-                waiting = self.budget.allows_another(len(self.work)) and not self.proposer.finished(coming)
+            while waiting and len(self.work) < self.workers and (sampler is None or sampler.ready(coming)):
+                is_last = sampler is not None and sampler.finished(coming)
+                waiting = self.budget.allows_another(len(self.work)) and not is_last
                 if waiting:
                     values = self.proposer.ask(coming) if coming else self.plan.start
                     self.proposed[coming] = values
@@ -131,36 +124,26 @@ class Search:
         while len(self.work):
             yield from self._results()
 
-    # --- jobs
-
-    @property
-    def _free(self) -> int:
-        """Return the number of idle workers."""
-        return self.workers - len(self.work)
-
     def _results(self) -> Iterator[tuple[Any, dict[str, Any]]]:
-        """Yield (key, result) for results that arrive within a second.
-
-        Raises BrokenExecutor, or WorkerLost on Ray, if a worker was killed repeatedly.
-        """
+        """Yield (key, result) for results that arrive within a second. Raises BrokenExecutor, or WorkerLost on
+        Ray, if a worker was killed repeatedly."""
         for key, future in self.work.arrived(1.0):
             yield key, future.result()
-        self._show()
+        if self._progress is not None:
+            self._progress(self)
 
     def _job(self, number: int, values: dict[str, float]) -> Job:
         least = [self.least(stage) for stage in range(len(self.plan.stages) - 1)]
         plan = self.plan
-        cells = self.proposer.cells(number, plan.cells)
-        hopeless, policies = plan.config.search.hopeless, self.out / "policies"
         return Job(
             f"candidate-{number}",
             plan.config,
             values,
-            cells,
+            plan.cells if self.sampler is None else [self.sampler.cell(number)],
             plan.stages,
             least,
-            hopeless,
-            policies,
+            plan.config.search.hopeless,
+            self.out / "policies",
             plan.fit,
         )
 
@@ -177,8 +160,6 @@ class Search:
             return -np.inf
         scores = [stages[stage]["score"] for stages in reached]
         return float(np.quantile(scores, 1 - self.plan.config.search.promote))
-
-    # --- results
 
     def ranked(self) -> list[dict[str, Any]]:
         """Return the candidates, best first: finalists by mean score over all seeds, other candidates by merit."""
@@ -197,26 +178,16 @@ class Search:
         )
 
     def best(self) -> dict[str, Any]:
-        """Return the best candidate so far."""
         return self.ranked()[0]
-
-    # --- progress
 
     @property
     def done(self) -> int:
-        """Number of candidates evaluated so far."""
         return len(self.journal.of("candidate"))
 
     @property
     def share(self) -> float:
         """The completed fraction of the search, in [0, 1]."""
         return self.budget.share
-
-    def _show(self) -> None:
-        if self._progress is not None:
-            self._progress(self)
-
-    # --- folders of policies
 
     def _forget(self, number: int) -> None:
         forget_trained(inside(self.out, self.out / "policies" / f"candidate-{number}"))

@@ -1,5 +1,5 @@
-"""Evaluate a candidate in its own process, stage by stage, and stop once it is hopeless. Outcomes depend only
-on its values and seeds; the stage that it reaches also depends on earlier candidates."""
+"""Evaluate a candidate in its own process, stage by stage, and stop once it is hopeless. Outcomes depend only on
+its values and seeds; the stage that it reaches also depends on earlier candidates."""
 
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -48,8 +48,7 @@ def score(
     find: Callable[[Any], Any] = handed_over,
     fit: Fit | None = None,
 ) -> float:
-    """Return a run's score for one goal; custom functions and reporters are clipped to ±1e6, and NaN counts
-    as 0."""
+    """Return a run's score for one goal; of functions and reporters, clipped to ±1e6, with 0 for NaN."""
     if of == "data" and fit is not None:
         return likeness(series, fit)
     if of == "persistence":
@@ -118,9 +117,8 @@ class Job:
 
 
 def evaluate(job: Job) -> dict[str, Any]:
-    """Return the outcomes by stage, the last stage, its score, and the seconds used. "refused" is present if
-    the values do not produce a valid world, "failed" if the user's code raised an error.
-    """
+    """Return the outcomes by stage, the last stage, its score, and the seconds used, with "refused" if the
+    values do not produce a valid world, or "failed" if the user's code raised an error."""
     begin, worked = time.perf_counter(), time.process_time()
     try:
         result = _evaluate(load(job.config, job.values), job)
@@ -181,9 +179,13 @@ class Life:
         from ecs_eco.ecosystem import World
 
         training_seed, seed = self.cell
-        self.world = World.from_config(
-            self.config, seed=seed, policies=policies(self.config, self.job, training_seed)
-        )
+        search, policies = self.config.search, str(self.config.search.policies)
+        if policies in ("train", "train-once"):
+            own = policies == "train"
+            owner, trained_in = (self.job.name, self.config) if own else ("start", self.job.config)
+            folder = self.job.policies / owner / f"training-{training_seed}"
+            policies = str(train_or_find(folder, trained_in, training_seed, search.training_ticks))
+        self.world = World.from_config(self.config, seed=seed, policies=policies)
         self.most = self.config.search.crowd * max(1, sum(t.n for t in self.world.tables.values()))
 
     def _go(self, ticks: int) -> None:
@@ -199,8 +201,7 @@ class Life:
 
     def _last_birth(self, ticks: int) -> tuple[int, str] | None:
         """Return the tick of the last birth and the name of the first species to stop breeding, or None if
-        all species that can breed do so in the second half. A species that merely outlives the run does not
-        persist."""
+        all species that can breed do so in the second half: one that only outlives the run does not persist."""
         series = load_series(self.world.series())
         last = {}
         for name in self.persist:
@@ -216,23 +217,17 @@ def _evaluate(config: WorldConfig, job: Job) -> dict[str, Any]:
     stages: list[dict[str, Any]] = []
     for stage, (ticks, n) in enumerate(job.stages):
         lives += [Life(config, job, cell) for cell in job.cells[len(lives) : n]]
-        runs = _stage(lives, ticks, job.hopeless)
+        runs: list[dict[str, Any]] = []
+        for life in lives:
+            runs.append(life.until(ticks))
+            lost = sum(r["extinct"] is not None for r in runs)
+            if lost > job.hopeless * len(lives):
+                break
         score = sum(r["score"] for r in runs) / len(runs)
-        lost = sum(r["extinct"] is not None for r in runs)
         stages.append({"ticks": ticks, "score": score, "lost": lost, "runs": runs})
         if lost > job.hopeless * n or (stage < len(job.least) and score < job.least[stage]):
             break
     return {"stage": len(stages) - 1, "score": stages[-1]["score"], "stages": stages}
-
-
-def _stage(lives: Sequence[Life], ticks: int, hopeless: float) -> list[dict[str, Any]]:
-    """Return the outcomes of the runs, stopping once enough of them have ended in extinction."""
-    runs: list[dict[str, Any]] = []
-    for life in lives:
-        runs.append(life.until(ticks))
-        if sum(r["extinct"] is not None for r in runs) > hopeless * len(lives):
-            break
-    return runs
 
 
 def persisting(config: WorldConfig) -> list[str]:
@@ -242,13 +237,3 @@ def persisting(config: WorldConfig) -> list[str]:
     return [
         name for name, s in config.species.items() if s.count and not getattr(s.reproduction, "seed_rain", 0)
     ]
-
-
-def policies(config: WorldConfig, job: Job, seed: int) -> Any:
-    """Return the initial policies of a run, after training them if necessary."""
-    kind = job.config.search.policies
-    if kind not in ("train", "train-once"):
-        return kind
-    owner, trained_in = (job.name, config) if kind == "train" else ("start", job.config)
-    folder = job.policies / owner / f"training-{seed}"
-    return str(train_or_find(folder, trained_in, seed, job.config.search.training_ticks))

@@ -37,9 +37,9 @@ def history(entries: Sequence[dict[str, Any]], last: int) -> Figure:
         lw=1.6,
         label="best so far",
     )
-    begin = next((i for i, e in enumerate(entries) if e["candidate"] == 0), None)
-    if begin is not None:
-        ax.plot(minutes[begin], merits[begin], "X", ms=9, color=START, label="as written")
+    for e in entries:
+        if e["candidate"] == 0:
+            ax.plot(e["at"] / 60, merit(e), "X", ms=9, color=START, label="as written")
     ax.set(
         xlabel="minutes",
         ylabel="stage reached, plus score in it",
@@ -77,16 +77,14 @@ def scatter(
     start: dict[str, float],
     best: dict[str, float],
 ) -> Figure:
-    """Plot the candidates against each parameter; `worse` f64[candidates] is the share of candidates that are
-    worse."""
+    """Plot the share of candidates that are worse, `worse` f64[candidates], against each parameter."""
     figure, axes = several(len(parameters), 4, (2.9, 2.3), (0.5, 0.4), sharey=True)
     for ax, p in zip(axes.flat, parameters, strict=False):
         ax.scatter([e["values"][p.name] for e in entries], worse, s=18, color=PALETTE[2], alpha=0.6, lw=0)
         ax.axvline(start[p.name], color=START, lw=1.1, ls=":", label="as written")
         ax.axvline(best[p.name], color=BEST, lw=1.4, label="best")
         ax.set_ylim(0, 1)
-        scaled(ax.xaxis, p)
-        ax.set_xlabel(short(p.name), fontsize=9)
+        scaled(ax.xaxis, p, fontsize=9)
     for row in axes:
         row[0].set_ylabel("share of worse candidates")
     axes[0, 0].legend(loc="best", fontsize=9)
@@ -102,8 +100,7 @@ def pairs(
     best: dict[str, float],
     start: dict[str, float],
 ) -> Figure:
-    """Plot the candidates against pairs of the first three parameters, colored by the share of worse
-    candidates."""
+    """Plot the candidates against pairs of three parameters, colored by the share of worse candidates."""
     chosen = list(combinations(order[:3], 2))
     figure, axes = panels(1, len(chosen), 3.9 * len(chosen) + 0.9, 3.6)
     for ax, pair in zip(axes[0], chosen, strict=True):
@@ -122,7 +119,6 @@ def pairs(
                 clip_on=False,
                 ls="none",
             )
-        ax.set(xlabel=short(x.name), ylabel=short(y.name))
         scaled(ax.xaxis, x)
         scaled(ax.yaxis, y)
         ax.grid(visible=False)
@@ -131,8 +127,9 @@ def pairs(
     return figure
 
 
-def scaled(axis: Any, p: Parameter) -> None:
-    """Set a log axis, with ticks at 1, 2 and 5 × 10ⁿ or, beyond two decades, only at powers of ten."""
+def scaled(axis: Any, p: Parameter, **label: float) -> None:
+    """Label an axis with a parameter; log axes have ticks at 1, 2 and 5 × 10ⁿ or, beyond two decades, at 10ⁿ."""
+    getattr(axis.axes, f"set_{axis.axis_name}label")(short(p.name), **label)
     if not p.log:
         return
     getattr(axis.axes, f"set_{axis.axis_name}scale")("log")

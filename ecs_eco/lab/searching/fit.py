@@ -39,10 +39,7 @@ class Fit:
     sha256: str  # of the measurements
 
     def of(self, series: Series) -> Statistics | None:
-        """Return the statistics of a run.
-
-        They are computed over the last part of the run that is as long as the measurements and is sampled at
-        the same intervals.
+        """Return the statistics of the last part of a run, as long as the measurements and sampled like them.
 
         Parameters
         ----------
@@ -74,16 +71,14 @@ class Fit:
 
 
 def fit_of(config: WorldConfig, ticks: int) -> Fit | None:
-    """Return the comparison for a world's goal "data", with runs of this many ticks, or None if it is not a
-    goal.
-
-    Raises ConfigError if the measurements cannot be used or are longer than the runs.
-    """
+    """Return the comparison for a world's goal "data", with runs of this many ticks, or None without this goal.
+    Raises ConfigError if the measurements cannot be used or are longer than the runs."""
     if config.data is None or not any(of == "data" for of, _ in config.search.goals):
         return None
     names = [*config.species, *config.reporters]
     outside = outside_of(config.data.model_dump(), config.folder, names, config._source)
-    if (least := length(outside)) is not None and (1 - SKIP) * ticks < least:
+    least = 0.0 if outside.ticks is None else float(np.ptp(outside.times)) * outside.ticks + 1
+    if (1 - SKIP) * ticks < least:
         raise refusal(
             ("search", "ticks"),
             "is shorter than the measurements in [data]",
@@ -100,19 +95,12 @@ def fit_of(config: WorldConfig, ticks: int) -> Fit | None:
             ("data", "statistics"), "leaves nothing to compare", list(kinds), allowed, source=config._source
         )
     words = [repr((outside.ticks, kinds, list(outside.columns))).encode(), outside.times.tobytes()]
-    data = hashlib.sha256(b"".join([*words, x.tobytes()])).hexdigest()
-    return Fit(outside, kinds, observed, data)
-
-
-def length(outside: Outside) -> float | None:
-    """Return the length of the measurements [ticks], if known."""
-    return None if outside.ticks is None else float(np.ptp(outside.times)) * outside.ticks + 1
+    return Fit(outside, kinds, observed, hashlib.sha256(b"".join([*words, x.tobytes()])).hexdigest())
 
 
 def sampled(series: Series, outside: Outside) -> np.ndarray | None:
-    """Return the last part of a run with the length and sampling rate of the measurements, f64[samples,
-    columns], or None if there is none. If the length of their time unit is unknown, lengths are matched in
-    periods."""
+    """Return the last part of a run with the length and sampling rate of the measurements (in periods, if the
+    length of their time unit is unknown), f64[samples, columns], or None if there is none."""
     n = np.stack([numbers_of(series, name) for name in outside.columns], 1)
     n = n[int(SKIP * len(n)) :]
     if not (np.isfinite(n).all() and (n >= 0).all() and n.any(0).all()):

@@ -1,7 +1,5 @@
-"""The journal of a search: a line of JSON for each evaluation. Each line ends with a seal, a SHA-256 hash of
-the line and the previous seal, which reveals changed, removed or inserted lines."""
-
-from __future__ import annotations
+"""The journal of a search: a line of JSON for each evaluation. Each ends with a seal, a SHA-256 hash of the line
+and the previous seal, which reveals changed, removed or inserted lines."""
 
 import hashlib
 import json
@@ -16,7 +14,6 @@ from ecs_eco.engine import files
 from ecs_eco.engine.errors import ConfigError, ForeignFile, RecordingError, refusal
 from ecs_eco.inputs.section import Section
 from ecs_eco.record import container, seal
-from ecs_eco.record.container import Container
 from ecs_eco.record.manifest import Sha, Tick
 
 NAME = "journal.jsonl"
@@ -24,7 +21,7 @@ WORD = "seal"
 Entry = dict[str, Any]
 
 
-class Planned(Container):
+class Planned(container.Container):
     """The manifest of a search."""
 
     FILE: ClassVar = "plan.json"
@@ -33,7 +30,6 @@ class Planned(Container):
     OTHER: ClassVar = "is another search"
     DECIDES: ClassVar = ("world", "config_hash", "search", "data", "optimiser")
 
-    kind: Literal["search"]
     world: str
     config_hash: Sha
     search: dict[str, Any]
@@ -45,25 +41,6 @@ class Planned(Container):
         """Return the settings of a search, with an entry for each key of the world's [search]."""
         own = {f"search.{key}": value for key, value in content["search"].items()}
         return {key: value for key, value in super().settings(content).items() if key != "search"} | own
-
-
-class Evaluation(Section):
-    """The parts of a journal entry that are read back."""
-
-    model_config = ConfigDict(extra="allow", strict=True, allow_inf_nan=False)
-
-    kind: Literal["candidate", "final", "confirmation"]
-    candidate: Annotated[int, Field(ge=0)]
-    values: dict[str, float] = {}
-    cell: Annotated[list[int], Field(min_length=2, max_length=2)] | None = None
-    stage: Annotated[int, Field(ge=0)]
-    score: float
-    stages: list[Stage]
-    seconds: float
-    cpu: float
-    at: float
-    failed: str = ""
-    refused: str = ""
 
 
 class OneRun(Section):
@@ -88,13 +65,32 @@ class Stage(Section):
     runs: list[OneRun]
 
 
+class Evaluation(Section):
+    """The parts of a journal entry that are read back."""
+
+    model_config = ConfigDict(extra="allow", strict=True, allow_inf_nan=False)
+
+    kind: Literal["candidate", "final", "confirmation"]
+    candidate: Annotated[int, Field(ge=0)]
+    values: dict[str, float] = {}
+    cell: Annotated[list[int], Field(min_length=2, max_length=2)] | None = None
+    stage: Annotated[int, Field(ge=0)]
+    score: float
+    stages: list[Stage]
+    seconds: float
+    cpu: float
+    at: float
+    failed: str = ""
+    refused: str = ""
+
+
 def has_search(folder: Path) -> bool:
     """Return whether a folder contains a search."""
     return (folder / NAME).is_file() or container.has(folder, Planned)
 
 
 class Journal:
-    """The journal in a folder, whose entries can be read and appended."""
+    """The journal in a folder."""
 
     def __init__(self, folder: Path, header: Entry) -> None:
         self.path = folder / NAME
@@ -110,7 +106,6 @@ class Journal:
             self.entries, self._seal = lines[1:], lines[-1][WORD]
         else:
             folder.mkdir(parents=True, exist_ok=True)
-            self.path.write_text("", encoding="utf-8")
             self._append({"kind": "search", **header})
 
     def of(self, kind: str) -> list[Entry]:
@@ -144,8 +139,7 @@ class Journal:
 
 def begin(folder: Path, settings: Entry) -> Journal:
     """Return the journal of the search with these settings in a folder, creating it if necessary. Raises
-    ForeignFile if the folder contains another search, RecordingError if it is from an older version.
-    """
+    ForeignFile if the folder contains another search, RecordingError if it is from an older version."""
     if container.inside(folder, folder / NAME).is_file() and not container.has(folder, Planned):
         raise RecordingError(f"{folder / NAME}: {container.OLD}")
     container.inside(folder, folder / "policies")
@@ -157,9 +151,8 @@ def begin(folder: Path, settings: Entry) -> Journal:
 
 
 def read(path: Path) -> list[Entry]:
-    """Read all complete lines; an incomplete last line, left by a killed search, is removed. Raises a
-    ConfigError that names the first changed line.
-    """
+    """Read all complete lines, and remove an incomplete last line, left by a killed search. Raises a
+    ConfigError that names the first changed line."""
     files.require_regular(path)
     data = path.read_bytes()
     whole = data.rfind(b"\n") + 1

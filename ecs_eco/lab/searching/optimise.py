@@ -1,21 +1,15 @@
 """Candidates proposed by Optuna's samplers through an ask-and-tell interface."""
 
-from __future__ import annotations
-
 import logging
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from scipy.stats import rankdata
 
 from ecs_eco.lab.searching.plan import Parameter
-
-if TYPE_CHECKING:
-    from optuna.distributions import BaseDistribution
-    from optuna.samplers import BaseSampler
 
 OPTIMISERS = (
     "gp",
@@ -40,7 +34,7 @@ def _optuna() -> Any:
     return optuna
 
 
-def space_of(parameters: Sequence[Parameter]) -> dict[str, BaseDistribution]:
+def space_of(parameters: Sequence[Parameter]) -> dict[str, Any]:
     """Return the ranges as Optuna distributions, by name."""
     kinds = _optuna().distributions
     return {
@@ -61,19 +55,16 @@ class Optimiser:
         self.space = space_of(parameters)
 
     def ask(self, candidate: int) -> dict[str, float]:
-        """Return parameter values for a candidate."""
         if self.kind in OPTIMISERS:
             self.study.sampler = self._sampler(candidate)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
+        with warnings.catch_warnings(action="ignore"):
             trial = self.study.ask(self.space)
         self.waiting[candidate] = trial
         return {p.name: p.tidy(trial.params[p.name]) for p in self.parameters}
 
     def tell(self, candidate: int, values: dict[str, float], worth: float) -> None:
         """Report the merit of a candidate, whether or not it was proposed here."""
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
+        with warnings.catch_warnings(action="ignore"):
             if candidate in self.waiting:  # replaced by a trial with rounded values, as in the journal
                 self.study.tell(self.waiting.pop(candidate), state=_optuna().trial.TrialState.FAIL)
             inside = {p.name: p.tidy(values[p.name]) for p in self.parameters}
@@ -81,31 +72,16 @@ class Optimiser:
                 _optuna().trial.create_trial(params=inside, distributions=self.space, value=worth)
             )
 
-    def ready(self, candidate: int) -> bool:
-        """Return whether parameter values for a candidate can be proposed now."""
-        return True
-
-    def finished(self, candidate: int) -> bool:
-        """Return whether the search ends before this candidate."""
-        return False
-
-    def cells(self, candidate: int, cells: Sequence[tuple[int, int]]) -> Sequence[tuple[int, int]]:
-        """Return the training seeds and world seeds of a candidate, which are the same for all candidates."""
-        return cells
-
-    def _sampler(self, candidate: int) -> BaseSampler:
-        seed, samplers = (self.seed * 1_000_003 + candidate) % 2**32, _optuna().samplers
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # Optuna warns that some options are experimental
-            if self.kind == "tpe":
-                return samplers.TPESampler(
-                    multivariate=True, constant_liar=True, n_startup_trials=FIRST, seed=seed
-                )
-            if self.kind == "gp":
-                return samplers.GPSampler(n_startup_trials=FIRST, deterministic_objective=False, seed=seed)
-            if self.kind == "cmaes":
-                return samplers.CmaEsSampler(n_startup_trials=FIRST, seed=seed)
-            return samplers.RandomSampler(seed=seed)
+    def _sampler(self, candidate: int) -> Any:
+        samplers = _optuna().samplers
+        first = {"n_startup_trials": FIRST}
+        kind, options = {
+            "gp": (samplers.GPSampler, first | {"deterministic_objective": False}),
+            "tpe": (samplers.TPESampler, first | {"multivariate": True, "constant_liar": True}),
+            "cmaes": (samplers.CmaEsSampler, first),
+        }.get(self.kind, (samplers.RandomSampler, {}))
+        with warnings.catch_warnings(action="ignore"):  # Optuna warns that some options are experimental
+            return kind(seed=(self.seed * 1_000_003 + candidate) % 2**32, **options)
 
 
 BEST_SHARE, LEAST_BEST = 0.1, 5  # the best tenth, but at least five candidates
@@ -122,10 +98,7 @@ class Importance:
 
 
 def importances(
-    space: Mapping[str, BaseDistribution],
-    values: Sequence[Mapping[str, float]],
-    merits: Sequence[float],
-    seed: int = 0,
+    space: Mapping[str, Any], values: Sequence[Mapping[str, float]], merits: Sequence[float], seed: int = 0
 ) -> list[Importance]:
     """Return the importance of each parameter in a space, from the candidates' values and merits."""
     y, rng = np.asarray(merits, float), np.random.default_rng(seed)
@@ -133,19 +106,16 @@ def importances(
     shuffled = np.array([_divergences(space, values, rng.permutation(y)) for _ in range(SHUFFLES)])
     total = own.sum() or 1.0
     limit = np.quantile(shuffled, 0.95, axis=0) / total
-    return [
-        Importance(name, *map(float, pair))
-        for name, pair in zip(space, zip(own / total, limit, strict=True), strict=True)
-    ]
+    shares = (own / total).tolist()
+    return [Importance(*each) for each in zip(space, shares, limit.tolist(), strict=True)]
 
 
 def _divergences(
-    space: Mapping[str, BaseDistribution], values: Sequence[Mapping[str, float]], merits: np.ndarray
+    space: Mapping[str, Any], values: Sequence[Mapping[str, float]], merits: np.ndarray
 ) -> np.ndarray:
     optuna = _optuna()
     best = min(max(BEST_SHARE, LEAST_BEST / len(merits)), 0.5)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # Optuna warns that it is experimental
+    with warnings.catch_warnings(action="ignore"):  # Optuna warns that it is experimental
         study = optuna.create_study(direction="maximize")
         study.add_trials(
             [
@@ -158,6 +128,5 @@ def _divergences(
 
 
 def ranks(merits: Sequence[float]) -> np.ndarray:
-    """Return, for each candidate, the share of candidates that are worse, in (0, 1), regardless of the
-    objective's scale."""
+    """Return, for each candidate, the share of candidates that are worse, in (0, 1)."""
     return (rankdata(merits) - 0.5) / len(merits)

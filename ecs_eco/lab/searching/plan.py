@@ -2,7 +2,7 @@
 
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any, Self
 
@@ -54,7 +54,6 @@ class Plan:
 
     @property
     def start(self) -> dict[str, float]:
-        """The values in the world as written."""
         return {p.name: p.start for p in self.parameters}
 
     def header(self) -> dict[str, Any]:
@@ -80,8 +79,7 @@ class Plan:
 
 
 def plan_of(config: WorldConfig) -> Plan:
-    """Return the plan defined in a world's [search] section. Raises ConfigError if nothing varies or an end
-    of a range is invalid."""
+    """Return the plan in a world's [search]. Raises ConfigError if nothing varies or a range is invalid."""
     search = config.search
     if not search.ranges:
         allowed = (
@@ -96,12 +94,8 @@ def plan_of(config: WorldConfig) -> Plan:
             Problem(("search", "policies"), "no species has a policy to train", search.policies, '"random"')
         )
     parameters = tuple(_parameter(config, name) for name in search.ranges)
-    problems += [
-        problem
-        for p in parameters
-        for end in (p.low, p.high)
-        if (problem := _refused(config, p, end)) is not None
-    ]
+    for p in parameters:
+        problems += [*_refused(config, p, p.low), *_refused(config, p, p.high)]
     if problems:
         raise ConfigError([_placed(p, config) for p in problems], f"{config._source}: cannot search")
     trainings = search.training_seeds if search.policies in TRAINED else 1
@@ -129,20 +123,15 @@ def _parameter(config: WorldConfig, name: str) -> Parameter:
     return Parameter(name, low, high, span.scale == "log", whole, min(max(value, low), high))
 
 
-def _refused(config: WorldConfig, parameter: Parameter, end: float) -> Problem | None:
-    """Return the problem, if any, with the world at one end of a range."""
+def _refused(config: WorldConfig, parameter: Parameter, end: float) -> Iterator[Problem]:
+    """Yield the problem, if any, with the world at one end of a range."""
     try:
         load(config, {parameter.name: parameter.tidy(end)})
     except ConfigError as error:
         first = error.problems[0]
         fault = f"gives an invalid world: {first.path} {first.what}"
-        return Problem(
-            ("search", "ranges", parameter.name),
-            fault,
-            list(config.search.ranges[parameter.name].search),
-            first.allowed,
-        )
-    return None
+        span = list(config.search.ranges[parameter.name].search)
+        yield Problem(("search", "ranges", parameter.name), fault, span, first.allowed)
 
 
 def _placed(problem: Problem, config: WorldConfig) -> Problem:
@@ -177,17 +166,19 @@ MOST_RESERVE = 0.6  # maximum fraction reserved, however long such runs take
 class Budget:
     """The budget of a search, including earlier calls, and the part used so far."""
 
-    def __init__(self, minutes: float | None, trials: int | None, cpu: float | None, workers: int) -> None:
-        if minutes is None and trials is None and cpu is None:
-            allowed = "a budget in minutes or a number of trials"
-            raise refusal((), "no end", allowed=allowed, source="--budget, --trials")
+    def __init__(
+        self,
+        plan: Plan,
+        journal: Journal,
+        finalists: Callable[[], int],  # returns their number
+        minutes: float | None,
+        trials: int | None,
+        cpu: float | None,
+        workers: int,
+    ) -> None:
+        self._plan, self._journal, self._finalists = plan, journal, finalists
         self.seconds = None if minutes is None else minutes * 60
         self.trials, self.cpu, self.workers = trials, cpu, workers
-        self._begun = time.monotonic()
-
-    def begin(self, plan: Plan, journal: Journal, finalists: Callable[[], int]) -> None:
-        """Start the clock, counting the time of earlier calls; `finalists` returns the number of finalists."""
-        self._plan, self._journal, self._finalists = plan, journal, finalists
         self._before = max((float(e["at"]) for e in journal.entries), default=0.0)
         self._begun = time.monotonic()
 
@@ -204,10 +195,9 @@ class Budget:
     @property
     def share(self) -> float:
         """Return the completed fraction of the search, in [0, 1]."""
-        shares = [len(self._journal.of("candidate")) / self.trials] if self.trials else []
-        shares += [self.elapsed / self.seconds] if self.seconds else []
-        shares += [self.worked / self.cpu] if self.cpu else []
-        return min(1.0, max(shares, default=0.0))
+        done = len(self._journal.of("candidate"))
+        parts = ((done, self.trials), (self.elapsed, self.seconds), (self.worked, self.cpu))
+        return min(1.0, max((used / whole for used, whole in parts if whole), default=0.0))
 
     def allows_another(self, running: int) -> bool:
         """Return whether another candidate can begin; the first always can."""
@@ -228,17 +218,11 @@ class Budget:
     def _reserve(self) -> float:
         """Return the time to reserve for finals and confirmation [s]."""
         seconds, plan = self.seconds or 0.0, self._plan
-        run = self._seconds_a_run()
-        if run is None:
+        whole = [e for e in self._journal.of("candidate") if len(e["stages"]) == len(plan.stages)]
+        if not whole:
             return FIRST_RESERVE * seconds
+        # of a run at full length, with its share of training [s]
+        run = float(np.median([e["seconds"] / len(e["stages"][-1]["runs"]) for e in whole]))
         confirmation = len(plan.confirmation) * plan.confirmation_ticks / plan.ticks
         runs = self._finalists() * len(plan.finals) + confirmation
         return min(1.15 * runs * run / self.workers, MOST_RESERVE * seconds)
-
-    def _seconds_a_run(self) -> float | None:
-        """Return the duration of a full run, including its share of training [s], or None before the first
-        full run."""
-        last = len(self._plan.stages) - 1
-        whole = [e for e in self._journal.of("candidate") if len(e["stages"]) > last]
-        seconds = [e["seconds"] / len(e["stages"][last]["runs"]) for e in whole]
-        return float(np.median(seconds)) if seconds else None

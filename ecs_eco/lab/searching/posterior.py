@@ -13,7 +13,6 @@ from ecs_eco.analysis.palette import GREY, INK, SAFE
 from ecs_eco.analysis.style import Figure, several, styled
 from ecs_eco.engine import files
 from ecs_eco.engine.errors import in_words
-from ecs_eco.lab.response import short
 from ecs_eco.lab.searching.figures import scaled
 from ecs_eco.lab.searching.plan import Parameter
 from ecs_eco.lab.searching.sampler import Population, Sampler, statistics_of, value_at, weighted_quantiles
@@ -32,7 +31,8 @@ def write_posterior(sampler: Sampler, out: Path) -> dict[str, Any]:
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
     table.writerow(["candidate", "generation", "weight", "distance", *names, *measured])
-    for candidate, weight, distance in rows_of(kept):
+    columns = (kept.numbers.tolist(), kept.shares.tolist(), kept.distances.tolist())
+    for candidate, weight, distance in zip(*columns, strict=True):
         own = statistics_of(entries[candidate]) or {}
         values = entries[candidate]["values"]
         table.writerow(
@@ -49,18 +49,11 @@ def write_posterior(sampler: Sampler, out: Path) -> dict[str, Any]:
     return summary(sampler, kept, entries)
 
 
-def rows_of(kept: Population) -> list[tuple[int, float, float]]:
-    """Return the number, weight and distance of each accepted candidate."""
-    return list(zip(kept.numbers.tolist(), kept.shares.tolist(), kept.distances.tolist(), strict=True))
-
-
 def summary(sampler: Sampler, kept: Population, entries: dict[int, dict[str, Any]]) -> dict[str, Any]:
-    """Return the posterior's entry in search.json: means and central 90% intervals of parameters and
-    statistics."""
-    there = [e for number, e in entries.items() if number and statistics_of(e) is not None]
+    """Return the posterior's entry in search.json: means and central 90% intervals."""
     out: dict[str, Any] = {
         "candidates": sum(number > 0 for number in entries),
-        "compared": len(there),
+        "compared": sum(number > 0 and statistics_of(e) is not None for number, e in entries.items()),
         "kept": len(kept.numbers),
         "observed": sampler.fit.observed,
         "generations": 1 + max(map(sampler.generation, entries)),
@@ -73,10 +66,9 @@ def summary(sampler: Sampler, kept: Population, entries: dict[int, dict[str, Any
         return out
     for k, p in enumerate(sampler.plan.parameters):
         low, middle, high = weighted_quantiles(kept.at[:, k], kept.shares, ENDS)
-        values = [value_at(p, u) for u in kept.at[:, k]]
         out["numbers"][p.name] = {
             "range": [p.low, p.high],
-            "mean": float(kept.shares @ np.array(values)),
+            "mean": float(kept.shares @ np.array([value_at(p, u) for u in kept.at[:, k]])),
             "low": value_at(p, low),
             "median": value_at(p, middle),
             "high": value_at(p, high),
@@ -100,8 +92,7 @@ MOST = 6  # maximum number of parameters in the figure of pairs
 
 
 def posterior_opening(result: dict[str, Any]) -> list[str]:
-    """Return the parameters that the measurements allow, narrowest first, and the measurements that the
-    posterior does not predict."""
+    """Return sentences on the parameters, narrowest first, and the measurements that are not predicted."""
     known = {
         name: (of["high"] - of["low"]) / (of["range"][1] - of["range"][0])
         for name, of in result["numbers"].items()
@@ -192,9 +183,8 @@ def marginals(parameters: tuple[Parameter, ...], kept: Population, start: dict[s
         ax.axvline(value_at(p, middle), color=POSTERIOR, lw=1.4, label="median")
         ax.axvline(start[p.name], color=START, lw=1.2, ls=":", label="as written")
         ax.set(ylim=(0, None), yticks=[])
-        scaled(ax.xaxis, p)
+        scaled(ax.xaxis, p, fontsize=9)
         ax.set_xlim(p.low, p.high)
-        ax.set_xlabel(short(p.name), fontsize=9)
     axes[0, 0].legend(loc="best", fontsize=9)
     return figure
 
@@ -207,11 +197,9 @@ def pairs(parameters: tuple[Parameter, ...], kept: Population) -> Figure:
     for ax, (i, j) in zip(axes.flat, chosen, strict=False):
         x, y = ([value_at(parameters[k], u) for u in kept.at[:, k]] for k in (i, j))
         ax.scatter(x, y, s=20 + 400 * kept.shares, color=POSTERIOR, alpha=0.5, lw=0, clip_on=False)
-        scaled(ax.xaxis, parameters[i])
-        scaled(ax.yaxis, parameters[j])
+        scaled(ax.xaxis, parameters[i], fontsize=9)
+        scaled(ax.yaxis, parameters[j], fontsize=9)
         ax.set(xlim=(parameters[i].low, parameters[i].high), ylim=(parameters[j].low, parameters[j].high))
-        ax.set_xlabel(short(parameters[i].name), fontsize=9)
-        ax.set_ylabel(short(parameters[j].name), fontsize=9)
     return figure
 
 

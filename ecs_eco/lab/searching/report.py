@@ -5,7 +5,7 @@ import shutil
 from collections.abc import Mapping
 from html import escape
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 
@@ -14,12 +14,13 @@ from ecs_eco.analysis.page import drawn, interval, number, page, table, verdict,
 from ecs_eco.analysis.survival import difference_of_shares, kaplan_meier, wilson
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.edit import as_toml, edited
-from ecs_eco.config.loading import document_of
+from ecs_eco.config.loading import WorldSource, document_of
 from ecs_eco.config.overrides import Overrides
-from ecs_eco.config.ranges import key_of, real_key
+from ecs_eco.config.ranges import Key, key_of, real_key
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.engine.files import write_json
 from ecs_eco.engine.versions import versions
+from ecs_eco.lab.response import group
 from ecs_eco.lab.searching import figures
 from ecs_eco.lab.searching.course import BEST, Search
 from ecs_eco.lab.searching.optimise import Importance, importances, merit, ranks, space_of
@@ -31,7 +32,6 @@ from ecs_eco.record.code import keep_beside
 from ecs_eco.record.container import inside
 from ecs_eco.record.folder import git_commit
 
-WorldFile: TypeAlias = str | Path | Mapping[str, Any] | WorldConfig  # anything that `load` accepts
 Runs = list[dict[str, Any]]  # journal entries, or the runs in them
 
 
@@ -58,8 +58,7 @@ def write_page(search: Search, result: dict[str, Any]) -> None:
 
 
 def _opening(search: Search, result: dict[str, Any]) -> list[str]:
-    """Return what the search found: the posterior or the best world, with its values and its effect, and the
-    course of the search."""
+    """Return sentences on the posterior or the best world, and the course of the search."""
     best, start = result["confirmation"]["best"], result["confirmation"]["start"]
     spent, whole = f"{result['seconds'] / 60:.1f} minutes", result["by_stage"][-1]
     course = f"{result['candidates']} candidates in {spent} ({result['optimiser']})"
@@ -88,7 +87,6 @@ def _opening(search: Search, result: dict[str, Any]) -> list[str]:
 
 
 def _confirmed(result: dict[str, Any], folder: Path) -> list[str]:
-    """Return the section on fresh seeds."""
     both = {"best": result["confirmation"]["best"], "as written": result["confirmation"]["start"]}
     both = {world: c for world, c in both.items() if c["runs"]}
     if not both:
@@ -174,10 +172,9 @@ def _important(search: Search, result: dict[str, Any], folder: Path) -> list[str
     ]
     if len(plan.parameters) > 1:
         order = np.argsort([-i.share for i in shares]).tolist()
-        pairs = figures.pairs(plan.parameters, entries, worse, order, best, start)
         blocks.append(
             drawn(
-                pairs,
+                figures.pairs(plan.parameters, entries, worse, order, best, start),
                 folder / "pairs.svg",
                 "Pairs of the most important parameters; each dot is a candidate.",
             )
@@ -185,7 +182,7 @@ def _important(search: Search, result: dict[str, Any], folder: Path) -> list[str
     return blocks
 
 
-def write_results(search: Search, world: WorldFile, overrides: Overrides, report: bool) -> dict[str, Any]:
+def write_results(search: Search, world: WorldSource, overrides: Overrides, report: bool) -> dict[str, Any]:
     """Write best-1.toml …, search.json and, if `report` is true, the page; return the contents of search.json."""
     result, ranked = summary(search), search.ranked()
     for rank, entry in enumerate(ranked[:BEST], 1):
@@ -251,8 +248,7 @@ def _best_so_far(entries: Runs) -> list[list[float]]:
 
 
 def confirmation(search: Search, candidate: int) -> dict[str, Any]:
-    """Return the runs on fresh seeds and the number in which all species survived, with Wilson's 95%
-    interval."""
+    """Return the runs on fresh seeds and the number in which all species survived, with Wilson's interval."""
     entries = [e for e in search.journal.of("confirmation") if e["candidate"] == candidate]
     runs = [
         run
@@ -262,8 +258,7 @@ def confirmation(search: Search, candidate: int) -> dict[str, Any]:
     ]
     kept = sum(run["extinct"] is None for run in runs)
     share = wilson(kept, len(runs))
-    trainings = sorted({run["training"] for run in runs})
-    each = {t: [r["extinct"] is None for r in runs if r["training"] == t] for t in trainings}
+    each = group(sorted(runs, key=lambda run: run["training"]), lambda run: run["training"])
     return {
         "candidate": candidate,
         "runs": len(runs),
@@ -271,13 +266,14 @@ def confirmation(search: Search, candidate: int) -> dict[str, Any]:
         "share": None if not runs else share.value,
         "low": share.low,
         "high": share.high,
-        "by_training_seed": {str(t): [sum(x), len(x)] for t, x in each.items()},
+        "by_training_seed": {
+            str(t): [sum(run["extinct"] is None for run in own), len(own)] for t, own in each.items()
+        },
         "lives": [{k: r[k] for k in ("training", "world", "lived", "extinct")} for r in runs],
     }
 
 
 def _words(entry: dict[str, Any], result: dict[str, Any]) -> str:
-    """Describe the performance of a candidate."""
     runs = entry["stages"][-1]["runs"] if entry["stages"] else []
     if result["optimiser"] in SAMPLERS:
         return f"similarity to the measurements: {max(0.0, entry['score'] - 1):.3f} of 1"
@@ -302,12 +298,9 @@ def _importance(search: Search) -> dict[str, Any] | None:
     return {"candidates": len(entries), "numbers": numbers}
 
 
-Key = tuple[str | int, ...]
-
-
 def write_world(
     plan: Plan,
-    world: WorldFile,
+    world: WorldSource,
     overrides: Overrides,
     values: Mapping[str, float],
     trained: Path,
@@ -335,13 +328,12 @@ def write_world(
 
 def _text(
     config: WorldConfig,
-    world: WorldFile,
+    world: WorldSource,
     overrides: Overrides,
     values: Mapping[str, float],
     files: Mapping[str, str],
 ) -> str | None:
-    """Return the text of the world file with these values, or None if there is no text or it cannot be
-    edited."""
+    """Return the text of the world file with these values, or None if there is no text to be edited."""
     document = document_of(world, overrides)
     if not document.text:
         return None

@@ -4,7 +4,7 @@ from concurrent.futures import Executor
 from pathlib import Path
 from typing import Any
 
-from ecs_eco.config import load
+from ecs_eco.config.loading import WorldSource, load
 from ecs_eco.config.overrides import Overrides
 from ecs_eco.engine.arguments import called_with
 from ecs_eco.engine.errors import listed, nearest, refusal
@@ -12,14 +12,14 @@ from ecs_eco.lab.executors import LOCAL, engine, prepare, workers_of
 from ecs_eco.lab.searching.course import Progress, Search
 from ecs_eco.lab.searching.optimise import OPTIMISERS
 from ecs_eco.lab.searching.plan import plan_of
-from ecs_eco.lab.searching.report import WorldFile, write_results
+from ecs_eco.lab.searching.report import write_results
 from ecs_eco.lab.searching.sampler import SAMPLERS
 from ecs_eco.lab.work import Work
 from ecs_eco.record.claim import Claim, ours
 
 
 def search(
-    world: WorldFile,
+    world: WorldSource,
     out: str | Path | Claim,
     overrides: Overrides = None,
     *,
@@ -105,6 +105,9 @@ def search(
             fault = "samples values that fit measurements, but the world has none"
             raise refusal((), fault, optimiser, allowed, source="--optimiser")
         plan = plan.sampling()
+    if budget is None and trials is None and cpu is None:
+        allowed = "a budget in minutes or a number of trials"
+        raise refusal((), "no end", allowed=allowed, source="--budget, --trials")
     with ours(out) as claim:
         folder = claim.path if executor == LOCAL else claim.path.absolute()
         running = None

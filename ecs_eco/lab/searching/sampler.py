@@ -1,10 +1,8 @@
-"""Approximate Bayesian computation: draw candidates from the ranges and accept those whose runs are most
-similar to the measurements. abc accepts the nearest candidates (Pritchard et al. 1999). abc-smc draws later
-generations around the nearest candidates so far, and weights them by the ratio of prior to proposal density
-(Beaumont et al. 2009, with the adaptive distances of Lenormand, Jabot & Deffuant 2013). Proposals depend only
-on the seed and the journal."""
+"""Approximate Bayesian computation. abc draws candidates from the ranges and accepts those whose runs are most
+similar to the measurements (Pritchard et al. 1999). abc-smc draws later generations around the nearest ones,
+weighted by prior / proposal density (Beaumont et al. 2009, with the adaptive distances of Lenormand, Jabot &
+Deffuant 2013). Proposals depend only on the seed and the journal."""
 
-from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -66,10 +64,7 @@ class Sampler:
         self.kept = max(FEWEST, round(self.keep * self.particles))
         self._after: dict[int, tuple[Population, float]] = {}  # results of complete generations
 
-    # --- as an optimizer
-
     def ask(self, number: int) -> dict[str, float]:
-        """Return parameter values for a candidate."""
         rng = np.random.default_rng([self.seed, number])
         generation = self.generation(number)
         before = self._population(generation - 1) if generation > 0 else None
@@ -100,16 +95,10 @@ class Sampler:
     def tell(self, number: int, values: dict[str, float], worth: float) -> None:
         """Do nothing, because all state is in the journal."""
 
-    def cells(self, number: int, cells: Sequence[tuple[int, int]]) -> Sequence[tuple[int, int]]:
-        """Return the seeds of a candidate, which has a single run."""
-        return [self.cell(number)]
-
     def cell(self, number: int) -> tuple[int, int]:
         """Return the training seed and the world seed of a candidate; each candidate has its own world seed."""
         cells = self.plan.cells
         return cells[number % len(cells)][0], FIRST_SEED + number
-
-    # --- the posterior
 
     def posterior(self) -> Population:
         """Return the candidates kept so far.
@@ -121,8 +110,7 @@ class Sampler:
         if self.kind == "abc":
             entries = self._entries()
             return _nearest(self._drawn(entries, None), max(1, round(self.keep * len(entries))))
-        last = self.generation(max((e["candidate"] for e in self._entries()), default=1))
-        return self._population(last)
+        return self._population(self.generation(max((e["candidate"] for e in self._entries()), default=1)))
 
     def generation(self, number: int) -> int:
         """Return the generation of a candidate, from 0; candidate 0, the world as written, belongs to none."""
@@ -131,7 +119,6 @@ class Sampler:
         return 1 + (number - 1 - self.particles) // (self.particles - self.kept)
 
     def _numbers(self, generation: int) -> range:
-        """Return the identifying numbers of a generation's candidates."""
         if generation == 0:
             return range(1, self.particles + 1)
         first, each = 1 + self.particles, self.particles - self.kept
@@ -153,8 +140,7 @@ class Sampler:
         both = new if before is None else Population(*map(np.concatenate, zip(before, new, strict=True)))
         kept = _nearest(both, self.kept)
         if len(entries) == len(numbers):
-            entered = np.isin(kept.numbers, new.numbers).sum() / len(numbers)
-            self._after[generation] = kept, float(entered)
+            self._after[generation] = kept, float(np.isin(kept.numbers, new.numbers).sum() / len(numbers))
         return kept
 
     def _drawn(self, entries: list[dict[str, Any]], before: Population | None) -> Population:
@@ -185,8 +171,7 @@ class Sampler:
 
 
 def statistics_of(entry: dict[str, Any]) -> dict[str, float] | None:
-    """Return the statistics of a candidate's run, or None if the candidate was rejected or a species died
-    out."""
+    """Return the statistics of a candidate's run, or None if it was rejected or a species died out."""
     runs = entry["stages"][-1]["runs"] if entry["stages"] else []
     return runs[-1].get("statistics") if runs else None
 
@@ -249,9 +234,8 @@ def _spread(of: Population) -> np.ndarray:
 
 
 def _density(at: np.ndarray, of: Population) -> np.ndarray:
-    """Return the density of proposals around a population at positions f64[n, parameters], relative to a
-    prior density of 1. Proposals outside the ranges are drawn again, and their fraction is estimated from
-    draws."""
+    """Return the density of proposals around a population at positions f64[n, parameters], relative to the
+    prior. Proposals outside the ranges are drawn again; draws estimate their fraction."""
     root = np.linalg.cholesky(_spread(of))
     steps = np.linalg.solve(root, (at[:, None] - of.at[None]).reshape(-1, at.shape[1]).T)
     exponent = -0.5 * (steps**2).sum(0).reshape(len(at), len(of.at))
