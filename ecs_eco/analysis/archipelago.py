@@ -155,7 +155,8 @@ _NUMBERS = (
 
 
 def write_archipelago(folder: Path | str, out: Path | str | None = None) -> Path:
-    """Write report.html and figures/*.svg to an archipelago's folder or to `out`; return the report's path."""
+    """Write report.html and figures/*.svg to an archipelago's folder or to `out`; return the report's path.
+    Raises RecordingError if there is no archipelago or a file is damaged."""
     root = Path(folder)
     place = inside(root, root / "figures").parent if out is None else Path(out)
     islands = load_islands(root)

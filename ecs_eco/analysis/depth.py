@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from ecs_eco.analysis.rhythm import Cosinor, cosinor, p_of_days
-from ecs_eco.analysis.runs import Series, mean_of_there as mean_of_there, tables
+from ecs_eco.analysis.runs import Series, tables
 
 HOURS = 24  # parts of a day
 

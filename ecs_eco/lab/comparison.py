@@ -175,7 +175,8 @@ class Comparison:
 
 
 def missing(jobs: Jobs, done: Callable[..., bool]) -> Jobs:
-    """Return the jobs that are not `done`, with arms and seeds advancing evenly. Raises ForeignFile."""
+    """Return the jobs that are not `done`, with arms and seeds advancing evenly. Raises ForeignFile
+    if a job's folder contains something else."""
     left = (key for key, job in jobs.items() if not done(*job))
     return {key: jobs[key] for key in evenly(left, lambda key: key.arm)}
 

@@ -114,7 +114,8 @@ def queued_jobs(own: Jobs, n: int = 0) -> set[int]:
 
 
 def script(jobs: Jobs, numbers: Sequence[int], options: Options, after: str = "") -> str:
-    """Return the batch script of an array, which starts after the array `after` has ended. Raises ConfigError."""
+    """Return the batch script of an array, which starts after the array `after` has ended. Raises
+    ConfigError if an option contains a line break."""
     logs = str(jobs.place).replace("%", "%%") + "/%A_%a.log"  # SLURM expands %
     wanted = {
         "job-name": jobs.name,

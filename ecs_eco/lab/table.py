@@ -88,7 +88,8 @@ def rows_of(sweep: Sweep) -> list[dict[str, Any]]:
 
 def missing_for(sweep: Sweep, column: str, width: float) -> list[int]:
     """Return the jobs of the next seeds at each point and treatment at which the 95% interval of the mean of a
-    column is wider than `width`: at least three seeds, then half as many again. Raises ConfigError."""
+    column is wider than `width`: at least three seeds, then half as many again. Raises ConfigError if
+    no run has such a column."""
     check_response(column, sweep.base)
     jobs = group(sweep.jobs, lambda job: (job.point, job.treatment))
     done = {row["job"]: row for row in rows_of(sweep)}

@@ -81,33 +81,20 @@ def _does(actions: Sequence[Mapping[str, Any]]) -> str:
     done = [a for a in actions if not a.get("continuous") and a["decision"] and a["name"] not in IDLE]
     if not done:
         return "did nothing" if actions and not actions[0].get("continuous") else ""
-<<<<<<< HEAD
-    forced = [a for a in done if a["reflex"] > 0]
-    chosen = [a for a in done if a["reflex"] <= 0 and a["probability"] is not None]
-    other = [_act(a) for a in done if a["reflex"] <= 0 and a["probability"] is None]
-    parts = []
-    if forced:
-        parts.append("its reflex made it " + " and ".join(_act(a) for a in forced))
-    if chosen:
-        parts.append(
-            "its policy chose to "
-            + " and ".join(f"{_act(a)} ({a['probability']:.0%} chance)" for a in chosen)
-        )
-    if other:
-        parts.append(f"always tries to {' and '.join(other)}")
-    return "; ".join(parts)
-=======
-    parts: dict[str, list[str]] = {"its reflex made it ": [], "its policy chose to ": [], "automatic: ": []}
+    parts: dict[str, list[str]] = {
+        "its reflex made it ": [],
+        "its policy chose to ": [],
+        "always tries to ": [],
+    }
     forced, chosen, other = parts.values()
     for a in done:
         if a["reflex"] > 0:
             forced.append(_act(a))
         elif a["probability"] is not None:
-            chosen.append(f"{_act(a)} ({a['probability']:.0%})")
+            chosen.append(f"{_act(a)} ({a['probability']:.0%} chance)")
         else:
             other.append(_act(a))
     return "; ".join(words + " and ".join(acts) for words, acts in parts.items() if acts)
->>>>>>> h2
 
 
 def _act(action: Mapping[str, Any]) -> str:
