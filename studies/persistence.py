@@ -9,7 +9,7 @@ from typing import Any
 
 from studies.common.seed_grid import crossed_study
 
-TRAINING, WORLDS = range(901, 921), range(7301, 7303)  # fresh seeds
+TRAINING, WORLDS = range(71, 77), range(7201, 7206)  # fresh seeds
 
 
 ARMS: dict[str, dict[str, Any]] = {"frozen": {"learn": False}}
@@ -21,7 +21,7 @@ STUDY = crossed_study(
     WORLDS,
     ticks=20_000,
     judged=["frozen"],
-    also=[{"arm": "frozen", "training": TRAINING[0], "seed": 7303, "ticks": 80_000}],
+    also=[{"arm": "frozen", "training": TRAINING[0], "seed": 7101, "ticks": 80_000}],
 )
 
 if __name__ == "__main__":
