@@ -3,7 +3,8 @@
 Comparisons, sweeps, searches, archipelagos and training run in local processes, a Ray cluster or SLURM.
 `treatments` and `arm` define how runs differ; `plan` and `design` list the runs; `runs` and `trained` execute
 one job, and `work` executes all jobs, on an executor (`pool`, `ray_executor`); `slurm` submits whole sweeps.
-For single runs see `ecs_eco.runs`, for statistics `ecs_eco.analysis`, for terminal output `ecs_eco.cli`."""
+This package prints nothing; for single runs see `ecs_eco.runs`, for statistics `ecs_eco.analysis`, for
+terminal output `ecs_eco.cli`."""
 
 from typing import TYPE_CHECKING
 
