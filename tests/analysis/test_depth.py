@@ -11,7 +11,7 @@ import pytest
 from ecs_eco import World
 from ecs_eco.analysis import depth as depths
 from ecs_eco.analysis.compare import compare
-from ecs_eco.analysis.runs import Series, load_series
+from ecs_eco.analysis.runs import Series, load_series, mean_of_there
 from ecs_eco.components import Position
 from ecs_eco.config import load
 from ecs_eco.record import run_to_folder
@@ -73,7 +73,7 @@ def test_the_day_by_hours_leaves_the_first_one_out_and_knows_when_nobody_lived(s
     # of the second day only from six to eighteen
     gone = depths.day_by_hour(wave(small, alive=DAY + DAY // 2), "copepod")
     assert np.isfinite(gone).tolist() == [6 <= h < 18 for h in range(24)]
-    assert depths.mean_of_there(np.array([[1.0, np.nan, np.nan], [3.0, 5.0, np.nan]])) == pytest.approx(
+    assert mean_of_there(np.array([[1.0, np.nan, np.nan], [3.0, 5.0, np.nan]])) == pytest.approx(
         [2, 5, np.nan], nan_ok=True
     )
 

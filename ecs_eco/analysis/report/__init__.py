@@ -1,5 +1,7 @@
 """The report of a run folder: one HTML page for biologists, and its figures.
-Statistics belong in `ecs_eco.analysis`; this package only presents them."""
+
+Statistics belong in `ecs_eco.analysis`; this package only presents them.
+"""
 
 from ecs_eco.analysis.report.write import rerun, write_report
 
