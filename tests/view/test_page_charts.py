@@ -1,6 +1,5 @@
 """Legend and charts: what each kind does, chosen stretches, numbers as files, charts beside the organism."""
 
-import time
 from csv import reader
 from io import StringIO
 from itertools import pairwise
@@ -145,24 +144,14 @@ def test_one_of_a_kind_is_found(curves):
     assert abs(at["x"] - box["x"] - box["width"] / 2) < 0.2 * box["width"]
 
 
-def pointed(page):
-    """Point at the first chart until the page names a tick (charts move as keys wrap); return its box."""
-    end = time.monotonic() + 180
-    while True:
-        over = page.locator("#charts .u-over").first.bounding_box()
-        for share in (0.18, 0.2):
-            page.mouse.move(over["x"] + share * over["width"], over["y"] + over["height"] / 2)
-        if page.locator(".pointed").first.inner_text().startswith("tick "):
-            return over
-        assert time.monotonic() < end, "no tick is named"
-        page.wait_for_timeout(200)
-
-
 def test_a_stretch_of_ticks_is_chosen_by_dragging(curves):
-    page = curves
-    over = pointed(page)
+    page, over = curves, curves.locator("#charts .u-over").first
+    wide = over.bounding_box()["width"]
+    over.hover(position={"x": 0.2 * wide, "y": 20})  # other tests may have scrolled the panel
+    until(page, "document.querySelector('.pointed').textContent.startsWith('tick ')")
+    box = over.bounding_box()
     page.mouse.down()
-    page.mouse.move(over["x"] + 0.4 * over["width"], over["y"] + over["height"] / 2, steps=4)
+    page.mouse.move(box["x"] + 0.4 * wide, box["y"] + 20, steps=4)
     page.mouse.up()
     back = page.get_by_role("button", name="zoom out")
     back.wait_for()
