@@ -2,8 +2,8 @@
 
     python -m tools.land FOLDER [WORLD …]
 
-Close pictures have no legend: a reader who does not know the world names what it shows. Whole worlds are shown
-in both themes and at three sizes of the window. Needs playwright and Chromium.
+Close pictures have no legend, so that a reader can be asked to name what they show. Whole worlds are shown in
+both themes and at three window sizes. Needs playwright and Chromium.
 """
 
 import argparse

@@ -13,6 +13,7 @@ from ecs_eco.analysis.compare import compare as differences
 from ecs_eco.config import WorldConfig
 from ecs_eco.config.loading import WorldSource
 from ecs_eco.engine.arguments import called_with
+from ecs_eco.inputs.section import Section
 from ecs_eco.lab.arm import Arm, arms_of, check_training, has_own_policies, replicates
 from ecs_eco.lab.executors import LOCAL, engine, prepare
 from ecs_eco.lab.runs import has_run, run_arm
@@ -21,8 +22,17 @@ from ecs_eco.lab.treatments import species_with_policy
 from ecs_eco.lab.work import evenly, run_jobs
 from ecs_eco.record import container
 from ecs_eco.record.claim import ours
-from ecs_eco.record.manifest import Filename, Tick
+from ecs_eco.record.manifest import Filename, Sha, Tick
 from ecs_eco.worlds.policies import POLICIES
+
+
+class PlannedArm(Section):
+    """The settings of an arm that affect its results."""
+
+    config_hash: Sha
+    policies: str | dict[str, str]
+    learn: bool | dict[str, bool] | None
+    controls: list[str]
 
 
 class Planned(container.Container):
@@ -39,7 +49,7 @@ class Planned(container.Container):
     ticks: Tick
     trains: bool = Field(alias="training seeds")
     retrain: bool
-    arms: dict[Filename, dict[str, Any]]  # settings that affect results
+    arms: dict[Filename, PlannedArm]
 
     @classmethod
     def settings(cls, content: Mapping[str, Any]) -> dict[str, Any]:

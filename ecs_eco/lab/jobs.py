@@ -29,7 +29,7 @@ from ecs_eco.lab.runs import has_run, run_arm
 from ecs_eco.lab.trained import is_trained, train_or_find
 from ecs_eco.record.claim import Claim, ours
 from ecs_eco.record.container import inside
-from ecs_eco.record.manifest import Sha
+from ecs_eco.record.manifest import Seed, Sha, Tick
 from ecs_eco.record.seal import read_manifest, read_sealed, write_manifest
 
 PACE = 1.0  # [s] between records of a job's progress
@@ -125,13 +125,21 @@ class Summary(Section):
 
 
 class Done(Section):
-    """The contents of done.json that are read back, in addition to the job's identity."""
-
-    model_config = ConfigDict(extra="allow", strict=True)
+    """The contents of done.json."""
 
     format: Literal[1]
+    number: int
+    sweep: Sha
+    values: dict[str, Any]
+    treatment: str
+    training_seed: Seed | None
+    world_seed: Seed
+    config_hash: Sha
     digest: Sha
+    ticks: Tick
     git_commit: str | None
+    versions: dict[str, str]
+    weights: dict[str, str]
     ended_by: dict[str, Any] | None = None  # condition and tick
     seconds: float
     began: float
@@ -151,7 +159,7 @@ def read_done(sweep: Sweep, number: int) -> dict[str, Any] | None:
     except RecordingError as error:
         raise RecordingError(f"{error}; remove this file; the job will then find its run") from None
     job = sweep.jobs[number]
-    if different := [key for key, value in _identity(sweep, job).items() if done.get(key) != value]:
+    if different := [key for key, value in _identity(sweep, job).items() if done[key] != value]:
         raise ForeignFile(
             f"{path}: belongs to another job ({', '.join(different)}), not to {job}; remove its folder"
         )

@@ -48,9 +48,9 @@ class Watched(Source):
     """A world as seen by pages.
 
     `species` are the displayed species, `animals` the numbers of moving species, `objects` the object types,
-    `genes` the genes that have colors, and `foods` what each species eats. `answers` carry out the requests
-    that differ between live worlds and recorded runs; `refusal` answers all others. Both also have `earliest`,
-    the earliest tick to which they can go back, and `config`, None if there is none or it cannot be built here.
+    `genes` the genes that have colors, and `foods` what each species eats. `answers` maps the requests
+    that differ between live worlds and recorded runs to methods; `refusal` is the text for all other requests.
+    Both kinds also have `earliest`, the earliest tick to which they can go back, and `config`, or None.
     """
 
     mode = refusal = ""

@@ -134,7 +134,7 @@ SETTLED = """async () => { // colors that fade have their last value
 
 
 def violations(page):
-    """What axe complains of on a page: its rules, each with the first elements."""
+    """Return the rules of axe that a page breaks, each with the first elements that break it."""
     axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="no axe-playwright-python here")
     page.evaluate(SETTLED)
     found = axe.Axe().run(page).response["violations"]
