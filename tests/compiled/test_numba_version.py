@@ -87,7 +87,6 @@ def test_interpreted_kernels_need_nothing_private(monkeypatch):
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(1800)  # the first time, both compile all kernels
 @pytest.mark.parametrize(("portable", "worlds"), [("0", WORLDS), ("1", WORLDS[:1])])
 def test_results_are_the_same_bytes(portable, worlds):
     digests = {}

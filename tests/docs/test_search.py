@@ -47,7 +47,6 @@ def first_hit(page, site: str, words: str) -> str:
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(1800)  # the site takes a minute of one processor, and much longer on a busy machine
 @pytest.mark.skipif(chromium() is None, reason="needs Chromium")
 def test_each_search_finds_first_the_page_that_answers_it(site: str) -> None:
     pytest.importorskip("playwright")

@@ -30,7 +30,6 @@ CUT = """() => [...document.querySelectorAll("pre")]
   .filter((pre) => pre.scrollWidth > pre.clientWidth + 1).length"""
 pytestmark = [
     pytest.mark.slow,
-    pytest.mark.timeout(900),
     pytest.mark.skipif(chromium() is None, reason="needs Chromium"),
     pytest.mark.skipif(
         not (SITE / "_static" / "replays").is_dir(), reason="needs the site: python tools/build_site.py"

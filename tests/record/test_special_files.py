@@ -47,7 +47,6 @@ def run(recorded, tmp_path):
     return tmp_path / "run"
 
 
-@pytest.mark.timeout(60)
 def test_in_the_place_of_a_checkpoint(run, put):
     path = put(sorted((run / "checkpoints").iterdir())[-1])
     for reader in (read, describe):
@@ -60,7 +59,6 @@ def test_in_the_place_of_a_checkpoint(run, put):
     assert path.name in complaints[0]
 
 
-@pytest.mark.timeout(60)
 def test_in_the_place_of_a_part(run, put):
     path = put(run / "series" / "part-00000.parquet")
     for reader in (read_part, read_metadata, mark_of):
@@ -70,14 +68,12 @@ def test_in_the_place_of_a_part(run, put):
             reader(path)
 
 
-@pytest.mark.timeout(60)
 def test_in_the_place_of_a_manifest(run, put):
     put(run / "manifest.json")
     with pytest.raises(FileNotFoundError, match=r"is not a run folder: has no manifest\.json"):
         read_manifest(run)
 
 
-@pytest.mark.timeout(60)
 def test_in_the_place_of_a_journal(tmp_path, put):
     with pytest.raises(OSError, match=r"is a folder|is not a regular file"):
         read_journal(put(tmp_path / "journal.jsonl"))

@@ -126,10 +126,11 @@ def facts(panel):
     )
 
 
-SETTLED = """async () => { // colors that fade have their last value
+SETTLED = """async () => { // colors that fade have their last value, unless they take more than ten seconds
   for (let frame = 0; frame < 2; frame += 1) await new Promise(requestAnimationFrame);
   const ends = (one) => one.effect.getComputedTiming().endTime !== Infinity;
-  await Promise.allSettled(document.getAnimations().filter(ends).map((one) => one.finished));
+  const ended = Promise.allSettled(document.getAnimations().filter(ends).map((one) => one.finished));
+  await Promise.race([ended, new Promise((done) => setTimeout(done, 10_000))]);
 }"""
 
 

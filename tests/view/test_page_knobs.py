@@ -81,6 +81,31 @@ def test_a_knob_is_turned_beside_the_charts_while_the_world_runs_and_undone_ther
     passed(page)
 
 
+LATE = """async () => {
+  const { Changes } = await import("./knobs.js"), sent = [];
+  const changes = new Changes({ send: (what) => sent.push(what.set.speed), back: () => {}, now: () => 0 });
+  const told = [], offer = (value) => {
+    changes.offer([{ key: "speed", value }]);
+    told.push(changes.find("speed").value);
+  };
+  offer(1);
+  changes.make("speed", 2);
+  changes.back(1, "undo");
+  offer(2); // the answer to the first
+  offer(1); // and to the second
+  offer(3); // another page turned it
+  changes.make("speed", 4);
+  changes.refused();
+  offer(3);
+  offer(5);
+  return { sent, told };
+}"""
+
+
+def test_late_answers_to_earlier_changes_do_not_turn_a_knob_back(page):
+    assert page.evaluate(LATE) == {"sent": [2, 1, 4], "told": [1, 1, 1, 3, 3, 5]}
+
+
 def test_knobs_unfold_in_a_wide_scene_fold_on_a_phone_and_stay_as_they_were_left(park, browser):
     def arrives(page, width, height):
         page.set_viewport_size({"width": width, "height": height})

@@ -6,6 +6,8 @@ import { $, h, number } from "./dom.js";
 
 /** @typedef {{tick: number, what: Record<string, unknown>, key?: string, value?: unknown}} Change an intervention at a tick; of a parameter: its previous value */
 
+const PATIENCE = 10_000; // [ms] for which values from before a change of this page are ignored
+
 /** The current values of parameters, and the interventions of this page. */
 export class Changes {
   /** @param {{send: (what: Record<string, unknown>, as?: string) => void, back: (tick: number) => void, now: () => number}} calls */
@@ -19,6 +21,8 @@ export class Changes {
     this.list = [];
     /** @type {Map<string, unknown>} parameter values when this page opened */
     this.first = new Map();
+    /** @type {Map<string, {value: unknown, until: number}>} values that were sent, until the server confirms them */
+    this.asked = new Map();
     /** @type {(() => void)[]} callbacks for changed values */
     this.heard = [];
   }
@@ -26,7 +30,12 @@ export class Changes {
   /** @param {Parameter[]} list with current values */
   offer(list) {
     this.list = list;
-    for (const { key, value } of list) if (!this.first.has(key)) this.first.set(key, value);
+    for (const parameter of list) {
+      const { key, value } = parameter, asked = this.asked.get(key);
+      if (!this.first.has(key)) this.first.set(key, value);
+      if (asked && JSON.stringify(value) !== JSON.stringify(asked.value) && performance.now() < asked.until) parameter.value = asked.value;
+      else this.asked.delete(key);
+    }
     this.tell();
   }
 
@@ -76,6 +85,7 @@ export class Changes {
     this.before.pop();
     this.last = undefined;
     if (parameter) parameter.value = last.value;
+    this.asked.delete(String(last.key));
     this.tell();
   }
 
@@ -84,6 +94,7 @@ export class Changes {
     for (const [key, value] of Object.entries(values)) {
       const parameter = this.find(key);
       if (parameter) parameter.value = value;
+      this.asked.set(key, { value, until: performance.now() + PATIENCE });
     }
     this.calls.send({ kind: "set", set: values }, as);
     this.tell();
