@@ -106,7 +106,8 @@ def series(
     groups: dict[str, Any] = {"n": {}, "happiness": {}, "genes": {}}
     out = {"kind": "series", "tick": tick[before:].tolist()} | groups
     for (group, name, *within), values in (dict(levels) | rates).items():
-        shown = [_plain(value) for value in values.tolist()]
+        whole = (values == np.floor(values)).all() and np.abs(values).max(initial=0) < 1e15
+        shown = values.astype(np.int64).tolist() if whole else [_plain(value) for value in values.tolist()]
         if within:
             out.setdefault(group, {}).setdefault(name, {})[within[0]] = shown
         elif name:

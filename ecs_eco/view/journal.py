@@ -11,7 +11,7 @@ from ecs_eco.engine.table import Table
 from ecs_eco.view.parts import Kept
 
 MOST = 500_000  # births (and deaths) to keep; beyond that, the oldest are dropped
-SIZE = 20_000  # maximum number of rows entered together
+SIZE = 20_000  # maximum number of rows entered together; 4 times as many as in a group, which is copied as it grows
 CAUSES = 256
 COLUMNS = {"births": ("uid", "parent", "parent2"), "deaths": ("uid", "cause", "killer", "age", "x", "y", "z")}
 """The columns of each kind, after tick and species."""
@@ -20,19 +20,20 @@ COLUMNS = {"births": ("uid", "parent", "parent2"), "deaths": ("uid", "cause", "k
 class Journal:
     """The births and deaths of a world, from the creation of this object onward. Organisms already alive are
     entered as births without parents. `species` are the table names by species number. `born` i64[species]
-    counts births; `bred` bool[species] is true once a parent of the species has reproduced."""
+    counts births; `bred` bool[species] is true once a parent of the species has reproduced; `died`
+    i64[species, causes] counts deaths, with causes numbered from 1, and 0 for unknown ones."""
 
     def __init__(self, world: World, species: Sequence[str] = (), most: int = MOST, size: int = SIZE) -> None:
         self.world, self.size = world, size
         self.species = [*species, *(name for name in world.tables if name not in species)]
         self._organisms = len(species) or len(self.species)  # species before objects
         self.dt, self._place = world.dt, {name: s for s, name in enumerate(self.species)}
-        self._kept = {kind: Kept(size, most) for kind in COLUMNS}
+        self._kept = {kind: Kept(size // 4, most) for kind in COLUMNS}
         self._waiting: dict[str, list[tuple[Any, ...]]] = {kind: [] for kind in COLUMNS}
         self._heard = 0
         k = len(self.species)
         self.born, self.bred = np.zeros(k, np.int64), np.zeros(k, np.bool_)
-        self._died = np.zeros((k, CAUSES), np.int64)
+        self.died = np.zeros((k, CAUSES), np.int64)
         self._note_the_living()
         world.on_birth.append(self._was_born)
         world.on_death.append(self._has_died)
@@ -58,12 +59,6 @@ class Journal:
         """Return the cause of death with a number as in `died`."""
         return self.world.causes[number - 1] if number else "unknown"
 
-    @property
-    def died(self) -> np.ndarray:
-        """All deaths so far, i64[species, causes]; causes are numbered from 1, and 0 means unknown."""
-        self._settle()
-        return self._died
-
     def mark(self) -> tuple[np.ndarray, ...]:
         """Return all counts so far."""
         return self.born.copy(), self.bred.copy(), self.died.copy()
@@ -73,7 +68,7 @@ class Journal:
         self._settle()
         self._kept["births"].keep("uid", next_uid)
         self._kept["deaths"].keep("tick", tick)
-        self.born, self.bred, self._died = (array.copy() for array in mark)
+        self.born, self.bred, self.died = (array.copy() for array in mark)
 
     def _note_the_living(self) -> None:
         living = [
@@ -97,11 +92,11 @@ class Journal:
         self._hear("births", s, table.uid[rows], parents, second)
 
     def _has_died(self, table: Table, rows: np.ndarray) -> None:
-        zero = np.zeros(rows.size, np.float32)
-        at = [getattr(table[Position], axis)[rows] if Position in table else zero for axis in "xyz"]
-        age = (self.world.tick - table.born[rows]) * self.dt
-        cause = table.cause[rows].astype(np.int16) - 1
-        self._hear("deaths", self._place[table.name], table.uid[rows], cause, table.killer[rows], age, *at)
+        s, causes = self._place[table.name], table.cause[rows]
+        p = table[Position] if Position in table else None
+        at = [np.zeros(rows.size, np.float32)] * 3 if p is None else [p.x[rows], p.y[rows], p.z[rows]]
+        self.died[s] += np.bincount(causes, minlength=CAUSES)
+        self._hear("deaths", s, table.uid[rows], causes, table.killer[rows], table.born[rows], *at)
 
     def _hear(self, kind: str, s: int, *columns: np.ndarray) -> None:
         self._waiting[kind].append((self.world.tick, s, *columns))
@@ -122,7 +117,8 @@ class Journal:
                 "tick": np.repeat(ticks, size),
                 "species": np.repeat(np.array(species, np.int16), size),
             }
+            if kind == "deaths":
+                entered["cause"] = entered["cause"].astype(np.int16) - 1
+                entered["age"] = (entered["tick"] - entered["age"]) * self.dt  # of the tick of birth
             waiting.clear()
             self._kept[kind].add(entered)
-            if kind == "deaths":
-                np.add.at(self._died, (entered["species"], entered["cause"] + 1), 1)

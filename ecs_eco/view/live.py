@@ -119,10 +119,10 @@ class Live(Watched):
 
     def passed(self) -> None:
         k, over = len(self.species), self.world.tick - 1  # the last completed tick, as in the records
-        n = np.array([self.world.tables[name].n for name in self.species], np.int64)
+        n = [self.world.tables[name].n for name in self.species]
         if over % EVERY == 0 or self.story.changes(n):
-            births, bred = self.journal.born[:k], self.journal.bred[:k]
-            self.story.note(max(0, over), n, births, lambda: self.journal.died[:k], bred)
+            births, bred, died = self.journal.born[:k], self.journal.bred[:k], self.journal.died[:k]
+            self.story.note(max(0, over), np.array(n, np.int64), births, died, bred)
 
     def _half(self, s: int, now: Turn) -> Turn | None:
         """Return when an extinct species last had half of its peak number, from the recorder."""

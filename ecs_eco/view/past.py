@@ -1,6 +1,6 @@
 """The curves and story of a recorded run, from its series."""
 
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -54,12 +54,12 @@ class Past:
 
         story = Story(r.species, self.foods, self.causes.__getitem__, half)
         start = n[0] - births[0] + deaths[0].sum(axis=1)
-        story.note(r.first, start, 0 * births[0], lambda: 0 * deaths[0], births[0] < 0)
+        story.note(r.first, start, 0 * births[0], 0 * deaths[0], births[0] < 0)
         steps = EVERY * max(1, -(-len(n) // (EVERY * STEPS)))
         gone = np.diff(n == 0, axis=0, prepend=(start == 0)[None]).any(axis=1)
         for i in np.flatnonzero(gone | ((r.first + np.arange(len(n))) % steps == 0)).tolist():
             bred = self._first_young <= r.first + i
-            story.note(r.first + i, n[i], births[i], partial(deaths.__getitem__, i), bred)
+            story.note(r.first + i, n[i], births[i], deaths[i], bred)
         return story.entries
 
     @cached_property

@@ -19,7 +19,7 @@ from ecs_eco.view.source import Message, Source, is_whole, said, short, text
 
 USUAL = 10.0  # ticks per second, shown as 1×
 FASTEST_FRAMES = 0.05  # [s] between frames
-BUSY_FRAMES = 0.125  # [s] between frames of a world running at full speed; the page interpolates motion
+BUSY_FRAMES = 0.16  # [s] between frames of a world running at full speed; the page interpolates motion
 PATIENCE = 0.25  # [s] between states, and maximum wait
 SHARE = 0.03  # maximum share of a running world's time spent on frames, charts and panels
 SPEEDS = (0.01, 100_000.0)
@@ -153,7 +153,7 @@ class Player(Inbox):
         tick = self._served = self.source.tick
         if tick != self._sampled and now >= self._sample_at:
             self._sampled = tick
-            self._sample_at = now + max(2 * FASTEST_FRAMES, self._timed("sample", self.source.sample) / SHARE)
+            self._sample_at = now + max(2 * self._period(), self._timed("sample", self.source.sample) / SHARE)
         state = now >= self._state_at and self.playing
         if state or any(view.news for view in self._views.values()):
             self._state_at = now + PATIENCE

@@ -76,19 +76,18 @@ class Story:
         entries, courses, self._began = mark
         self.entries, self._courses = [*entries], [*map(copy, courses)]
 
-    def changes(self, n: np.ndarray) -> bool:
+    def changes(self, n: Sequence[int]) -> bool:
         """Return whether a species has appeared or died out since the last `note`; True before the first."""
-        return (n == 0).tolist() != [course.gone for course in self._courses]
+        return [not k for k in n] != [course.gone for course in self._courses]
 
     def note(
-        self, tick: int, n: np.ndarray, births: np.ndarray, deaths: Callable[[], np.ndarray], bred: np.ndarray
+        self, tick: int, n: np.ndarray, births: np.ndarray, deaths: np.ndarray, bred: np.ndarray
     ) -> None:
-        """Note the state after `tick` ticks: population sizes n i64[s]; births i64[s] since the beginning;
-        `deaths()` i64[s, causes], called if needed; `bred` bool[s], true once a parent of the species has
-        reproduced."""
+        """Note the state after `tick` ticks: population sizes n i64[s]; births i64[s] and deaths
+        i64[s, causes] since the beginning; `bred` bool[s], true once a parent of the species has reproduced."""
 
         def turn(s: int) -> Turn:
-            return Turn(tick, int(n[s]), int(births[s]), deaths()[s].copy(), n.copy())
+            return Turn(tick, int(n[s]), int(births[s]), deaths[s].copy(), n.copy())
 
         if self._began < 0:
             self._began, first = tick, [turn(s) for s in range(len(self.species))]

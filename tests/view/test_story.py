@@ -16,7 +16,7 @@ def told(deer, wolf=None, grass=None, starved=None, eaten=None):
         n = np.array([(grass or [500] * k)[tick], deer[tick], (wolf or [5] * k)[tick]])
         deaths = np.zeros((3, 2), np.int64)
         deaths[1] = (eaten or [0] * k)[tick], (starved or [0] * k)[tick]
-        story.note(tick, n, np.zeros(3, np.int64), lambda deaths=deaths: deaths, np.zeros(3, bool))
+        story.note(tick, n, np.zeros(3, np.int64), deaths, np.zeros(3, bool))
     return [entry for entry in story.entries if entry["species"] == "deer"]
 
 
@@ -56,7 +56,7 @@ def test_who_was_eaten_has_its_enemy_named_where_that_grew():
 def test_a_first_birth_is_told_once():
     story, nobody = Story(["deer"], {}, CAUSES.__getitem__), np.zeros((1, 2), np.int64)
     for tick in range(20):
-        story.note(tick, np.array([10]), np.array([tick]), lambda: nobody, np.array([tick > 9]))
+        story.note(tick, np.array([10]), np.array([tick]), nobody, np.array([tick > 9]))
     assert [(e["tick"], e["kind"]) for e in story.entries] == [(10, "birth")]
 
 
