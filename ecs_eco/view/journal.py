@@ -95,7 +95,8 @@ class Journal:
         s, causes = self._place[table.name], table.cause[rows]
         p = table[Position] if Position in table else None
         at = [np.zeros(rows.size, np.float32)] * 3 if p is None else [p.x[rows], p.y[rows], p.z[rows]]
-        self.died[s] += np.bincount(causes, minlength=CAUSES)
+        counts = np.bincount(causes)
+        self.died[s, : counts.size] += counts
         self._hear("deaths", s, table.uid[rows], causes, table.killer[rows], table.born[rows], *at)
 
     def _hear(self, kind: str, s: int, *columns: np.ndarray) -> None:
