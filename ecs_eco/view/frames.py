@@ -1,7 +1,7 @@
 """Frames: all organisms at a tick in one binary message, 12 bytes each (docs/reference/viewer_protocol.md).
 
 If a uid needs more than 32 bits, as on all islands but the first, the header sets a flag and the upper halves
-of all uids follow, adding 4 bytes per organism.
+of all uids follow, adding 4 bytes per organism; so do genes that show in the bodies of a volume.
 """
 
 import math
@@ -30,8 +30,9 @@ class Encoder:
         """Begin a frame with its number, its tick, the surface light (0 to 1) and the sun's elevation [rad]."""
         self._about = number & 0xFFFFFFFF, tick & 0xFFFFFFFF, light, sun
         self._parts: list[np.ndarray] = []
-        self._uids: list[tuple[np.ndarray, np.ndarray]] = []  # uids and mask of live rows of each kind
+        self._rows: list[tuple[np.ndarray, ...]] = []  # uids, genes and mask of live rows of each kind
         self._wide = False  # whether a uid in this frame needs more than 32 bits
+        self._shows = False  # whether genes follow
 
     def add(
         self,
@@ -45,15 +46,16 @@ class Encoder:
         genes: np.ndarray | None = None,
     ) -> None:
         """Add the next kind: x, y, z f32[n] [m], heading f32[n] [rad], value u8[n], uid u64[n]. Only `alive`
-        rows bool[n] are written. In a plane, `genes` u16[n] that show in bodies take the place of z."""
+        rows bool[n] are written. `genes` u16[n] show in bodies; in a plane, they take the place of z."""
         alive = np.ones(x.size, np.bool_) if alive is None else alive
         share = self._share
-        if genes is not None:
-            z, share = genes.astype(np.float32), np.append(share[:2], np.float32(1))
+        if genes is not None and not share[2]:
+            z, share, genes = genes.astype(np.float32), np.append(share[:2], np.float32(1)), None
         words = np.empty(WORDS * x.size, np.uint32)
         end, upper = pack(alive, x, y, z, heading, value, uid, share, words, 0)
         self._parts.append(words[:end])
-        self._uids.append((uid, alive))
+        self._shows |= genes is not None
+        self._rows.append((uid, np.zeros(uid.size, np.uint16) if genes is None else genes, alive))
         self._wide |= bool(upper)
 
     def bytes(self) -> bytes:
@@ -61,9 +63,10 @@ class Encoder:
         number, tick, light, sun = self._about
         counts = np.zeros(self._kinds, np.uint32)
         counts[: len(self._parts)] = [part.size // WORDS for part in self._parts]
-        upper = [(uid[alive] >> np.uint64(32)).astype(np.uint32) for uid, alive in self._uids if self._wide]
-        words = np.concatenate([counts, *self._parts, *upper])
-        head = HEADER.pack(MAGIC, number, tick, self._wide, light, sun, self._kinds)
+        more = [uid[alive] >> np.uint64(32) for uid, _, alive in self._rows if self._wide]
+        more += [genes[alive] for _, genes, alive in self._rows if self._shows]
+        words = np.concatenate([counts, *self._parts, *(column.astype(np.uint32) for column in more)])
+        head = HEADER.pack(MAGIC, number, tick, self._wide + 2 * self._shows, light, sun, self._kinds)
         return head + (words if sys.byteorder == "little" else words.byteswap()).tobytes()
 
 

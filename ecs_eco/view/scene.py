@@ -240,8 +240,7 @@ def _kind(world: World, name: str, genes: Mapping[str, Any]) -> dict[str, Any]:
     sees = eyes_of([sensor.model_dump() for sensor in getattr(config, "sensors", ())])
     wired = wiring(world.config, name)
     own = {key: value for key, value in (("sees", sees), ("look", getattr(config, "look", None))) if value}
-    if not world.space.volume:  # frames of a volume have no place for genes
-        own |= _shows(genes, *shown_genes(genes, moves), kind["radius"])
+    own |= _shows(genes, *shown_genes(genes, moves), kind["radius"])
     return kind | shape_of(config.body) | sizes_of(table) | wired | own
 
 

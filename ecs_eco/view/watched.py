@@ -116,7 +116,7 @@ class Watched(Source):
     def _shown(self, s: int, name: str, crowd: Crowd) -> np.ndarray | None:
         """Return the genes that show in bodies as values of colors: u16[n], size + 256 · stripes, or None."""
         genes = shown_genes(self.genes.get(name, {}), s in self.animals)
-        if len(self.size) > 2 or genes == (None, None):
+        if genes == (None, None):
             return None
         low, high = (
             self._graded(name, crowd, f"gene:{gene}").astype(np.uint16) if gene else np.uint16(0)

@@ -147,3 +147,18 @@ def test_in_a_plane_genes_take_the_place_of_heights():
     genes = np.array([0, 300, 65535], np.uint16)
     encoder.add(*(f32(1, 2, 3),) * 4, none, np.arange(3, dtype=np.uint64), genes=genes)
     assert [one[2] for one in read(encoder.bytes())[1][0]] == [0, 300, 65535]
+
+
+def test_in_a_volume_genes_follow_all_kinds_after_the_upper_halves_of_uids():
+    encoder, none = Encoder([10.0, 10.0, 10.0], 2), np.zeros(2, np.uint8)
+    genes, alive = np.array([300, 65535], np.uint16), np.array([False, True])
+    for far, upper in ((0, []), (3 << 32, [0, 0, 3])):
+        encoder.begin(1, 1)
+        encoder.add(*(f32(1, 10),) * 4, none, np.array([5, 6], np.uint64), alive, genes)
+        encoder.add(*(f32(1, 2),) * 4, none, np.array([7, 8 + far], np.uint64))
+        frame = encoder.bytes()
+        assert struct.unpack_from("<I", frame, 12)[0] == 2 + bool(upper)
+        more = [*upper, 65535, 0, 0]
+        end = len(frame) - 4 * len(more)
+        assert list(struct.unpack_from(f"<{len(more)}I", frame, end)) == more
+        assert read(frame[:end])[1][0][0][2] == 65535  # the height of the living one

@@ -1,5 +1,8 @@
 """Genes show in the bodies on the page, and the camera enters none, in a real browser."""
 
+from functools import partial
+
+import numpy as np
 import pytest
 
 from ecs_eco.testing.browser import served, until
@@ -9,10 +12,10 @@ pytestmark = IN_A_BROWSER
 YARD = """
 format = 1
 name = "yard"
-space = {{ size = [20.0, 20.0], edges = "walls" }}
+space = {{ size = {size}, edges = "walls" }}
 [species.goat]
 count = 12
-color = "#2244ee"
+color = "#ee2211"
 body = {{ radius = 0.5 }}
 locomotion = {{ speed = {{ rest = 0.0 }} }}
 actions = {{ speed = ["rest"] }}
@@ -24,18 +27,18 @@ alphabet = "ACGT"
 genes = [{{ name = "{name}", trait = "{trait}", letters = 1, values = {values} }}]"""
 
 
-def blue(page):
+def red(page):
     r, g, b = (scene(page)[..., i] for i in range(3))
-    return float(((b > r + 0.2) & (b > g + 0.08)).mean())
+    return float((r > np.maximum(g, b) + 0.2).mean())
 
 
 @pytest.fixture
 def yard(tmp_path, browser):
     """Show goats with a gene; return what a function of the page returns."""
 
-    def show(look, **gene):
+    def show(look, size=(20.0, 20.0), **gene):
         file = tmp_path / "yard.toml"
-        file.write_text(YARD.format(genome=GENE.format(**gene) if gene else ""))
+        file.write_text(YARD.format(size=list(size), genome=GENE.format(**gene) if gene else ""))
         with served("watch", str(file), "--seed", "1") as run, opened(browser, run.address()) as page:
             pause(page)
             page.locator("[data-eye=top]").click()
@@ -45,10 +48,12 @@ def yard(tmp_path, browser):
     return show
 
 
-def test_size_and_stripes_follow_genes_and_the_legend_names_them(yard):
+@pytest.mark.parametrize("size", [(20.0, 20.0), (20.0, 20.0, 5.0)])
+def test_size_and_stripes_follow_genes_and_the_legend_names_them(yard, size):
     def seen(page):
-        return blue(page), page.locator("#legend").inner_text()
+        return red(page), page.locator("#legend").inner_text()
 
+    yard = partial(yard, size=size)
     plain, words = yard(seen)
     assert plain > 5e-4
     assert "gene" not in words
@@ -68,7 +73,7 @@ def test_the_camera_is_above_the_ground_and_in_no_body(yard):
             eye = [x + away, y, height, x + away - 4, y, height - 0.5, 0, 0]
             page.evaluate("eye => { location.hash = `eye=${eye}` }", eye)
             until(page, f"Math.abs(ecs.camera[0] - {eye[0]}) < 0.01 && ecs.still")
-            return page.evaluate("ecs.camera[2]"), blue(page)
+            return page.evaluate("ecs.camera[2]"), red(page)
 
         return stand(3.5, 1.0), stand(0.6, z), stand(3.0, -2.0)
 

@@ -1,4 +1,4 @@
-// Binary frames: a header and, for each kind, 12 bytes per organism; at the end, if uids need them, 4 more bytes per organism.
+// Binary frames: a header and, for each kind, 12 bytes per organism; at the end, for long uids and for genes in a volume, 4 more bytes per organism each.
 // Blocks are views of the frame's bytes, so nothing is copied.
 
 export const MAGIC = 0x31434545; // "EEC1"
@@ -11,6 +11,7 @@ export const LONGS = 3; // number of 32-bit words per organism, of which the las
  * @property {Uint16Array} words
  * @property {Uint32Array} longs
  * @property {Uint32Array | null} upper upper halves of the uids, if any uid in the frame needs one
+ * @property {Uint32Array | null} genes in a volume, if any show: size | stripes << 8
  */
 
 const HALF = 2 ** 32;
@@ -51,12 +52,14 @@ export function decode(buffer, from = 0) {
   const blocks = [];
   for (let kind = 0; kind < kinds; kind++) {
     const n = view.getUint32(28 + 4 * kind, true);
-    blocks.push({ n, words: new Uint16Array(buffer, at, n * WORDS), longs: new Uint32Array(buffer, at, n * LONGS), upper: null });
+    blocks.push({ n, words: new Uint16Array(buffer, at, n * WORDS), longs: new Uint32Array(buffer, at, n * LONGS), upper: null, genes: null });
     at += 12 * n;
   }
-  for (const block of view.getUint32(12, true) ? blocks : []) {
-    block.upper = new Uint32Array(buffer, at, block.n);
-    at += 4 * block.n;
+  for (const [bit, part] of /** @type {[number, "upper" | "genes"][]} */ ([[1, "upper"], [2, "genes"]])) {
+    for (const block of view.getUint32(12, true) & bit ? blocks : []) {
+      block[part] = new Uint32Array(buffer, at, block.n);
+      at += 4 * block.n;
+    }
   }
   return {
     frame: view.getUint32(4, true),

@@ -16,7 +16,7 @@ const RIM = 0.24; // width of the rim of animals in water, in radii
 /** The stripes at the lowest and highest value of the gene that draws them: none 0, full 1. @param {import("./protocol.js").Kind} kind */
 const stripesOf = ({ shows, build }) => (!build || !shows?.stripes ? [0, 0] : shows.stripes[1] > shows.stripes[2] ? [1, 0] : [0, 1]);
 
-const NOTHING = { n: 0, words: new Uint16Array(0), longs: new Uint32Array(0), upper: null };
+const NOTHING = { n: 0, words: new Uint16Array(0), longs: new Uint32Array(0), upper: null, genes: null };
 
 /** @typedef {import("./frame.js").Block} Block */
 /** @typedef {{value: any}} Uniform */
@@ -36,6 +36,7 @@ export class Layer {
     this.now = new Uint16Array(0);
     this.before = new Uint16Array(0);
     this.past = new Uint16Array(0);
+    this.genes = new Uint16Array(0); // of a volume
     this.shown = true;
     this.sea = shared.size.value.z > 0;
     this.own = {
@@ -77,6 +78,7 @@ export class Layer {
     if (jump || !this.kind.moves) still(this.before, block);
     else match(this.before, block, this.block, this.past, share);
     this.now.set(block.words);
+    if (block.genes) this.genes.set(block.genes);
     this.block = block;
     this.upload();
     this.resize();
@@ -99,10 +101,9 @@ export class Layer {
     const { form, block } = this;
     if (!form) return;
     for (const [k, buffer] of form.buffers.entries()) {
-      const array = k ? this.before : this.now;
-      buffer.array = array;
+      buffer.array = [this.now, this.before, this.genes][k];
       buffer.clearUpdateRanges();
-      buffer.addUpdateRange(0, block.n * (k ? 4 : WORDS));
+      buffer.addUpdateRange(0, block.n * buffer.stride);
       buffer.needsUpdate = true;
     }
     if (form.darts) form.shade.instanceCount = /** @type {InstancedBufferGeometry} */ (form.geometry).instanceCount = block.n;
@@ -128,14 +129,15 @@ export class Layer {
       this.past = new Uint16Array(this.room * 4);
       this.before.set(before);
       this.past.set(past);
+      this.genes = new Uint16Array(this.room);
     }
     const Buffer = darts ? InstancedInterleavedBuffer : InterleavedBuffer;
-    const buffers = [new Buffer(this.now, WORDS), new Buffer(this.before, 4)];
+    const buffers = [new Buffer(this.now, WORDS), new Buffer(this.before, 4), new Buffer(this.genes, 1)];
     const geometry = darts ? new InstancedBufferGeometry() : new BufferGeometry();
     const shade = new InstancedBufferGeometry().setAttribute("corner", new BufferAttribute(shadow(), 3));
-    for (const [k, name] of ["now", "before"].entries()) {
+    for (const [k, name] of ["now", "before", "genes"].entries()) {
       buffers[k].setUsage(DynamicDrawUsage);
-      for (const one of [geometry, shade]) one.setAttribute(name, new InterleavedBufferAttribute(buffers[k], 4, 0));
+      for (const one of [geometry, shade]) one.setAttribute(name, new InterleavedBufferAttribute(buffers[k], Math.min(4, buffers[k].stride), 0));
     }
     shade.setAttribute("position", shade.getAttribute("corner"));
     if (darts) {

@@ -18,7 +18,8 @@ uniform sampler2D relief; // heights of the ground [m]
 uniform vec2 cells;       // cells of the relief; 0 if the ground is flat
 uniform vec2 sizes;       // radius at the lowest and highest value of a gene, relative to the species'; 1 if none
 
-attribute vec4 now;       // x, y, z (in a plane, genes: size | stripes << 8), heading | value << 8
+attribute vec4 now;       // x, y, z (in a plane, genes), heading | value << 8
+attribute float genes;    // in a volume: size | stripes << 8
 attribute vec4 before;    // x, y, z, heading | newborn << 8
 
 varying vec3 vColour;
@@ -53,7 +54,8 @@ float heading() {
 
 float gene(float value, vec2 ends, float unknown) { return value < 0.5 ? unknown : mix(ends.x, ends.y, (value - 1.0) / 254.0); }
 
-float grown() { return (before.w > 255.5 ? 0.25 + 0.75 * alpha : 1.0) * gene(mod(now.z, 256.0), sizes, 1.0); }
+float shown() { return size.z > 0.0 ? genes : now.z; }
+float grown() { return (before.w > 255.5 ? 0.25 + 0.75 * alpha : 1.0) * gene(mod(shown(), 256.0), sizes, 1.0); }
 
 // Water between the camera and an organism makes it paler.
 vec3 through(vec3 own, vec3 at) {
@@ -221,7 +223,7 @@ void main() {
   vec3 light = turn * facing;
   float lit = min(tone, 1.0) * clamp(0.88 + 0.2 * max(0.0, dot(light, sun)) + 0.04 * light.z, 0.88, 1.06);
   vColour = through(rim > 0.0 ? edge * mix(0.75, 1.0, day) : mix(colour(at), vec3(1.0), clamp(tone - 1.0, 0.0, 1.0)) * lit, at);
-  vStripes = vec2(9.0 * corner.x + 2.0 * corner.z, rim > 0.0 || abs(tone - 0.85) > 0.24 ? 0.0 : gene(floor(now.z / 256.0), striped, 0.0));
+  vStripes = vec2(9.0 * corner.x + 2.0 * corner.z, rim > 0.0 || abs(tone - 0.85) > 0.24 ? 0.0 : gene(floor(shown() / 256.0), striped, 0.0));
   vec4 seen = viewMatrix * vec4(at + turn * form * scale, 1.0);
   gl_Position = projectionMatrix * seen;
   if (rim > 0.0) {
