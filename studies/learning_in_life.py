@@ -1,17 +1,16 @@
 """Do grass, deer and wolves persist when learning continues during life, as in the paper, for any training
 seed?
 
-The study runs the grid of persistence.py with two protocols: the hyperparameters of pre-training, as in the
-world file; and slow learning that keeps wolves ahead of deer, the best protocol found
+The study runs a grid of training and world seeds with two protocols: the hyperparameters of pre-training, as
+in the world file; and slow learning that keeps wolves ahead of deer, the best protocol found
 (docs/explanation/learning.md).
 """
 
 from typing import Any
 
 from studies.common.seed_grid import crossed_study
-from studies.persistence import TRAINING
 
-WORLDS = range(7201, 7206)
+TRAINING, WORLDS = range(71, 77), range(7201, 7206)
 
 
 def in_life(deer: float, wolf: float) -> dict[str, Any]:
