@@ -83,15 +83,24 @@ def test_the_camera_is_above_the_ground_and_in_no_body(yard):
     assert height > 0
 
 
-def test_a_page_that_is_a_file_has_the_genes_in_place_of_z(page):
-    words = page.evaluate("""async () => {
-      const [{ Shelf }, { decode }] = await Promise.all([import('/shelf.js'), import('/frame.js')]);
+@pytest.mark.parametrize("far", [0, 2**32])
+def test_a_page_that_is_a_file_has_the_genes_in_place_of_z_or_after_the_uids(page, far):
+    frames = page.evaluate(
+        """async (far) => {
+      const [{ Shelf }, { decode, uidOf }] = await Promise.all([import('/shelf.js'), import('/frame.js')]);
       const columns = { 'gene:girth': [3, 9], 'gene:red': [255, 1] };
-      const lives = { columns, size: 'gene:girth', stripes: 'gene:red', n: 2, uid: [7, 8],
-        alive: () => [0, 1], state: () => [10, 20, 0, 5], colour: () => 0 };
-      const head = { hello: { first: 0, objects: [] } }, clock = { objects: new Uint32Array(0) };
-      const shelf = { tick: 0, by: 'species', number: 0, head, clock, lives: [lives] };
-      const { words } = decode(Shelf.prototype.frame.call(shelf)).blocks[0];
-      return [words[2], words[8]];
-    }""")
-    assert words == [3 + 256 * 255, 9 + 256]
+      const lives = { columns, size: 'gene:girth', stripes: 'gene:red', n: 2, uid: [7, 8 + far],
+        alive: () => [0, 1], state: () => [10, 20, 30, 5], colour: () => 0 };
+      const clock = { objects: new Uint32Array([1, 0, 0, 5]) }; // one object
+      return [[9, 9], [9, 9, 9]].map((size) => {
+        const head = { hello: { first: 0, objects: [{}], size } };
+        const shelf = { tick: 0, by: 'species', number: 0, head, clock, lives: [lives] };
+        const [block, object] = decode(Shelf.prototype.frame.call(shelf)).blocks, { words } = block;
+        const [own, none] = [block, object].map(({ genes }) => genes && [...genes]);
+        return [words[2], words[8], own, uidOf(block, 1), uidOf(object, 0), none];
+      });
+    }""",
+        far,
+    )
+    genes = [3 + 256 * 255, 9 + 256]
+    assert frames == [[*genes, None, 8 + far, 5, None], [30, 30, genes, 8 + far, 5, [0]]]

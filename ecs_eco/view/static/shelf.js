@@ -292,20 +292,23 @@ export class Shelf {
     const rows = lives.map((one) => one.alive(tick)), things = clock.objects.subarray(objects);
     const counts = [...rows.map(({ length }) => length), ...clock.objects.subarray(0, objects)];
     const all = counts.reduce((sum, n) => sum + n, 0), wide = Number(lives.some((one) => one.n && one.uid[one.n - 1] >= HALF));
-    const buffer = new ArrayBuffer(HEAD + 4 * (counts.length + (WORDS + wide) * all)), view = new DataView(buffer);
+    const deep = head.hello.size.length > 2, more = Number(deep && lives.some(({ size, stripes }) => size || stripes)); // genes follow
+    const buffer = new ArrayBuffer(HEAD + 4 * (counts.length + (WORDS + wide + more) * all)), view = new DataView(buffer);
     const at = tick - head.hello.first;
-    [MAGIC, ++this.number, tick, wide].forEach((word, i) => view.setUint32(4 * i, word, true));
+    [MAGIC, ++this.number, tick, wide + 2 * more].forEach((word, i) => view.setUint32(4 * i, word, true));
     view.setFloat32(16, clock.light?.[at] ?? 1, true);
     view.setFloat32(20, clock.sun?.[at] ?? Math.PI / 2, true);
     [counts.length, ...counts].forEach((word, i) => view.setUint32(24 + 4 * i, word, true));
     const words = new Uint32Array(buffer, HEAD + 4 * counts.length);
-    let next = 0, upper = WORDS * all;
+    let next = 0, upper = WORDS * all, shown = (WORDS + wide) * all;
     rows.forEach((some, k) => some.forEach((i) => {
       const state = lives[k].state(i, tick), { columns, size, stripes } = lives[k];
+      const genes = (size ? columns[size][i] : 0) | (stripes ? columns[stripes][i] << 8 : 0);
       words[next++] = Math.round(state[0]) | (Math.round(state[1]) << 16);
-      words[next++] = (Math.round(state[2]) | (size ? columns[size][i] : 0) | (stripes ? columns[stripes][i] << 8 : 0)) | ((Math.round(state[3] || 0) & 255) << 16) | (lives[k].colour(i, tick, by, state) << 24);
+      words[next++] = (deep ? Math.round(state[2]) : genes) | ((Math.round(state[3] || 0) & 255) << 16) | (lives[k].colour(i, tick, by, state) << 24);
       words[next++] = lives[k].uid[i] % HALF;
       if (wide) words[upper++] = Math.floor(lives[k].uid[i] / HALF);
+      if (more) words[shown++] = genes;
     }));
     words.set(things, next);
     return buffer;
