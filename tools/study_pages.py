@@ -81,11 +81,6 @@ FIGURES = {  # other figures are named after their study; each entry is its capt
 }
 STALE = "**The world or the study has since changed; this result must be recomputed.**"
 SINCE = {  # changes since a study's commits that affect its figures
-    "diel_migration": "Measured before the krill's energy budget, which fell below 0 and was meaningless, "
-    "was removed (commit `908e4ca`). In three runs of 1,500 ticks, copepods and phytoplankton then lived as "
-    "before, to the last bit, "
-    "so their figures remain valid; figures for the energy of krill belong to the earlier world. Since then only "
-    "the short form has been run.",
     "learning_krill": "Measured before krill that hunt by the scripted reflex lost their energy budget (commit "
     "`908e4ca`). Krill that learn still have one; the arm of the scripted reflex belongs to the earlier world, in "
     "which sated krill did not eat. Since then only the short form has been run.",

@@ -38,8 +38,8 @@ def compare(
             "--control",
             metavar="NAME|KEY=VALUE",
             help="A treatment: random-policy (random-policy:deer for one species), untrained-policy, "
-            "learning, frozen, no-reflexes, neutral-drift, shuffled-genome, no-mutation, "
-            "constant-light, inverted-light, no-smell, "
+            "learning, frozen, individual-brains, no-reflexes, neutral-drift, shuffled-genome, "
+            "no-mutation, constant-light, inverted-light, no-smell, "
             "no-SPECIES, energy-only, energy-and-light, or a changed value. Repeatable.",
         ),
     ] = None,

@@ -62,6 +62,15 @@ def energy_and_light(config: WorldConfig) -> dict[str, Any]:
     return values
 
 
+def individual_brains(config: WorldConfig) -> dict[str, Any]:
+    """Give each animal its own network, with which it learns; newborns start with a parent's current weights."""
+    shared = [name for name, species in config.species.items() if species.policy.kind == "shared"]
+    if not shared:
+        raise NotApplicable("no species shares a policy", 'a world with policy.kind = "shared"')
+    own = {"kind": "individual", "inherit": "learned"}
+    return {f"species.{name}.policy.{key}": value for name in shared for key, value in own.items()}
+
+
 def without(config: WorldConfig, species: str) -> dict[str, Any]:
     """Remove a species from runs and from training."""
     if species not in config.species:
@@ -159,6 +168,12 @@ _TREATMENTS = (
     Treatment("untrained-policy", "networks start from random weights", policies="untrained"),
     Treatment("learning", "policies keep learning during the run", learn=True),
     Treatment("frozen", "policies do not learn during the run", learn=False),
+    Treatment(
+        "individual-brains",
+        "each animal has its own network, which its young inherit as learned",
+        individual_brains,
+        needs_learning=True,
+    ),
     Treatment("no-reflexes", "reflexes are removed", at_build=True, needs="reflex"),
     Treatment("neutral-drift", "genes are inherited but not expressed", at_build=True, needs="genome"),
     Treatment("shuffled-genome", "genes come from random living members", at_build=True, needs="genome"),

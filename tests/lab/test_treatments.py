@@ -3,6 +3,7 @@
 from multiprocessing.reduction import ForkingPickler
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -78,6 +79,18 @@ def test_happiness_with_and_without_light_are_each_others_way_back(sea):
         treated(lit, "energy-and-light")
 
 
+def test_individual_brains_are_inherited_as_learned():
+    config = treated(load("predator-prey"), "individual-brains")
+    world = World.from_config(config, seed=1, policies="untrained").run(80)
+    deer = world.tables["deer"]
+    assert {config.species[name].policy.inherit for name in ("deer", "wolf")} == {"learned"}
+    uids = deer.uid[deer.rows()].tolist()
+    weights = [next(world.policy("deer", uid).parameters()).detach().numpy() for uid in uids[:2]]
+    assert not np.array_equal(*weights)
+    with pytest.raises(NotApplicable, match="no species shares a policy"):
+        treated(config, "individual-brains")
+
+
 def compare(*words: str) -> str:
     done = CliRunner().invoke(app, ["compare", *words])
     assert done.exit_code == 2, done.output + repr(done.exception)
@@ -95,6 +108,7 @@ def compare(*words: str) -> str:
         ),
         (["diel-migration", "--treatment", "energy-and-light"], "changes only learning"),
         (["predator-prey", "--treatment", "inverted-light"], "there is no sun"),
+        (["island", "--treatment", "individual-brains"], "changes only learning"),
     ],
 )
 def test_what_a_world_has_nothing_for_is_refused(
