@@ -61,6 +61,7 @@ GROUPS: dict[str, tuple[str, ...] | None] = {
 MOTIONS = ("speed", "turn", "climb", "pitch")  # groups that may be continuous
 NO_NUMBERS = ("locomotion.pace", "life.age_max", "reproduction.choice", "reproduction.spread")  # traits
 Look = Literal[  # shapes of view/static/body.js
+    "beetle",
     "bird",
     "conifer",
     "copepod",

@@ -14,6 +14,9 @@ const leg = (x, y, hip, thick, tone = 0.8) => ({ spine: [[x, y, hip, thick], [x,
 /** @param {Corner} a @param {Corner} b @param {Corner} c @returns {Part} */
 const fin = (a, b, c, tone = 0.9, pair = true) => ({ fin: [a, b, c], tone, pair });
 
+/** A clump of leaves. @param {number} x @param {number} y @param {number} z @param {number} r @returns {Part} */
+const clump = (x, y, z, r, tone = 1) => ({ spine: [[x, y, z - r, 0.25 * r], [x, y, z - 0.5 * r, 0.9 * r], [x, y, z + 0.35 * r, 0.9 * r], [x, y, z + 0.85 * r, 0.4 * r], [x, y, z + r, 0.05 * r]], tone });
+
 /** @type {Record<string, Part[]>} */
 const SHAPES = {
   deer: [
@@ -71,11 +74,18 @@ const SHAPES = {
     { spine: [[-0.7, 0, 0, 0.22], [-1.3, 0, 0, 0.15], [-1.75, 0, 0, 0.1]], tone: 1.25 },
     { spine: [[1.05, 0, 0.3, 0.03], [1.17, 0, 0.3, 0.16], [1.29, 0, 0.22, 0.03]], tone: 2.4 },
     { spine: [[-0.75, 0.3, -0.05, 0.04], [-1.15, 0.42, -0.05, 0.27], [-1.6, 0.4, -0.05, 0.05]], tone: 1.7, pair: true },
-    fin([1.1, 0.12, 0.1], [0.9, 0.3, 0.1], [0.1, 2.7, 0.45], 1.25), fin([-1.7, 0, 0], [-1.75, 0.09, 0], [-2.7, 0.55, 0], 1.25),
+{ spine: [[1.1, 0.15, 0.05, 0.1], [1, 1.1, 0.2, 0.08], [0.5, 2, 0.3, 0.06], [-0.3, 2.7, 0.3, 0.02]], tone: 1.25, pair: true },
+    ...[0.1, 0.4, 0.7].map((x) => fin([x, 0.2, -0.4], [x + 0.12, 0.3, -0.4], [x - 0.35, 0.3, -0.95], 1.25)), fin([-1.7, 0, 0], [-1.75, 0.12, 0], [-2.6, 0.55, 0], 1.25),
   ],
   insect: [
     { spine: [[-1.3, 0, -0.2, 0.05], [-1, 0, -0.2, 0.4], [-0.3, 0, -0.15, 0.5], [0.1, 0, -0.2, 0.15], [0.5, 0, -0.15, 0.34], [0.75, 0, -0.2, 0.14], [1.1, 0, -0.15, 0.3], [1.35, 0, -0.25, 0.05]] },
     ...[-0.2, 0.3, 0.7].map((x) => fin([x, 0.2, -0.2], [x + 0.15, 0.2, -0.2], [1.8 * x - 0.3, 1.1, -1], 0.6)), fin([1.2, 0.1, 0], [1.25, 0.16, 0], [1.9, 0.5, 0.5], 0.6),
+  ],
+  beetle: [ // with a seam between its wing cases
+    { spine: [[-1.3, 0, -0.55, 0.1], [-0.95, 0, -0.4, 0.55], [-0.2, 0, -0.3, 0.72], [0.45, 0, -0.35, 0.62], [0.6, 0, -0.4, 0.45]], wide: 1.1 },
+    { spine: [[0.5, 0, -0.45, 0.5], [0.85, 0, -0.5, 0.46], [1.05, 0, -0.52, 0.3], [1.35, 0, -0.55, 0.26], [1.5, 0, -0.58, 0.08]], tone: 0.5 },
+    fin([-1.2, 0, -0.3], [-0.2, 0.035, 0.44], [-0.2, -0.035, 0.44], 0.3, false), fin([0.55, 0, 0.08], [-0.2, -0.035, 0.44], [-0.2, 0.035, 0.44], 0.3, false),
+    ...[-0.7, 0, 0.6].map((x) => fin([x, 0.5, -0.5], [x + 0.2, 0.5, -0.5], [1.7 * x - 0.1, 1.25, -1], 0.4)), fin([1.35, 0.1, -0.4], [1.4, 0.18, -0.45], [1.95, 0.6, -0.2], 0.4),
   ],
   worm: [{ spine: [[-2, 0.3, -0.8, 0.04], [-1.3, -0.2, -0.75, 0.22], [-0.5, 0.2, -0.75, 0.26], [0.3, -0.2, -0.75, 0.26], [1.1, 0.15, -0.72, 0.24], [1.6, 0, -0.7, 0.06]] }],
   turtle: [
@@ -84,7 +94,10 @@ const SHAPES = {
   ],
   tree: [{ spine: [[0, 0, -1, 0.26], [0, 0, 1.2, 0.18]], tone: 0.5 }, { spine: [[0, 0, 0.7, 0.5], [0, 0, 1.4, 1.25], [0, 0, 2.4, 1.2], [0, 0, 3.3, 0.75], [0, 0, 3.8, 0.1]] }],
   conifer: [{ spine: [[0, 0, -1, 0.22], [0, 0, 0.4, 0.18]], tone: 0.5 }, { spine: [[0, 0, 0, 1.1], [0, 0, 1.4, 0.5], [0, 0, 1.4, 0.9], [0, 0, 2.7, 0.35], [0, 0, 2.7, 0.6], [0, 0, 4.2, 0.02]] }],
-  shrub: [{ spine: [[0, 0, -1, 0.35], [0, 0, -0.5, 0.95], [0, 0, 0.2, 0.9], [0, 0, 0.75, 0.4], [0, 0, 0.9, 0.05]] }],
+  shrub: [ // clumps of leaves on stems
+    clump(0, 0, 0.55, 0.45), clump(0.55, 0, 0.2, 0.4, 0.85), clump(-0.55, 0.05, 0.3, 0.42, 1.15), { ...clump(0.1, 0.5, 0.15, 0.4, 1.08), pair: true }, { ...clump(-0.4, 0.6, -0.1, 0.32, 0.8), pair: true }, clump(0.75, 0.3, -0.15, 0.3, 1.2),
+    ...[[0.55, 0], [-0.5, 0.05], [0.1, 0.5], [-0.4, 0.55]].map(([x, y]) => ({ spine: [[0.2 * x, 0.2 * y, -1, 0.09], [x, y, 0.1, 0.05]], tone: 0.45, pair: y > 0.2 })),
+  ],
 };
 SHAPES.doe = SHAPES.deer.slice(0, -2); // without antlers
 
@@ -93,7 +106,7 @@ const NAMED = {
   deer: "stag elk moose reindeer caribou", doe: "fawn horse antelope gazelle impala zebra donkey giraffe", goat: "ibex chamois kid cow cattle bison wildebeest", sheep: "ewe lamb ram pig boar",
   rabbit: "hare vole mouse rat lemming squirrel marmot", wolf: "fox dog coyote hyena lion lioness lynx cat tiger leopard cheetah jackal weasel stoat bear predator",
   bird: "raven crow gull kite hawk eagle owl vulture finch sparrow tit robin penguin duck goose swallow", fish: "eel cod herring trout salmon perch pike sardine anchovy shark tuna minnow guppy stickleback",
-  krill: "shrimp prawn", copepod: "daphnia zooplankton rotifer", insect: "ant bee beetle aphid fly bug moth butterfly grasshopper locust ladybird wasp mosquito cricket", worm: "earthworm nematode",
+  krill: "shrimp prawn", copepod: "daphnia zooplankton rotifer", insect: "ant bee aphid fly moth butterfly grasshopper locust wasp mosquito cricket", beetle: "bug ladybird", worm: "earthworm nematode",
   tree: "oak beech birch maple ash acacia", conifer: "pine spruce fir", shrub: "bush heather",
 };
 
@@ -107,7 +120,7 @@ export const lookOf = (name) => {
 };
 
 /** How a shape moves: 1 with legs, 2 with wings, 3 with its tail, 0 rigidly. @param {string} shape */
-export const gaitOf = (shape) => (shape === "bird" ? 2 : ["fish", "krill", "copepod", "worm"].includes(shape) ? 3 : ["tree", "conifer", "shrub", "insect"].includes(shape) ? 0 : 1);
+export const gaitOf = (shape) => (shape === "bird" ? 2 : ["fish", "krill", "copepod", "worm"].includes(shape) ? 3 : ["tree", "conifer", "shrub", "insect", "beetle"].includes(shape) ? 0 : 1);
 
 const AROUND = 7;
 

@@ -131,15 +131,16 @@ varying float vGrows;
 varying float vDrifts;
 varying float vWay;
 
-// Coverage by blades of grass, which bend to both sides from a root at the bottom.
-float blades(vec2 q) {
-  float h = 0.5 * (q.y + 1.0), cover = 0.0;
-  for (int i = 0; i < 5; i++) {
-    float side = (float(i) - 2.0) / 2.0 + 0.3 * (vWay - 0.5), tall = 1.0 - 0.32 * abs(side) - 0.2 * fract(vWay * (7.0 + float(i)));
-    float wide = 0.13 * (1.0 - h / tall), off = abs(q.x - side * (0.16 + 0.75 * h * h));
-    if (h < tall) cover = max(cover, 1.0 - smoothstep(wide, wide + 1.4 / vPixels, off));
+// Coverage by blades of grass, which bend to both sides from a root at the bottom, and their brightness.
+vec2 blades(vec2 q) {
+  float h = 0.5 * (q.y + 1.0), cover = 0.0, tone = 1.0;
+  for (int i = 0; i < 9; i++) { // the outer ones are behind
+    float n = fract(13.0 * vWay + 0.618 * float(i)), side = (2.0 * mod(float(i), 2.0) - 1.0) * (8.0 - float(i)) / 8.0 + 0.2 * (n - 0.5);
+    float up = h / (1.0 - 0.4 * side * side - 0.22 * n), wide = 0.075 * (1.0 - up * up) * min(1.0, 0.5 + 3.0 * h);
+    float own = up < 1.0 ? 1.0 - smoothstep(wide, wide + 1.4 / vPixels, abs(q.x - side * (0.1 + 0.95 * h * h))) : 0.0;
+    cover = max(cover, own), tone = mix(tone, 0.75 + 0.5 * n, own);
   }
-  return cover;
+  return vec2(cover, tone);
 }
 
 void main() {
@@ -154,10 +155,11 @@ void main() {
     edge = min(round, tip);
   }
   float blur = 1.2 / max(vPixels, 1.2), cover = 1.0 - smoothstep(1.0 - blur, 1.0, edge);
-  if (vGrows > 0.5) cover = mix(0.75 * cover, blades(q), vTuft); // at a distance, the ground is also green
+  vec2 tuft = vTuft > 0.0 ? blades(q) : vec2(0.0);
+  if (vGrows > 0.5) cover = mix(0.75 * cover, tuft.x, vTuft); // at a distance, the ground is also green
   if (cover < 0.1) discard;
   if (vTuft > 0.5) {
-    gl_FragColor = vec4(vColour * (0.72 + 0.2 * (q.y + 1.0)), cover);
+    gl_FragColor = vec4(vColour * tuft.y * (0.6 + 0.25 * (q.y + 1.0)), cover);
     return;
   }
   float rim = smoothstep(1.0 - 2.6 / max(vPixels, 4.0), 1.0, edge);
