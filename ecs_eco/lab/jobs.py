@@ -245,8 +245,7 @@ def summary_of(run: Path, from_tick: int = 0) -> dict[str, Any]:
 
 
 def _opened(folder: str | Path, allowed: Collection[str]) -> Sweep:
-    if allowed:
-        allow(allowed)
+    allow(allowed)
     sweep = read_sweep(folder)
     sweep.may_continue()
     return sweep

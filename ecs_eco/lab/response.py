@@ -69,8 +69,10 @@ def answers(rows: Sequence[Row], key: str, outcome: Outcome) -> list[Answer]:
 
 def by_point(rows: Sequence[Row], key: str, outcome: Outcome) -> list[Answer]:
     """Return an outcome at each point, sorted by the value of a key."""
-    parts = group(rows, lambda row: row["point"]).values()
-    return sorted((_answer(part, key, outcome) for part in parts), key=lambda answer: answer.value)
+    return sorted(
+        (_answer(part, key, outcome) for part in group(rows, lambda row: row["point"]).values()),
+        key=lambda answer: answer.value,
+    )
 
 
 def _answer(rows: Sequence[Row], key: str, outcome: Outcome) -> Answer:
@@ -224,9 +226,7 @@ def _response(
 
 def _places(values: list[Any], wanted: Sequence[Any]) -> np.ndarray:
     """Return the positions of values on an axis: numbers at their values, other values side by side."""
-    if _are_numbers(values):
-        return np.array(wanted, float)
-    return np.array([values.index(value) for value in wanted], float)
+    return np.array(wanted if _are_numbers(values) else [values.index(value) for value in wanted], float)
 
 
 def _are_numbers(values: Sequence[Any]) -> bool:

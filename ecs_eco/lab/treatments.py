@@ -11,6 +11,7 @@ from typing import Any, TypeAlias
 
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.models.sensors import Gradient, Light, Smell
+from ecs_eco.config.models.species import Species
 from ecs_eco.engine.errors import nearest, refusal
 
 LIGHT_WEIGHT = 0.3  # weight of light in the happiness of `energy-and-light`
@@ -40,7 +41,7 @@ def no_smell(config: WorldConfig) -> dict[str, Any]:
 
 def energy_only(config: WorldConfig) -> dict[str, Any]:
     """Replace happiness formulas that depend on light with energy alone."""
-    formulas = {name: _energy(config, name) for name in config.species if _depends_on_light(config, name)}
+    formulas = {name: _energy(own) for name, own in config.species.items() if _depends_on_light(own)}
     if not any(formulas.values()):
         allowed = "energy-and-light, or a happiness.formula that names energy and light"
         raise NotApplicable("no species has a happiness.formula that depends on light", allowed)
@@ -51,12 +52,10 @@ def energy_and_light(config: WorldConfig) -> dict[str, Any]:
     """Make species that sense light dislike it: subtract 0.3 × light from formulas without light."""
     values: dict[str, Any] = {}
     for name, species in config.species.items():
-        light = _light(config, name)
+        light = _light(species)
         has_formula = species.happiness is not None and bool(species.happiness.formula)
-        if light and has_formula and not _depends_on_light(config, name):
-            values[f"species.{name}.happiness.formula"] = (
-                f"{_formula(config, name)} - {LIGHT_WEIGHT} * {light}"
-            )
+        if light and has_formula and not _depends_on_light(species):
+            values[f"species.{name}.happiness.formula"] = f"{_formula(species)} - {LIGHT_WEIGHT} * {light}"
     if not values:
         raise NotApplicable("no species that senses light has a happiness.formula without it", "energy-only")
     return values
@@ -64,11 +63,15 @@ def energy_and_light(config: WorldConfig) -> dict[str, Any]:
 
 def individual_brains(config: WorldConfig) -> dict[str, Any]:
     """Give each animal its own network, with which it learns; newborns start with a parent's current weights."""
-    shared = [name for name, species in config.species.items() if species.policy.kind == "shared"]
-    if not shared:
+    values = {
+        f"species.{name}.policy.{key}": value
+        for name, species in config.species.items()
+        for key, value in (("kind", "individual"), ("inherit", "learned"))
+        if species.policy.kind == "shared"
+    }
+    if not values:
         raise NotApplicable("no species shares a policy", 'a world with policy.kind = "shared"')
-    own = {"kind": "individual", "inherit": "learned"}
-    return {f"species.{name}.policy.{key}": value for name in shared for key, value in own.items()}
+    return values
 
 
 def without(config: WorldConfig, species: str) -> dict[str, Any]:
@@ -93,27 +96,26 @@ def _sun(config: WorldConfig, kind: str) -> dict[str, Any]:
     return {"sun.kind": kind}
 
 
-def _light(config: WorldConfig, name: str) -> str | None:
+def _light(species: Species) -> str | None:
     """Return the channel by which a species senses light."""
-    lights = (s for s in config.species[name].sensors if isinstance(s, Light))
+    lights = (s for s in species.sensors if isinstance(s, Light))
     return next((s.base() if s.name is None else s.name for s in lights), None)
 
 
-def _energy(config: WorldConfig, name: str) -> str | None:
+def _energy(species: Species) -> str | None:
     """Return the channel by which a species senses its energy."""
-    own = (s for s in config.species[name].sensors if s.kind == "own")
+    own = (s for s in species.sensors if s.kind == "own")
     return next((s.name for s in own if s.property == "energy"), None)
 
 
-def _formula(config: WorldConfig, name: str) -> str:
+def _formula(species: Species) -> str:
     """Return a species' happiness formula, in parentheses unless it is a single name."""
-    happiness = config.species[name].happiness
-    text = "" if happiness is None else str(happiness.formula)
+    text = "" if species.happiness is None else str(species.happiness.formula)
     return text if text.isidentifier() else f"({text})"
 
 
-def _depends_on_light(config: WorldConfig, name: str) -> bool:
-    happiness, light = config.species[name].happiness, _light(config, name)
+def _depends_on_light(species: Species) -> bool:
+    happiness, light = species.happiness, _light(species)
     return bool(light and happiness and re.search(rf"\b{re.escape(light)}\b", happiness.formula or ""))
 
 
@@ -168,12 +170,7 @@ _TREATMENTS = (
     Treatment("untrained-policy", "networks start from random weights", policies="untrained"),
     Treatment("learning", "policies keep learning during the run", learn=True),
     Treatment("frozen", "policies do not learn during the run", learn=False),
-    Treatment(
-        "individual-brains",
-        "each animal has its own network, which its young inherit as learned",
-        individual_brains,
-        needs_learning=True,
-    ),
+    Treatment("individual-brains", "no network is shared", individual_brains, needs_learning=True),
     Treatment("no-reflexes", "reflexes are removed", at_build=True, needs="reflex"),
     Treatment("neutral-drift", "genes are inherited but not expressed", at_build=True, needs="genome"),
     Treatment("shuffled-genome", "genes come from random living members", at_build=True, needs="genome"),
