@@ -1,13 +1,15 @@
 """Take pictures of worlds: each species from nearby, the whole world from the side and from above.
 
-    python -m tools.land FOLDER [WORLD …]
+    python -m tools.land FOLDER [WORLD …] [--sheet FILE]
 
 Close pictures have no legend, so that a reader can be asked to name what they show. Whole worlds are shown in
-both themes and at three window sizes. Needs playwright and Chromium.
+both themes and at three window sizes. --sheet makes one image of a close picture of each kind in the folder, in
+random order. Needs playwright and Chromium.
 """
 
 import argparse
 import math
+import random
 import sys
 import tempfile
 from pathlib import Path
@@ -88,12 +90,30 @@ def whole(page: Any, folder: Path, world: str) -> None:
                 shot(page, folder / f"{world}-{eye}-{shade}-{size}.png")
 
 
+def sheet(folder: Path, file: Path, wide: int = 5, size: tuple[int, int] = (320, 200)) -> None:
+    """Write one image with a close picture of each kind, in random order; print the kinds in this order."""
+    from PIL import Image
+
+    files = {path.stem.rpartition("-")[0]: path for path in sorted(folder.glob("*-near-*.png"))}
+    kinds = random.Random(1).sample(sorted(files), len(files))
+    image = Image.new("RGB", (wide * size[0], -(-len(kinds) // wide) * size[1]))
+    for k, kind in enumerate(kinds):
+        with Image.open(files[kind]) as one:
+            image.paste(one.convert("RGB").resize(size), (k % wide * size[0], k // wide * size[1]))
+    image.save(file)
+    print(*(f"{k}: {kind.replace('-near-', ': ')}" for k, kind in enumerate(kinds, 1)), sep="\n")
+
+
 def main() -> int:
-    """Take the pictures of the requested worlds, or of seven."""
+    """Take the pictures of the requested worlds, or of seven, or make a sheet of those in a folder."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("worlds", nargs="*", metavar="WORLD")
+    parser.add_argument("--sheet", type=Path, metavar="FILE")
     words = parser.parse_args()
+    if words.sheet:
+        sheet(words.folder, words.sheet)
+        return 0
     words.folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as made, launched() as browser:
         own = Path(made) / "six.toml"

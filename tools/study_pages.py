@@ -83,7 +83,7 @@ STALE = "**The world or the study has since changed; this result must be recompu
 SINCE = {  # changes since a study's commits that affect its figures
     "learning_krill": "Measured before krill that hunt by the scripted reflex lost their energy budget (commit "
     "`908e4ca`). Krill that learn still have one; the arm of the scripted reflex belongs to the earlier world, in "
-    "which sated krill did not eat. Since then only the short form has been run.",
+    "which sated krill did not eat. Since then only the short form has been run."
 }
 
 
