@@ -1,15 +1,24 @@
-"""The site: links that leave docs/ lead to pages of their own, and no page asks anything of the network."""
+"""The site: links that leave docs/ lead to pages of their own, no page asks anything of the network, and a search leads
+to the page that answers it."""
 
 import importlib.util
-import os
+import json
 import re
 import subprocess
 import sys
+import threading
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
+from urllib.parse import quote_plus
 
 import pytest
 
+from ecs_eco.testing.browser import chromium, launched
+
 ROOT = Path(__file__).parents[2]
+SEARCHES = ROOT / "tests" / "docs" / "searches.json"
+"""Words → the page that the search must list first."""
 ASSET = re.compile(r"<(?:script|img|iframe|source|video|audio|embed)\b[^>]*\ssrc=\"([^\"]*)\"|<link\b[^>]*>")
 FROM_CSS = re.compile(r"url\(\s*['\"]?(?!data:)([^)'\"]+)")
 ASKS = {"preload", "stylesheet", "icon", "preconnect", "dns-prefetch", "prefetch", "modulepreload"}
@@ -144,17 +153,51 @@ def test_what_asks_the_network_is_found(text, found, tmp_path):
     assert asked_of_the_network(page) == found
 
 
+class Quiet(SimpleHTTPRequestHandler):
+    """A server of files that prints nothing."""
+
+    def log_message(self, *_: object) -> None:
+        """Print nothing."""
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory):
+    """Build the site once for the tests below; return its folder and what the builder printed as errors."""
+    out = tmp_path_factory.mktemp("site")
+    command = [sys.executable, "tools/build_site.py", "--no-notebooks", "--out", str(out)]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return out, done.stderr
+
+
 @pytest.mark.slow
-def test_the_site_builds_without_a_warning_and_asks_nothing_of_the_network(tmp_path):
-    done = subprocess.run(
-        [sys.executable, "tools/build_site.py", "--no-notebooks", "--out", str(tmp_path)],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=False,
-        env=dict(os.environ),
-    )
-    assert (done.returncode, done.stderr) == (0, "")
-    pages = [*tmp_path.rglob("*.html"), *tmp_path.rglob("*.css")]
+def test_the_site_builds_without_a_warning_and_asks_nothing_of_the_network(built):
+    folder, errors = built
+    assert errors == ""
+    pages = [*folder.rglob("*.html"), *folder.rglob("*.css")]
     assert len(pages) > 100
     assert {page.name: asked for page in pages if (asked := asked_of_the_network(page))} == {}
+
+
+def first_hit(page, site: str, words: str) -> str:
+    """Return the page that the search lists first."""
+    page.goto(f"{site}/search.html?q={quote_plus(words)}")
+    link = page.wait_for_selector("#search-results li a", timeout=120_000)
+    return link.get_attribute("href").partition("#")[0].partition("?")[0]
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(chromium() is None, reason="needs Chromium")
+def test_each_search_finds_first_the_page_that_answers_it(built):
+    pytest.importorskip("playwright")
+    wanted = json.loads(SEARCHES.read_text(encoding="utf-8"))
+    server = ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=str(built[0])))
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    try:
+        with launched() as browser:
+            page = browser.new_page()
+            address = f"http://127.0.0.1:{server.server_port}"
+            assert {words: first_hit(page, address, words) for words in wanted} == wanted
+    finally:
+        server.shutdown()
+        server.server_close()
