@@ -2,8 +2,8 @@
 
   local  a forked process starts or resumes the container and is killed with SIGKILL at random moments of the
          time that an uninterrupted one takes
-  Ray    the container runs on a Ray cluster of this machine, and the worker of the running call is killed within
-         half a second
+  Ray    the container runs on a Ray cluster of this machine, and a worker is killed within six seconds after it
+         became busy; a new worker needs about three for its first call, so some calls end and some are repeated
 
 Finished work must still be there, unchanged, after each kill. A container that is finished before enough kills
 have been counted is compared, and the next one begins. Each case counts 50 kills, so a stopped study loses at
@@ -164,9 +164,10 @@ def on_ray(
             if not (busy := busy_workers(ray)):
                 continue
             over.wait(float(rng.uniform(0.0, config["within"])))
-            if busy[0] in busy_workers(ray):
-                os.kill(busy[0], signal.SIGKILL)
-                kills[0] += 1
+            with suppress(ProcessLookupError):
+                if busy[0] in busy_workers(ray):
+                    os.kill(busy[0], signal.SIGKILL)
+                    kills[0] += 1
             now = finished(kind, folder, config["ticks"]) if folder.exists() else {}
             lost[0] += sum(now.get(name) != work for name, work in before.items())
             before = now
@@ -219,7 +220,7 @@ STUDY = Study(
     name="container_kills",
     claim="Sweeps, searches, archipelagos and comparisons that are killed at any moment can be resumed, and end "
     "like uninterrupted ones.",
-    config={"ticks": 200, "kills": 50, "longest": 2.0, "within": 0.5},
+    config={"ticks": 200, "kills": 50, "longest": 2.0, "within": 6.0},
     cases=[
         {"kind": kind, "engine": engine, "seed": seed}
         for engine in ENGINES

@@ -1,5 +1,5 @@
-"""The site: links that leave docs/ lead to pages of their own, no page asks anything of the network, and a search leads
-to the page that answers it."""
+"""The site: links that leave docs/ lead to pages of their own, no page asks anything of the network, and a
+search leads to the page that answers it."""
 
 import importlib.util
 import json
