@@ -94,27 +94,29 @@ def changes(living: Any, name: str, before: Mapping[int, Any]) -> list[float]:
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     """Return the registered verdicts, and a row for each arm."""
-    of = REGISTERED.hypotheses
-    lines = []
-    for name, arm in (("persists", "individual"), ("inherited", "not inherited")):
-        lives = [c["case"] | {"counts": c["result"]["persisted"]} for c in cases if c["case"]["arm"] == arm]
-        share = share_of_lives(lives, "counts")
-        met = share[0] >= of[name]["margin"] if name == "persists" else share[0] <= of[name]["margin"]
-        lines.append(REGISTERED.verdict(name, share, met))
-    steadier = ratio(cases)
-    lines.append(REGISTERED.verdict("steadier", steadier, steadier[2] < of["steadier"]["margin"]))
-    least = [min(of_seed) for of_seed in zip(*(changed(cases, s) for s in LEARNERS), strict=True)]
-    learnt = interval(least) if least else [float("nan")] * 3
-    lines.append(REGISTERED.verdict("learn", learnt, learnt[1] > of["learn"]["margin"]))
-    slowest = min(c["result"]["ticks per second"] for c in cases if c["case"]["arm"] == "individual")
-    lines.append(REGISTERED.verdict("speed", slowest, slowest >= of["speed"]["margin"]))
+    margin = {name: of["margin"] for name, of in REGISTERED.hypotheses.items()}
+    kept, lost = persisted(cases, "individual"), persisted(cases, "not inherited")
+    steadier, changed, slowest = ratio(cases), learnt(cases), speed(cases)
+    lines = [
+        REGISTERED.verdict("persists", kept, kept[0] >= margin["persists"]),
+        REGISTERED.verdict("inherited", lost, lost[0] <= margin["inherited"]),
+        REGISTERED.verdict("steadier", steadier, steadier[2] < margin["steadier"]),
+        REGISTERED.verdict("learn", changed, changed[1] > margin["learn"]),
+        REGISTERED.verdict("speed", slowest, slowest >= margin["speed"]),
+    ]
     rows = [row(arm, [c["result"] for c in cases if c["case"]["arm"] == arm]) for arm in REGISTERED.arms]
     return {"verdicts": lines, "table": {"head": HEAD, "rows": [r for r in rows if r]}}
 
 
+def persisted(cases: list[dict[str, Any]], arm: str) -> list[float]:
+    """Return the share of an arm's runs in which all species persist, with its 95% interval."""
+    lives = [c["case"] | {"counts": c["result"]["persisted"]} for c in cases if c["case"]["arm"] == arm]
+    return share_of_lives(lives, "counts")
+
+
 def ratio(cases: list[dict[str, Any]]) -> list[float]:
-    """Return the ratio of deer's coefficients of variation, individual to shared, as a geometric mean over training
-    seeds with its 95% interval."""
+    """Return the ratio of deer's coefficients of variation, individual to shared, as a geometric mean over
+    training seeds with its 95% interval."""
     arms = [
         by_training(cases, arm, lambda result: np.log(result["variation"]["deer"]))
         for arm in ("individual", "shared")
@@ -122,9 +124,17 @@ def ratio(cases: list[dict[str, Any]]) -> list[float]:
     return [float(np.exp(v)) for v in interval([a - b for a, b in zip(*arms, strict=True)])]
 
 
-def changed(cases: list[dict[str, Any]], name: str) -> list[float]:
-    """Return how much the policies of individual animals changed, by training seed."""
-    return by_training(cases, "individual", lambda result: result["learnt"][name])
+def learnt(cases: list[dict[str, Any]]) -> list[float]:
+    """Return how much the policies of individual animals changed [nats], the smaller of deer and wolves, as a mean
+    over training seeds with its 95% interval."""
+    species = [by_training(cases, "individual", lambda result, s=s: result["learnt"][s]) for s in LEARNERS]
+    least = [min(of_seed) for of_seed in zip(*species, strict=True)]
+    return interval(least) if least else [float("nan")] * 3
+
+
+def speed(cases: list[dict[str, Any]]) -> float:
+    """Return the ticks per second of processor time of the slowest run with individual networks."""
+    return float(min(c["result"]["ticks per second"] for c in cases if c["case"]["arm"] == "individual"))
 
 
 def row(arm: str, results: list[Result]) -> list[Any]:

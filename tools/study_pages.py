@@ -45,6 +45,10 @@ FIGURES = {  # other figures are named after their study; each entry is its capt
         "Selection coefficients of four genes, and newborns that eat yellow grass, by inheritance",
     ),
     "happiness": ("happiness_genes.png", "Happiness weights in vole genomes over generations"),
+    "individual_brains": (
+        "individual_brains.svg",
+        "Numbers of deer if each animal or each species has a network; their variation in all runs",
+    ),
     "intelligence": (
         "intelligence.svg",
         "Evolved learning rates by rates of change; by what each past predicts; and the effect in all arms",
