@@ -163,7 +163,7 @@ def on_ray(
         while kills[0] < most and not over.wait(0.01):
             if not (busy := busy_workers(ray)):
                 continue
-            over.wait(float(rng.uniform(0.0, config["within"])))
+            over.wait(float(rng.uniform(0.0, 0.5 * config["pause"])))
             with suppress(ProcessLookupError):
                 if busy[0] in busy_workers(ray):
                     os.kill(busy[0], signal.SIGKILL)
@@ -220,7 +220,7 @@ STUDY = Study(
     name="container_kills",
     claim="Sweeps, searches, archipelagos and comparisons that are killed at any moment can be resumed, and end "
     "like uninterrupted ones.",
-    config={"ticks": 200, "kills": 50, "longest": 2.0, "within": 6.0},
+    config={"ticks": 200, "kills": 50, "longest": 2.0, "pause": 12.0},
     cases=[
         {"kind": kind, "engine": engine, "seed": seed}
         for engine in ENGINES
