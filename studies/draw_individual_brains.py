@@ -15,8 +15,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from ecs_eco.analysis.palette import SAFE
-from studies.common.figure import draw_result
-from studies.draw_lifelong import series
+from studies.common.figure import draw_result, series
 
 COLORS = {"individual": SAFE[0][0], "shared": SAFE[6][0], "not inherited": SAFE[2][0]}
 

@@ -15,9 +15,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from ecs_eco.analysis.palette import SAFE
-from studies.common.figure import draw_result
+from studies.common.figure import draw_result, series
 from studies.common.moved import WINDOW
-from studies.common.seed_grid import BLOCK
 from studies.lifelong import LEARNERS
 
 COLORS = {"grass": "#4d9221", "deer": "#b8860b", "wolf": "#67001f"}
@@ -70,12 +69,6 @@ def moves(ax: Any, results: list[dict[str, Any]]) -> None:
     ax.set(yscale="log", xlim=(0, None), xlabel="1,000 ticks", ylabel=f"change in {WINDOW:,} ticks [nats]")
     ax.legend(frameon=False)
     ax.set_title("policies never settle: median and middle 80% of runs", loc="left", fontsize=9)
-
-
-def series(result: dict[str, Any], name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return times [1,000 ticks] and numbers of a species."""
-    n = np.array([float(v) for v in result["series"][name].split()])
-    return BLOCK * (np.arange(len(n)) + 0.5) / 1000, n
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The command-line entry point for scripts that draw a figure from a result's JSON file."""
+"""What scripts that draw a figure from a result's JSON file share: their command line, and stored series."""
 
 import argparse
 import json
@@ -6,6 +6,10 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+
+import numpy as np
+
+from studies.common.seed_grid import BLOCK
 
 ROOT = Path(__file__).parents[2]
 
@@ -25,3 +29,9 @@ def draw_result(says: str, name: str, figure: str, draw: Callable[[dict[str, Any
             return
     draw(json.loads(asked.results.read_text(encoding="utf-8")), asked.out)
     print(asked.out)
+
+
+def series(result: dict[str, Any], name: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return times [1,000 ticks] and numbers of a species from a cell's result."""
+    n = np.array([float(v) for v in result["series"][name].split()])
+    return BLOCK * (np.arange(len(n)) + 0.5) / 1000, n

@@ -1,5 +1,6 @@
 """Worlds in several threads run at the same time, but take turns to use esper."""
 
+import faulthandler
 import threading
 from concurrent.futures import ThreadPoolExecutor
 
@@ -101,6 +102,15 @@ def test_a_world_is_touched_by_its_own_thread_alone():
         assert "only the thread that created a world may use it" in str(in_a_thread(work))
 
 
+def meet(barrier):
+    """Wait for the other threads; if one does not come, print what all threads are doing."""
+    try:
+        barrier.wait(60)
+    except threading.BrokenBarrierError:
+        faulthandler.dump_traceback(all_threads=True)
+        raise
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("learn", [False, True])
 def test_worlds_of_two_threads_run_at_the_same_time_and_end_as_alone(learn, monkeypatch):
@@ -108,12 +118,12 @@ def test_worlds_of_two_threads_run_at_the_same_time_and_end_as_alone(learn, monk
     both, pass_tick = threading.Barrier(2), engine.World._pass_tick
 
     def within(world):
-        both.wait(60)  # both worlds are within a tick
+        meet(both)  # both worlds are within a tick
         pass_tick(world)
 
     def live(seed):
         world = make(seed, learn)
-        both.wait(60)
+        meet(both)
         return world.run(70).digest()
 
     monkeypatch.setattr(engine.World, "_pass_tick", within)
@@ -132,7 +142,7 @@ def test_worlds_of_several_threads_take_turns_to_use_esper():
 
     def live(seed):
         world, looks = watched(seed)
-        made.wait(60)
+        meet(made)
         world.run(30)
         if seed < 3:
             with world:
