@@ -1,4 +1,4 @@
-"""What scripts that draw a figure from a result's JSON file share: their command line, and stored series."""
+"""The command line of scripts that draw a figure from a result's JSON file, and the stored series of a run."""
 
 import argparse
 import json
