@@ -268,12 +268,10 @@ def _depends(design: str, found: Sequence[tuple[str, Outcome, sensitivity.Indice
 
 def _head(sweep: Sweep, rows: Sequence[Row], failed: dict[int, str], opening: Sequence[str]) -> list[str]:
     title = sweep.content["title"] or sweep.content["world"]
+    lost = not all(row["persisted"] for row in rows)
     blocks = [
         f"<h1>Sweep: {escape(title)}</h1>",
-        verdict(
-            [*(f"{line}." for line in lines_of(sweep, rows)), *opening],
-            not all(row["persisted"] for row in rows),
-        ),
+        verdict([*(f"{line}." for line in lines_of(sweep, rows)), *opening], lost),
         "<p class='under'>The replicates are seeds. All intervals are 95% intervals.</p>",
     ]
     if missing := len(sweep.jobs) - len(rows):
@@ -373,11 +371,11 @@ def _origin(sweep: Sweep, rows: Sequence[Row]) -> list[str]:
     commits = sorted({str(row["git_commit"])[:12] for row in rows})
     seeds: dict[str, Any] = {kind: sweep.content["plan"][f"{kind}_seeds"] for kind in ("world", "training")}
     words = "; ".join(f"{kind} seeds {', '.join(map(str, own))}" for kind, own in seeds.items() if own)
+    hours = sum(row["seconds"] for row in rows) / 3600
     return [
         "<h2>How it was made</h2>",
         f"<p>Plan {escape(sweep.content['source'])} ({sweep.hash[:16]}), {escape(words)}; "
-        f"commit {escape(', '.join(commits))}; "
-        f"{number(sum(row['seconds'] for row in rows) / 3600)} core hours, "
+        f"commit {escape(', '.join(commits))}; {number(hours)} core hours, "
         f"machines: {len({row['host'] for row in rows})}. Each run has a folder in jobs/ and a row in "
         "runs.parquet.</p>",
     ]

@@ -98,14 +98,12 @@ def _sun(config: WorldConfig, kind: str) -> dict[str, Any]:
 
 def _light(species: Species) -> str | None:
     """Return the channel by which a species senses light."""
-    lights = (s for s in species.sensors if isinstance(s, Light))
-    return next((s.base() if s.name is None else s.name for s in lights), None)
+    return next((s.name or s.base() for s in species.sensors if isinstance(s, Light)), None)
 
 
 def _energy(species: Species) -> str | None:
     """Return the channel by which a species senses its energy."""
-    own = (s for s in species.sensors if s.kind == "own")
-    return next((s.name for s in own if s.property == "energy"), None)
+    return next((s.name for s in species.sensors if s.kind == "own" and s.property == "energy"), None)
 
 
 def _formula(species: Species) -> str:
