@@ -19,7 +19,7 @@ from ecs_eco.view.source import Message, Source, is_whole, said, short, text
 
 USUAL = 10.0  # ticks per second, shown as 1×
 FASTEST_FRAMES = 0.05  # [s] between frames
-BUSY_FRAMES = 0.2  # [s] between frames of a world running at full speed; the page interpolates motion
+BUSY_FRAMES = 0.25  # [s] between frames of a world running at full speed; the page interpolates motion
 PATIENCE = 0.25  # [s] between states, and maximum wait
 SHARE = 0.03  # maximum share of a running world's time spent on frames, charts and panels
 SPEEDS = (0.01, 100_000.0)
