@@ -6,58 +6,56 @@ from __future__ import annotations
 
 import threading
 import time
-from collections import deque
 
 
 class _Turn:
     """A reentrant lock that is held whenever esper is used: in ticks that may use it, and within
-    `with world:`.
+    `with world:`. Any thread may end another's turns, because any thread may collect a world that was
+    abandoned within its `with` block.
 
-    If a thread released an ordinary lock and reacquired it at once, waiting threads would never get it. After
+    If a thread released the lock and reacquired it at once, waiting threads would never get it. After
     its turn, a thread therefore calls `leave`, which gives the next turn to a waiting thread.
     """
 
     PATIENCE = 1.0  # [s] longest wait for another thread to take its turn, even on a loaded machine
 
     def __init__(self) -> None:
-        self._lock = threading.RLock()
+        # reentrant: collecting garbage may call `give_back` in a thread that is within a method here
+        self._change = threading.Condition(threading.RLock())
+        self._owner: int | None = None  # thread that has the turn
+        self._depth = 0  # times that it has entered
         self.waiting = 0  # threads
         self._taken = 0  # turns for which a thread had to wait
-        self._returned: deque[int] = deque()  # threads whose turns another thread has ended
 
     def __enter__(self) -> None:
-        if not self._lock.acquire(False):
-            self.waiting += 1
-            try:
-                self._lock.acquire()
-                self._taken += 1
-            finally:
-                self.waiting -= 1
+        me = threading.get_ident()
+        with self._change:
+            if self._owner not in (None, me):
+                self.waiting += 1
+                try:
+                    while self._owner is not None:
+                        self._change.wait(self.PATIENCE)  # a collection just before the wait is not notified
+                    self._taken += 1
+                finally:
+                    self.waiting -= 1
+            self._owner = me
+            self._depth += 1
 
     def __exit__(self, *_: object) -> None:
-        self._lock.release()
-        if not self._returned:
-            return
-        me = threading.get_ident()
-        while me in self._returned and self.held():
-            self._returned.remove(me)
-            self._lock.release()
+        self.give_back(1, threading.get_ident())
 
     def held(self) -> bool:
         """Whether this thread has the turn."""
-        return self._lock._is_owned()  # type: ignore[attr-defined]
+        return self._owner == threading.get_ident()
 
     def give_back(self, times: int, thread: int) -> None:
-        """End the turns of a freed world, which its thread can no longer end; any thread may collect garbage.
-
-        If another thread holds these turns, they end when it next ends a turn, because only the owner can
-        release a lock.
-        """
-        for _ in range(times):
-            if thread == threading.get_ident():
-                self._lock.release()
-            else:
-                self._returned.append(thread)
+        """End turns of a thread: its own, or those of a freed world that it can no longer end."""
+        with self._change:
+            if self._owner == thread:
+                self._depth -= times
+                if not self._depth:
+                    self._owner = None
+                    self._change.notify()
 
     def leave(self) -> None:
         """Give way to waiting threads, unless this thread still holds the turn, as it does in `with world:`."""
