@@ -2,8 +2,9 @@
 
   local  a forked process starts or resumes the container and is killed with SIGKILL at random moments of the
          time that an uninterrupted one takes
-  Ray    the container runs on a Ray cluster of this machine, and a worker is killed within six seconds after it
-         became busy; a new worker needs about three for its first call, so some calls end and some are repeated
+  Ray    the container runs on a Ray cluster of this machine, and a worker is killed at random moments: within six
+         seconds after it became busy if it is new, since its first call takes about three, so that some calls end
+         and some are repeated; otherwise within the time that an uninterrupted container takes
 
 Finished work must still be there, unchanged, after each kill. A container that is finished before enough kills
 have been counted is compared, and the next one begins. Each case counts 50 kills, so a stopped study loses at
@@ -108,7 +109,7 @@ def _without_times(value: Any) -> Any:
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     """Kill containers of one kind the required number of times, and compare them with an uninterrupted one."""
     kind, engine, config = case["kind"], case["engine"], dict(config)
-    rng = np.random.default_rng(case["seed"])
+    rng, warm = np.random.default_rng(case["seed"]), set[int]()
     result = {"kills": 0, "containers": 0, "different": 0, "lost": 0}
     with tempfile.TemporaryDirectory() as place:
         live(kind, Path(place) / "peace", config, "local")
@@ -119,7 +120,10 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
         while result["kills"] < config["kills"] and result["containers"] < 2 * config["kills"]:
             folder = Path(place) / f"killed-{result['containers']}"
             left = config["kills"] - result["kills"]
-            kills, lost = (locally if engine == "local" else on_ray)(kind, folder, config, rng, left)
+            if engine == "local":
+                kills, lost = locally(kind, folder, config, rng, left)
+            else:
+                kills, lost = on_ray(kind, folder, config, rng, left, warm)
             result["kills"] += kills
             result["containers"] += 1
             result["lost"] += lost
@@ -149,9 +153,10 @@ def locally(
 
 
 def on_ray(
-    kind: str, folder: Path, config: dict[str, Any], rng: np.random.Generator, most: int
+    kind: str, folder: Path, config: dict[str, Any], rng: np.random.Generator, most: int, warm: set[int]
 ) -> tuple[int, int]:
-    """Kill the Ray worker of the running call up to `most` times; return as `locally` does."""
+    """Kill the Ray worker of the running call up to `most` times; return as `locally` does. `warm` collects the
+    workers that have finished a call."""
     import ray
 
     if not ray.is_initialized():
@@ -163,11 +168,14 @@ def on_ray(
         while kills[0] < most and not over.wait(0.01):
             if not (busy := busy_workers(ray)):
                 continue
-            over.wait(float(rng.uniform(0.0, 0.5 * config["pause"])))
+            longest = config["longest"] if busy[0] in warm else 0.5 * config["pause"]
+            over.wait(float(rng.uniform(0.0, longest)))
             with suppress(ProcessLookupError):
                 if busy[0] in busy_workers(ray):
                     os.kill(busy[0], signal.SIGKILL)
                     kills[0] += 1
+                else:
+                    warm.add(busy[0])
             now = finished(kind, folder, config["ticks"]) if folder.exists() else {}
             lost[0] += sum(now.get(name) != work for name, work in before.items())
             before = now
