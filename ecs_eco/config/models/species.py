@@ -63,6 +63,7 @@ NO_NUMBERS = ("locomotion.pace", "life.age_max", "reproduction.choice", "reprodu
 Look = Literal[  # shapes of view/static/body.js
     "beetle",
     "bird",
+    "clover",
     "conifer",
     "copepod",
     "deer",

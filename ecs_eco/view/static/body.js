@@ -17,6 +17,20 @@ const fin = (a, b, c, tone = 0.9, pair = true) => ({ fin: [a, b, c], tone, pair 
 /** A clump of leaves. @param {number} x @param {number} y @param {number} z @param {number} r @returns {Part} */
 const clump = (x, y, z, r, tone = 1) => ({ spine: [[x, y, z - r, 0.25 * r], [x, y, z - 0.5 * r, 0.9 * r], [x, y, z + 0.35 * r, 0.9 * r], [x, y, z + 0.85 * r, 0.4 * r], [x, y, z + r, 0.05 * r]], tone });
 
+/** A leaf of three leaflets on a stalk. @param {number} x @param {number} y @param {number} z @param {number} r @param {number} turn @returns {Part[]} */
+const trefoil = (x, y, z, r, turn) => [
+  ...[0, 1, 2].flatMap((k) => {
+    /** @type {(a: number, far: number, up: number) => Corner} */
+    const at = (a, far, up) => [x + far * r * Math.cos(turn + a), y + far * r * Math.sin(turn + a), z + up * r];
+    const [a, base] = [(2 * Math.PI * k) / 3, /** @type {Corner} */ ([x, y, z])];
+    return [1, -1].flatMap((side) => [
+      fin(base, at(a + 0.7 * side, 0.75, 0.12), at(a, 0.8, 0.05), 0.85 + 0.1 * side, false),
+      fin(at(a, 0.8, 0.05), at(a + 0.7 * side, 0.75, 0.12), at(a + 0.32 * side, 1.05, 0.1), 1.1 + 0.1 * side, false),
+    ]);
+  }),
+  fin([0.3 * x, 0.3 * y, -1], [0.3 * x + 0.06, 0.3 * y + 0.06, -1], [x, y, z], 0.6, false),
+];
+
 /** @type {Record<string, Part[]>} */
 const SHAPES = {
   deer: [
@@ -94,6 +108,10 @@ const SHAPES = {
   ],
   tree: [{ spine: [[0, 0, -1, 0.26], [0, 0, 1.2, 0.18]], tone: 0.5 }, { spine: [[0, 0, 0.7, 0.5], [0, 0, 1.4, 1.25], [0, 0, 2.4, 1.2], [0, 0, 3.3, 0.75], [0, 0, 3.8, 0.1]] }],
   conifer: [{ spine: [[0, 0, -1, 0.22], [0, 0, 0.4, 0.18]], tone: 0.5 }, { spine: [[0, 0, 0, 1.1], [0, 0, 1.4, 0.5], [0, 0, 1.4, 0.9], [0, 0, 2.7, 0.35], [0, 0, 2.7, 0.6], [0, 0, 4.2, 0.02]] }],
+  clover: [ // with two round heads of flowers
+    ...trefoil(0.1, 0.1, 0.1, 0.62, 0.3), ...trefoil(0.75, -0.35, -0.25, 0.55, 1.2), ...trefoil(-0.65, -0.5, -0.1, 0.58, 2.3), ...trefoil(-0.55, 0.7, -0.3, 0.55, 0.9), ...trefoil(0.6, 0.8, -0.15, 0.5, 2),
+    clump(-0.15, -0.1, 0.75, 0.26, 2.3), clump(0.4, 0.3, 0.55, 0.22, 2.1), fin([0, 0, -1], [0.08, 0, -1], [-0.15, -0.1, 0.6], 0.6, false), fin([0.1, 0.1, -1], [0.18, 0.1, -1], [0.4, 0.3, 0.4], 0.6, false),
+  ],
   shrub: [ // clumps of leaves on stems
     clump(0, 0, 0.55, 0.45), clump(0.55, 0, 0.2, 0.4, 0.85), clump(-0.55, 0.05, 0.3, 0.42, 1.15), { ...clump(0.1, 0.5, 0.15, 0.4, 1.08), pair: true }, { ...clump(-0.4, 0.6, -0.1, 0.32, 0.8), pair: true }, clump(0.75, 0.3, -0.15, 0.3, 1.2),
     ...[[0.55, 0], [-0.5, 0.05], [0.1, 0.5], [-0.4, 0.55]].map(([x, y]) => ({ spine: [[0.2 * x, 0.2 * y, -1, 0.09], [x, y, 0.1, 0.05]], tone: 0.45, pair: y > 0.2 })),
@@ -107,7 +125,7 @@ const NAMED = {
   rabbit: "hare vole mouse rat lemming squirrel marmot", wolf: "fox dog coyote hyena lion lioness lynx cat tiger leopard cheetah jackal weasel stoat bear predator",
   bird: "raven crow gull kite hawk eagle owl vulture finch sparrow tit robin penguin duck goose swallow", fish: "eel cod herring trout salmon perch pike sardine anchovy shark tuna minnow guppy stickleback",
   krill: "shrimp prawn", copepod: "daphnia zooplankton rotifer", insect: "ant bee aphid fly moth butterfly grasshopper locust wasp mosquito cricket", beetle: "bug ladybird", worm: "earthworm nematode",
-  tree: "oak beech birch maple ash acacia", conifer: "pine spruce fir", shrub: "bush heather",
+  tree: "oak beech birch maple ash acacia", conifer: "pine spruce fir", shrub: "bush heather", clover: "trefoil",
 };
 
 /** @type {Record<string, string>} */
@@ -120,7 +138,7 @@ export const lookOf = (name) => {
 };
 
 /** How a shape moves: 1 with legs, 2 with wings, 3 with its tail, 0 rigidly. @param {string} shape */
-export const gaitOf = (shape) => (shape === "bird" ? 2 : ["fish", "krill", "copepod", "worm"].includes(shape) ? 3 : ["tree", "conifer", "shrub", "insect", "beetle"].includes(shape) ? 0 : 1);
+export const gaitOf = (shape) => (shape === "bird" ? 2 : ["fish", "krill", "copepod", "worm"].includes(shape) ? 3 : ["tree", "conifer", "shrub", "clover", "insect", "beetle"].includes(shape) ? 0 : 1);
 
 const AROUND = 7;
 

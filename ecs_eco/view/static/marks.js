@@ -16,7 +16,7 @@ export function sign(kind, colour) {
   return s("svg", { viewBox: "0 0 16 16", "aria-hidden": "true" }, ...shapes);
 }
 
-const TREES = ["tree", "conifer", "shrub"];
+const PLANTS = ["tree", "conifer", "shrub", "clover"];
 /** Shapes of species that are not named after one: hunters, scavengers, small grazers, grazers. */
 const OTHERS = { land: ["wolf", "bird", "insect", "deer"], water: ["fish", "krill", "copepod", "copepod"] };
 
@@ -34,7 +34,7 @@ export function kindsOf({ species, objects, foods, size }) {
   const like = {};
   const animals = species.map((kind) => {
     const rests = !kind.moves && kind.sessile === false;
-    const named = lookOf(kind.name), still = named && TREES.includes(named);
+    const named = lookOf(kind.name), still = named && PLANTS.includes(named);
     const shape = () => (hunts(kind.name) ? 0 : dead(kind.name) ? 1 : kind.radius < 0.03 ? 2 : 3);
     const build = kind.look ?? (kind.moves || rests ? (!still && named) || OTHERS[(size?.length ?? 2) > 2 ? "water" : "land"][shape()] : still ? named : undefined);
     const variant = build && build !== (kind.look ?? named) ? (like[build] = (like[build] ?? -1) + 1) : 0;
