@@ -47,8 +47,8 @@ def bare(config: Any, seed: int, ticks: int, folder: Path) -> str:
 def bare_runs(pool: Executor, place: Path, runs: int, ticks: int) -> list[str]:
     """Run all worlds on the workers; return the digests by seed."""
     config = load("predator-prey", SMALL)
-    jobs = {seed: (config, seed, ticks, place / str(seed)) for seed in range(1, runs + 1)}
-    done = {seed: future.result() for seed, future in completed(pool, bare, jobs)}
+    jobs = {seed: (bare, config, seed, ticks, place / str(seed)) for seed in range(1, runs + 1)}
+    done = {seed: future.result() for seed, future in completed(pool, jobs)}
     return [done[seed] for seed in sorted(done)]
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from concurrent.futures import BrokenExecutor, Executor
 from dataclasses import replace
 from pathlib import Path
@@ -18,10 +18,8 @@ from ecs_eco.cli.options import On, Policies, Quiet, Set, Ticks, Trust, Workers,
 from ecs_eco.cli.terminal import FAILED, INTERRUPTED, complain, exits, printable, progress, refuse, say
 from ecs_eco.cli.trust import allow
 from ecs_eco.lab.arm import arms_of, check_policies, check_training
-from ecs_eco.lab.comparison import Comparison, Key, Planned, missing
+from ecs_eco.lab.comparison import Comparison, Key, Planned
 from ecs_eco.lab.executors import LOCAL, check_engine, engine, prepare
-from ecs_eco.lab.runs import has_run, run_arm
-from ecs_eco.lab.trained import is_trained, train_or_find
 from ecs_eco.lab.work import run_jobs
 from ecs_eco.record import container
 from ecs_eco.record.claim import Claim
@@ -89,16 +87,7 @@ def compare(
         with engine(on, workers) as pool:
             comparison.begin()
             prepare(pool, comparison.folder, arms[0].config)
-            _do(
-                train_or_find,
-                missing(comparison.trainings, is_trained),
-                comparison,
-                pool,
-                quiet,
-                "training",
-                "policies",
-            )
-            _do(run_arm, missing(comparison.runs, has_run), comparison, pool, quiet, "comparing", "runs")
+            _do(comparison, pool, quiet)
         _report(comparison)
 
 
@@ -118,48 +107,36 @@ def claim_folder(out: Path | None, comparison: Comparison) -> Claim:
     return results(out, f"{comparison.arms[0].config.name}-compare", begun)
 
 
-def _do(
-    work: Callable[..., object],
-    jobs: Mapping[Key, Sequence[Any]],
-    comparison: Comparison,
-    pool: Executor,
-    quiet: bool,
-    word: str,
-    unit: str,
-) -> None:
-    """Run the remaining training or simulation jobs, with a progress bar, and print why jobs failed.
+def _do(comparison: Comparison, pool: Executor, quiet: bool) -> None:
+    """Do the remaining training and runs, with a progress bar, and print why jobs failed.
 
     Ctrl-C ends the command at once; failures end it after the last job.
     """
-    n = len(comparison.runs)
-    if unit == "runs" and len(jobs) < n and not quiet:
-        complain(f"{n - len(jobs)} of {n} runs are already done.")
+    (calls, after), n, out = comparison.left(), len(comparison.runs), comparison.folder
+    left = sum(key in calls for key in comparison.runs)
+    if left < n and not quiet:
+        complain(f"{n - left} of {n} runs are already done.")
 
-    def failed(key: Key, error: BaseException) -> None:
+    def failed(key: Key | Path, error: BaseException) -> None:
         if isinstance(error, BrokenExecutor):
             complain(
-                f"A worker process was killed (out of memory?). Unfinished {unit} are lost; "
-                f"finished {unit} are complete."
+                "A worker process was killed (out of memory?). Finished runs are complete; others are lost."
             )
         else:
             complain(f"{key}: {type(error).__name__}: {error}")
 
-    with progress(word, quiet, unit) as bar:
+    with progress("comparing", quiet, "jobs") as bar:
         try:
-            done = len(run_jobs(work, jobs, pool, bar, failed))
+            done = run_jobs(calls, pool, bar, failed, after=after)
         except KeyboardInterrupt:
             complain(
-                f"Stopped after {bar.done} of {len(jobs)} {unit}; finished recordings are in "
-                f"{comparison.folder}. To resume, repeat the command with --out {comparison.folder}."
+                f"Stopped after {bar.done} of {len(calls)} jobs; finished recordings are in {out}. "
+                f"To resume, repeat the command with --out {out}."
             )
             raise typer.Exit(INTERRUPTED) from None
-    if done < len(jobs):
-        complain(
-            f"{len(jobs) - done} of {n} runs failed; recordings of all others are in {comparison.folder}."
-            if unit == "runs"
-            else "Not all policies could be trained; the finished policies are in "
-            f"{comparison.folder / 'policies'}."
-        )
+    if len(done) < len(calls):
+        lost = left - sum(key in done for key in comparison.runs)
+        complain(f"{lost} of {n} runs failed; recordings of all others are in {out}.")
         raise typer.Exit(FAILED)
 
 

@@ -421,7 +421,7 @@ def _on_executor(
     pool: Executor, place: Path, numbers: Sequence[int], allowed: Sequence[str]
 ) -> Iterator[int]:
     """Run forks on an executor; yield their numbers as they end."""
-    for number, future in completed(pool, run_fork, {n: (place, n, allowed) for n in numbers}):
+    for number, future in completed(pool, {n: (run_fork, place, n, allowed) for n in numbers}):
         future.result()
         yield number
 

@@ -247,8 +247,8 @@ class Archipelago:
             finally:
                 island.forget(self.folder.absolute())
             if report:
-                jobs = {name: (str(self.folder.absolute()), name) for name in self.islands}
-                run_jobs(island.report, jobs, pool, lambda *_: None, _ended, MOST_LOSSES)
+                calls = {name: (island.report, str(self.folder.absolute()), name) for name in self.islands}
+                run_jobs(calls, pool, lambda *_: None, _ended, MOST_LOSSES)
                 write_archipelago(self.folder)
         return self.manifest
 
@@ -260,17 +260,17 @@ class Archipelago:
         start = self.tick
         goal = min(until, (start // every + 1) * every)
         root = str(self.folder.absolute())
-        jobs = {name: (root, name, start, goal, threads, trust) for name in self.islands}
+        calls = {name: (island.advance, root, name, start, goal, threads, trust) for name in self.islands}
 
         def note(done: int, _: int) -> None:
             if progress is not None and done:
-                progress(start * len(jobs) + done * (goal - start), until * len(jobs))
+                progress(start * len(calls) + done * (goal - start), until * len(calls))
 
-        done = run_jobs(island.advance, jobs, pool, note, _ended, MOST_LOSSES)
+        done = run_jobs(calls, pool, note, _ended, MOST_LOSSES)
         self.manifest |= {
             "tick": goal,
             "finished": goal >= until,
-            "islands": {name: done[name] for name in jobs},
+            "islands": {name: done[name] for name in calls},
         }
         self.manifest["digest"] = digest_of(self.manifest["islands"])
 

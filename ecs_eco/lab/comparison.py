@@ -69,24 +69,8 @@ class Key(NamedTuple):
         return text if self.training_seed is None else f"{text}, training seed {self.training_seed}"
 
 
-class Run(NamedTuple):
-    """Arguments of `runs.run_arm`."""
-
-    arm: Arm
-    seed: int
-    ticks: int
-    folder: Path
-
-
-class Training(NamedTuple):
-    """Arguments of `trained.train_or_find`."""
-
-    folder: Path
-    config: WorldConfig
-    seed: int
-
-
-Jobs = Mapping[Key, Run | Training]
+Run = tuple[Arm, int, int, Path]  # arguments of `runs.run_arm`
+Training = tuple[Path, WorldConfig, int]  # arguments of `trained.train_or_find`
 
 
 @dataclass(frozen=True)
@@ -129,8 +113,8 @@ class Comparison:
     def result(self) -> dict[str, Any]:
         """Compare the arms; write compare.json, compare.html and figures; return the contents of compare.json."""
         folders, training = dict[str, list[Path]](), dict[str, list[int]]()
-        for key, run in self.runs.items():
-            folders.setdefault(key.arm, []).append(run.folder)
+        for key, (*_, folder) in self.runs.items():
+            folders.setdefault(key.arm, []).append(folder)
             if key.training_seed is not None:
                 training.setdefault(key.arm, []).append(key.training_seed)
         return differences(folders, self.folder, training=training, policies=self.policies_in_words())
@@ -141,13 +125,15 @@ class Comparison:
         return self.folder / "policies" / (arm if own else self.arms[0]).name
 
     @cached_property
-    def trainings(self) -> dict[Key, Training]:
+    def trainings(self) -> dict[Path, Training]:
+        """Return all training runs, by folder."""
         owners = {self.policies_folder(arm): arm for arm in reversed(self.arms) if arm.trained_species}
-        return {
-            Key(place.name, k): Training(container.inside(self.folder, place / f"seed-{k}"), arm.config, k)
+        folders = {
+            container.inside(self.folder, place / f"seed-{k}"): (arm.config, k)
             for place, arm in owners.items()
             for k in self.training_seeds or ()
         }
+        return {folder: (folder, *job) for folder, job in folders.items()}
 
     @cached_property
     def runs(self) -> dict[Key, Run]:
@@ -160,8 +146,20 @@ class Comparison:
                     treated = arm.with_policies(self.policies_folder(arm) / f"seed-{k}")
                     folder = folder / f"training-{k}"
                 folder = container.inside(self.folder, folder / f"seed-{seed}")
-                jobs[Key(arm.name, seed, k)] = Run(treated, seed, self.ticks, folder)
+                jobs[Key(arm.name, seed, k)] = treated, seed, self.ticks, folder
         return jobs
+
+    def left(self) -> tuple[dict[Key | Path, Sequence[Any]], dict[Key | Path, Key | Path]]:
+        """Return the calls for training and runs that are not done, with arms and seeds advancing evenly, and the
+        training that a run waits for. Raises ForeignFile if a folder contains something else."""
+        calls: dict[Key | Path, Sequence[Any]] = {
+            place: (train_or_find, *job) for place, job in self.trainings.items() if not is_trained(*job)
+        }
+        runs = [key for key, job in self.runs.items() if not has_run(*job)]
+        arms = {arm.name: self.policies_folder(arm) for arm in self.arms}
+        needs = {key: arms[key.arm] / f"seed-{key.training_seed}" for key in runs}
+        after: dict[Key | Path, Key | Path] = {key: place for key, place in needs.items() if place in calls}
+        return calls | {key: (run_arm, *self.runs[key]) for key in evenly(runs, lambda key: key.arm)}, after
 
     def policies_in_words(self) -> dict[str, str]:
         arms = [
@@ -182,13 +180,6 @@ class Comparison:
             return f"the world's own policies{some}{same}"
         how = "trained again with its own values" if own else "trained in the unchanged world"
         return f"policies{some} {how}{same}, from {len(seeds)} training seed{'s' * (len(seeds) != 1)}"
-
-
-def missing(jobs: Jobs, done: Callable[..., bool]) -> Jobs:
-    """Return the jobs that are not `done`, with arms and seeds advancing evenly. Raises ForeignFile
-    if a job's folder contains something else."""
-    left = (key for key, job in jobs.items() if not done(*job))
-    return {key: jobs[key] for key in evenly(left, lambda key: key.arm)}
 
 
 def compare(
@@ -232,7 +223,7 @@ def compare(
     workers : int, optional
         Number of processes.
     progress : callable, optional
-        `progress(done, total)`, called after each run.
+        `progress(done, total)`, called after each training and each run.
 
     Returns
     -------
@@ -261,16 +252,13 @@ def compare(
     ticks = ticks or arms[0].config.ticks
     comparison = Comparison(folder, arms, ticks, range(1, seeds + 1), training, retrain)
     errors: list[BaseException] = []
-    note = progress or (lambda done, total: None)
     with ours(folder), engine(executor, workers) as pool:
         comparison.begin()
         prepare(pool, folder, arms[0].config)
-        stages: Sequence[tuple[Callable[..., object], Callable[..., bool], Jobs]] = (
-            (train_or_find, is_trained, comparison.trainings),
-            (run_arm, has_run, comparison.runs),
+        calls, after = comparison.left()
+        run_jobs(
+            calls, pool, progress or (lambda *_: None), lambda _, error: errors.append(error), after=after
         )
-        for work, done, jobs in stages:
-            run_jobs(work, missing(jobs, done), pool, note, lambda _, error: errors.append(error))
-            if errors:
-                raise errors[0]
+        if errors:
+            raise errors[0]
         return comparison.result()

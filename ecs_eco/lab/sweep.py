@@ -107,41 +107,28 @@ def do_jobs(
     numbers = unfinished(sweep) if numbers is None else numbers
     if numbers:
         prepare(executor, sweep.folder, sweep.base)
-    outcome, waiting = Outcome(), _by_training(sweep, numbers)
-    folder = str(sweep.folder)
+    outcome, folder = Outcome(), str(sweep.folder)
+    names = dict.fromkeys(sweep.jobs[number].training for number in numbers)
+    untrained = {name: "" for name in names if name and not is_trained(*sweep.training(name))}
     allowed = [source.sha256 for source in sweep.base._code.sources if sweep.base._code.allowed]
     with Work[Task](executor) as work:
-        ready = waiting.pop("")
-        for name in waiting:
+        for name in untrained:
             work.add(name, train, folder, name, allowed)
-        for number in sweep.evenly(ready):
-            work.add(number, run_job, folder, number, allowed)
+        for number in sweep.evenly(numbers):
+            name = sweep.jobs[number].training or ""
+            work.add(number, run_job, folder, number, allowed, after=name if name in untrained else None)
         for task, future in work:
             why = _failure(future, work.lost[task])
-            if isinstance(task, str) and why is None:
-                for number in sweep.evenly(waiting[task]):
-                    work.add(number, run_job, folder, number, allowed)
-            elif isinstance(task, str):
-                outcome.failed |= dict.fromkeys(waiting[task], f"its training failed: {why}")
+            if isinstance(task, str):
+                untrained[task] = "" if why is None else f"its training failed: {why}"
             elif why is None:
                 insort(outcome.done, task)
             else:
-                outcome.failed[task] = why
+                outcome.failed[task] = untrained.get(sweep.jobs[task].training or "") or why
             outcome.retried = work.repeated
             if progress is not None:
                 progress(outcome)
     return outcome
-
-
-def _by_training(sweep: Sweep, numbers: Sequence[int]) -> dict[str, list[int]]:
-    """Return job numbers by the training run that the jobs wait for, or "" if there is none or it is done."""
-    names = dict.fromkeys(sweep.jobs[number].training for number in numbers)
-    missing = {name for name in names if name and not is_trained(*sweep.training(name))}
-    waiting: dict[str, list[int]] = {"": []}
-    for number in numbers:
-        name = sweep.jobs[number].training
-        waiting.setdefault(name if name and name in missing else "", []).append(number)
-    return waiting
 
 
 def _failure(future: Future[Any], lost: int) -> str | None:

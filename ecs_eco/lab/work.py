@@ -6,7 +6,7 @@ from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Seq
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
 from typing import Any, Generic, Self, TypeVar
 
-from ecs_eco.lab.pool import Pool, Result
+from ecs_eco.lab.pool import Pool
 
 RETRIES = 5  # how often a call is repeated if its worker is killed
 Key = TypeVar("Key", bound=Hashable)
@@ -25,6 +25,7 @@ class Work(Generic[Key]):
         self.pool = pool
         self.retries = RETRIES if retries is None else retries
         self.waiting: deque[Call] = deque()
+        self.blocked: dict[Hashable, list[Call]] = {}  # by the key of the call that they wait for
         self.running: dict[Future[Any], Call] = {}
         self.lost: Counter[Key] = Counter()  # how often a call's worker was killed
         self.repeated = 0  # number of repeated calls
@@ -32,9 +33,10 @@ class Work(Generic[Key]):
     def __len__(self) -> int:
         return len(self.waiting) + len(self.running)
 
-    def add(self, key: Key, fn: Callable[..., Any], *arguments: object) -> None:
-        """Add a call, to be submitted as capacity permits."""
-        self.waiting.append((key, fn, arguments))
+    def add(self, key: Key, fn: Callable[..., Any], *arguments: object, after: Hashable = None) -> None:
+        """Add a call, to be submitted as capacity permits, or once the call with the key `after` has succeeded; if
+        that one fails, so does this one, with the same future."""
+        (self.waiting if after is None else self.blocked.setdefault(after, [])).append((key, fn, arguments))
 
     def arrived(self, timeout: float | None = None) -> list[tuple[Key, Future[Any]]]:
         """Return the calls that finish within `timeout` [s]; if it is None, wait for the first."""
@@ -44,11 +46,19 @@ class Work(Generic[Key]):
             done, _ = wait(self.running)  # a pool that loses one worker loses all its workers
             self.pool.terminate()
         arrived = [(future, self.running.pop(future)) for future in done]
-        return [(call[0], future) for future, call in arrived if not self._again(call, future)]
+        ended = [(call[0], future) for future, call in arrived if not self._again(call, future)]
+        for key, future in ended:  # grows by the calls that waited for a failed one
+            freed = self.blocked.pop(key, [])
+            if future.cancelled() or future.exception() is not None:
+                ended += [(call[0], future) for call in freed]
+            else:
+                self.waiting += freed
+        return ended
 
     def stop(self) -> None:
         """End all calls; an executor that cannot end running calls finishes them."""
         self.waiting.clear()
+        self.blocked.clear()
         for future in self.running:
             future.cancel()
         self.running.clear()
@@ -92,39 +102,42 @@ class Work(Generic[Key]):
 
 
 def completed(
-    pool: Executor, fn: Callable[..., Any], jobs: Mapping[Key, Sequence[Any]], retries: int | None = None
+    pool: Executor,
+    calls: Mapping[Key, Sequence[Any]],
+    retries: int | None = None,
+    after: Mapping[Key, Key] | None = None,
 ) -> Iterator[tuple[Key, Future[Any]]]:
-    """Call `fn` with the arguments of each job; yield keys with their futures as they complete. On a Pool, a
-    single job runs in this process."""
-    with Work[Key](Pool(1) if isinstance(pool, Pool) and len(jobs) == 1 else pool, retries) as work:
-        for key, arguments in jobs.items():
-            work.add(key, fn, *arguments)
+    """Make calls, each a function and its arguments; yield keys with their futures as they complete. A call with
+    an entry in `after` waits for the call with that key. On a Pool, a single call runs in this process."""
+    with Work[Key](Pool(1) if isinstance(pool, Pool) and len(calls) == 1 else pool, retries) as work:
+        for key, (fn, *arguments) in calls.items():
+            work.add(key, fn, *arguments, after=(after or {}).get(key))
         yield from work
 
 
 def run_jobs(
-    fn: Callable[..., Result],
-    jobs: Mapping[Key, Sequence[Any]],
+    calls: Mapping[Key, Sequence[Any]],
     pool: Executor,
     progress: Callable[[int, int], None],
     failed: Callable[[Key, BaseException], None],
     retries: int | None = None,
-) -> dict[Key, Result]:
-    """Call `fn` with the arguments of each job; return the results of the jobs that succeeded. `progress` is
-    called with the numbers of successes and of jobs, `failed` with a job and its exception. If a worker is
-    killed from outside, `failed` is called once with a BrokenExecutor, and no further job is started."""
-    results: dict[Key, Result] = {}
-    if not jobs:
+    after: Mapping[Key, Key] | None = None,
+) -> dict[Key, Any]:
+    """Make calls as `completed` does; return the results of those that succeeded. `progress` is called with the
+    numbers of successes and of calls, `failed` with a key and its exception. If a worker is killed from
+    outside, `failed` is called once with a BrokenExecutor, and no further call is started."""
+    results: dict[Key, Any] = {}
+    if not calls:
         return results
-    progress(0, len(jobs))
-    for key, future in completed(pool, fn, jobs, retries):
+    progress(0, len(calls))
+    for key, future in completed(pool, calls, retries, after):
         if (error := future.exception()) is None:
             results[key] = future.result()
         else:
             failed(key, error)
             if isinstance(error, BrokenExecutor):
                 break
-        progress(len(results), len(jobs))
+        progress(len(results), len(calls))
     return results
 
 

@@ -353,6 +353,6 @@ def _each(
     from ecs_eco.lab.work import completed
 
     with engine(executor, 1 if executor == "local" and workers is None else workers) as pool:
-        for i, future in completed(pool, _one, {i: (run, config, case) for i, case in enumerate(cases)}):
+        for i, future in completed(pool, {i: (_one, run, config, case) for i, case in enumerate(cases)}):
             error = future.exception()
             yield cases[i], ({"error": f"the worker died: {error}"} if error else future.result())

@@ -171,7 +171,7 @@ def be_killed(arm: Arm, seed: int, ticks: int, folder: Path) -> None:
 
 
 def test_a_run_that_fails_is_named_and_the_others_go_on(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("ecs_eco.cli.compare.run_arm", fail)
+    monkeypatch.setattr("ecs_eco.lab.comparison.run_arm", fail)
     output = invoke(*SET, "--workers", "1", "--seeds", "2", "--out", "out", code=1)
     assert "world, seed 1: FileExistsError: old" in output
     assert "random-policy, seed 1: FileExistsError: old" in output
@@ -180,7 +180,7 @@ def test_a_run_that_fails_is_named_and_the_others_go_on(here: Path, monkeypatch:
 
 @pytest.mark.slow
 def test_a_killed_worker_is_one_message_and_no_traceback(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("ecs_eco.cli.compare.run_arm", be_killed)
+    monkeypatch.setattr("ecs_eco.lab.comparison.run_arm", be_killed)
     monkeypatch.setattr("ecs_eco.lab.work.RETRIES", 1)
     output = invoke(*SET, "--seeds", "2", "--out", "out", code=1)
     assert output.count("A worker process was killed") == 1

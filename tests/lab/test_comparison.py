@@ -34,7 +34,7 @@ def comparison(arms, training_seeds=None, retrain=False) -> Comparison:
 def test_where_nothing_is_trained_each_arm_runs_once_with_each_seed(arms) -> None:
     plain = comparison(arms[:2])
     assert plain.trainings == {}
-    assert {str(key): run.folder for key, run in plain.runs.items()} == {
+    assert {str(key): folder for key, (*_, folder) in plain.runs.items()} == {
         "world, seed 1": OUT / "world" / "seed-1",
         "world, seed 2": OUT / "world" / "seed-2",
         "random-policy, seed 1": OUT / "random-policy" / "seed-1",
@@ -44,23 +44,24 @@ def test_where_nothing_is_trained_each_arm_runs_once_with_each_seed(arms) -> Non
 
 def test_each_trained_policy_meets_each_world_seed(arms) -> None:
     crossed = comparison(arms, training_seeds=[1, 2])
-    assert [(t.folder, t.seed) for t in crossed.trainings.values()] == [
+    assert [(folder, seed) for folder, _, seed in crossed.trainings.values()] == [
         (OUT / "policies" / "world" / f"seed-{k}", k) for k in (1, 2)
     ]
     trained = [key for key in crossed.runs if key.training_seed is not None]
     assert [(key.arm, key.training_seed) for key in trained] == [
         (arm, k) for arm in ("world", "random-policy-deer", "species.deer.count-50") for k in (1, 1, 2, 2)
     ]
-    run = crossed.runs[Key("random-policy-deer", 2, 1)]
-    assert run.folder == OUT / "random-policy-deer" / "training-1" / "seed-2"
-    assert run.arm.policies == {"deer": "random", "wolf": str(OUT / "policies" / "world" / "seed-1")}
+    arm, *_, folder = crossed.runs[Key("random-policy-deer", 2, 1)]
+    assert folder == OUT / "random-policy-deer" / "training-1" / "seed-2"
+    assert arm.policies == {"deer": "random", "wolf": str(OUT / "policies" / "world" / "seed-1")}
     assert str(Key("world", 2, 1)) == "world, seed 2, training seed 1"
 
 
 def test_arms_with_other_values_are_trained_anew_where_that_is_asked_for(arms) -> None:
     folders = [comparison(arms, [1], retrain).policies_folder(arms[3]).name for retrain in (False, True)]
     assert folders == ["world", "species.deer.count-50"]
-    assert {key.arm for key in comparison(arms, [1], True).trainings} == {"world", "species.deer.count-50"}
+    places = {place.parent.name for place in comparison(arms, [1], True).trainings}
+    assert places == {"world", "species.deer.count-50"}
 
 
 def test_policies_are_said_in_words(arms) -> None:
@@ -74,27 +75,44 @@ def test_policies_are_said_in_words(arms) -> None:
 
 def test_a_job_that_fails_is_reported_and_the_others_are_done() -> None:
     failures, progress = [], []
-    jobs = {Key("a", 1): ("1",), Key("a", 2): ("x",), Key("a", 3): ("3",)}
+    jobs = {Key("a", 1): (int, "1"), Key("a", 2): (int, "x"), Key("a", 3): (int, "3")}
     results = run_jobs(
-        int,
-        jobs,
-        Pool(1),
-        lambda *n: progress.append(n),
-        lambda key, error: failures.append((key, type(error))),
+        jobs, Pool(1), lambda *n: progress.append(n), lambda key, error: failures.append((key, type(error)))
     )
     assert results == {Key("a", 1): 1, Key("a", 3): 3}
     assert failures == [(Key("a", 2), ValueError)]
     assert progress == [(0, 3), (1, 3), (1, 3), (2, 3)]
 
 
+def test_a_job_begins_when_what_it_waits_for_is_done_and_fails_if_that_fails() -> None:
+    order: list[object] = []
+    calls = {
+        "good": (order.append, "good"),
+        "bad": (int, "x"),
+        1: (order.append, 1),
+        2: (order.append, 2),
+        3: (order.append, 3),
+        4: (order.append, 4),
+    }
+    failures: list[tuple[object, type]] = []
+    results = run_jobs(
+        calls,
+        Pool(1),
+        lambda *_: None,
+        lambda key, error: failures.append((key, type(error))),
+        after={1: "good", 3: "bad", 4: 3},
+    )
+    assert order == ["good", 2, 1]
+    assert list(results) == ["good", 2, 1]
+    assert failures == [(key, ValueError) for key in ("bad", 3, 4)]
+
+
 def test_a_killed_worker_is_reported_once(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(work, "RETRIES", 1)
     failures = []
-    jobs = {Key("a", seed): (1,) for seed in range(6)}
+    jobs = {Key("a", seed): (os._exit, 1) for seed in range(6)}
     with Pool(2) as pool:
-        results = run_jobs(
-            os._exit, jobs, pool, lambda *_: None, lambda _, error: failures.append(type(error))
-        )
+        results = run_jobs(jobs, pool, lambda *_: None, lambda _, error: failures.append(type(error)))
     assert results == {}
     assert failures == [BrokenProcessPool]
 
@@ -110,9 +128,9 @@ def killed_once(note: str) -> str:
 @pytest.mark.slow
 def test_a_run_whose_worker_is_killed_is_made_again(tmp_path: Path) -> None:
     failures = []
-    jobs = {Key("a", seed): (str(tmp_path / str(seed)),) for seed in range(2)}
+    jobs = {Key("a", seed): (killed_once, str(tmp_path / str(seed))) for seed in range(2)}
     with Pool(2) as pool:
-        results = run_jobs(killed_once, jobs, pool, lambda *_: None, lambda *why: failures.append(why))
+        results = run_jobs(jobs, pool, lambda *_: None, lambda *why: failures.append(why))
     assert set(results.values()) == {"again"}
     assert failures == []
 

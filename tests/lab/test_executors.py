@@ -80,7 +80,7 @@ def test_results_come_as_they_are_done_with_their_keys() -> None:
     with ThreadPoolExecutor(2) as own, engine(own, 5) as lent:
         results = {
             key: future.exception() or future.result()
-            for key, future in completed(lent, int, {"a": ("1",), "b": ("x",)})
+            for key, future in completed(lent, {"a": (int, "1"), "b": (int, "x")})
         }
     assert results["a"] == 1
     assert isinstance(results["b"], ValueError)

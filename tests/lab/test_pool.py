@@ -29,7 +29,7 @@ def test_one_worker_is_this_process() -> None:
 def test_one_worker_begins_a_job_once_the_one_before_was_handed_out() -> None:
     done: list[int] = []
     with Pool(1) as pool:
-        for key, future in completed(pool, done.append, {1: (1,), 2: (2,)}):
+        for key, future in completed(pool, {1: (done.append, 1), 2: (done.append, 2)}):
             assert future.done()
             assert done == list(range(1, key + 1))
 
@@ -37,10 +37,10 @@ def test_one_worker_begins_a_job_once_the_one_before_was_handed_out() -> None:
 def test_several_workers_are_processes_of_one_thread_each() -> None:
     with Pool(2) as pool:
         jobs = {
-            "pid": ("__import__('os').getpid()",),
-            "threads": ("__import__('os').environ['OMP_NUM_THREADS']",),
+            "pid": (eval, "__import__('os').getpid()"),
+            "threads": (eval, "__import__('os').environ['OMP_NUM_THREADS']"),
         }
-        results = {key: future.result() for key, future in completed(pool, eval, jobs)}
+        results = {key: future.result() for key, future in completed(pool, jobs)}
     assert results["pid"] != os.getpid()
     assert results["threads"] == "1"
     assert multiprocessing.active_children() == []

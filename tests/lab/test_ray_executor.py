@@ -45,8 +45,8 @@ def stopped_once(path):  # as by the signal that a machine sends before it is ta
 
 if __name__ == "__main__":
     with executor("ray", 2) as pool:
-        jobs = {i: (i,) for i in range(6)}
-        results = {key: future.result() for key, future in completed(pool, square, jobs)}
+        jobs = {i: (square, i) for i in range(6)}
+        results = {key: future.result() for key, future in completed(pool, jobs)}
         error = pool.submit(refuse, 3).exception()
         lost = [pool.submit(call, call.__name__).result() for call in (killed_once, stopped_once)]
         late = [pool.submit(live) for _ in range(3)]
