@@ -1,5 +1,6 @@
 """The folder of a sweep: sweep.json with all that jobs need, so that you can move it, and a folder per job."""
 
+import glob
 import os
 import shutil
 from collections.abc import Iterable, Mapping
@@ -188,7 +189,7 @@ def begin(folder: Path, design: Design) -> Sweep:
         return read_sweep(folder)
     folder.mkdir(parents=True, exist_ok=True)
     keep_copies(sources(design.base), folder)
-    home = _keep_policies(folder, design)
+    home = _keep_files(folder, design)
     container.begin(
         folder,
         Manifest,
@@ -217,24 +218,32 @@ def _planned(design: Design) -> dict[str, Any]:
     return {"plan": design.settings, "jobs": [asdict(job) for job in design.jobs]}
 
 
-def _keep_policies(folder: Path, design: Design) -> Path:
-    """Copy the policies of the world and the plan; return the path that replaces the world's folder."""
+def _keep_files(folder: Path, design: Design) -> Path:
+    """Copy the files of the world and the plan; return the path that replaces the world's folder."""
     config = design.base
-    files = [s.policy.file for s in config.species.values() if s.policy.file is not None]
-    files = [file for file in files if not os.path.isabs(file)]
-    ups = max([Path(os.path.normpath(file)).parts.count("..") for file in files], default=0)
+    policies = [s.policy.file for s in config.species.values() if s.policy.file is not None]
+    names = [name for name in (*policies, *named_files(config)) if not os.path.isabs(name)]
+    ups = max([Path(os.path.normpath(name)).parts.count("..") for name in names], default=0)
     home = Path("world", *["below"] * ups)  # deep enough for files above the world's folder
-    for file in files:
-        if config.file(file).is_file():
-            copy = folder / os.path.normpath(home / file)
-            copy.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(config.file(file), copy)
     (folder / home).mkdir(parents=True, exist_ok=True)
+    for name in names:
+        copy_file(config.file(name), Path(os.path.normpath(folder / home / name)))
     given = plan_folder(design.file)
     for name in species_with_policy(config) if given is not None else ():
-        (folder / "policies" / GIVEN).mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(
-            given / f"{name}.safetensors",  # type: ignore[operator]
-            folder / "policies" / GIVEN / f"{name}.safetensors",
-        )
+        copy_file(given / f"{name}.safetensors", folder / "policies" / GIVEN / f"{name}.safetensors")  # type: ignore[operator]
     return home
+
+
+def named_files(config: WorldConfig) -> list[str]:
+    """Return the names of the rasters, layers and measurements that a world reads."""
+    land = config.terrain
+    names = [] if land is None else [land.raster, land.cover, *(layer.file for layer in land.layers)]
+    return [name for name in (*names, config.data and config.data.file) if name]
+
+
+def copy_file(path: Path, copy: Path) -> None:
+    """Copy a file, if it exists, and files with the same stem: a Shapefile has several."""
+    for part in path.parent.glob(f"{glob.escape(path.stem)}.*") if path.is_file() else ():
+        if part.is_file():
+            copy.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(part, copy.with_suffix(part.suffix))

@@ -110,6 +110,21 @@ def test_a_sweep_goes_on_where_its_world_and_plan_are_gone(tmp_path: Path) -> No
     assert unfinished(moved) == []
 
 
+def test_a_sweep_keeps_the_land_that_its_world_names(tmp_path: Path) -> None:
+    (tmp_path / "worlds" / "land").mkdir(parents=True)
+    grid = "ncols 4\nnrows 4\nxllcorner 0\nyllcorner 0\ncellsize 5\n" + "1 2 3 4\n" * 4
+    (tmp_path / "worlds" / "land" / "hill.asc").write_text(grid, encoding="utf-8")
+    land = 'edges = "walls"\n[terrain]\nraster = "land/hill.asc"\ncell = 5.0\n'
+    text = WORLD.replace('edges = "torus"\n', land).replace("[12.0, 12.0]", "[20.0, 20.0]")
+    assert land in text
+    (tmp_path / "worlds" / "world.toml").write_text(text, encoding="utf-8")
+    plan = {"world": str(tmp_path / "worlds" / "world.toml"), "ticks": 2}
+    sweep = begin(tmp_path / "out", design_of(read_plan(plan)))
+    shutil.rmtree(tmp_path / "worlds")
+    shutil.move(sweep.folder, tmp_path / "moved")
+    assert do_jobs(read_sweep(tmp_path / "moved"), Here()).whole
+
+
 def fails_at_2(folder: str, number: int, allowed: Any) -> None:
     if number == 2:
         raise ValueError("no moss")

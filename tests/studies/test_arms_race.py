@@ -54,7 +54,7 @@ def test_a_race_is_found_where_there_is_one(gain, met):
                 *(
                     (0.0, noise)
                     if arm == "drift"
-                    else (-0.3 * gain + noise, gain)
+                    else (0.3 * gain + noise, gain)
                     if arm != "no hunters"
                     else (-0.4, 0.0)
                 ),

@@ -1,6 +1,5 @@
 """The results of a search: the best worlds, search.json, figures and search.html."""
 
-import glob
 import shutil
 from collections.abc import Mapping
 from html import escape
@@ -20,6 +19,7 @@ from ecs_eco.config.ranges import Key, key_of, real_key
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.engine.files import write_json
 from ecs_eco.engine.versions import versions
+from ecs_eco.lab.folder import copy_file, named_files
 from ecs_eco.lab.response import group
 from ecs_eco.lab.searching import figures
 from ecs_eco.lab.searching.course import BEST, Search
@@ -312,7 +312,9 @@ def write_world(
     files = _policies(config, trained, file.with_suffix(""), plan.config.search.policies in TRAINED)
     text = _text(config, world, overrides, values, files)
     keep_beside(config._code.sources, file.parent)
-    _keep_named(config, file.parent)
+    for name in named_files(config):
+        if not (copy := inside(file.parent, file.parent / name)).exists():
+            copy_file(config.file(name), copy)
     data = config.resolved()
     for name, path in files.items():
         data["species"][name]["policy"]["file"] = path
@@ -345,22 +347,6 @@ def _text(
     return edited(document.text, changes)
 
 
-def _keep_named(config: WorldConfig, out: Path) -> None:
-    """Copy the rasters, layers and measurements that are next to the world file to the new file's folder."""
-    land = config.terrain
-    names = [] if land is None else [land.raster, land.cover, *(layer.file for layer in land.layers)]
-    names += [] if config.data is None else [config.data.file]
-    for name in filter(None, names):
-        path = config.file(name)
-        beside = not Path(name).is_absolute() and ".." not in Path(name).parts
-        if not beside or not path.is_file() or inside(out, out / name).exists():
-            continue
-        (out / name).parent.mkdir(parents=True, exist_ok=True)
-        for part in [path, *path.parent.glob(f"{glob.escape(path.stem)}.*")]:  # a Shapefile has several
-            if part.is_file():
-                shutil.copyfile(part, (out / name).with_name(part.name))
-
-
 def _same(file: Path, config: WorldConfig) -> bool:
     """Return whether the file describes this world, ignoring the location of its policies."""
     try:
@@ -387,7 +373,6 @@ def _policies(config: WorldConfig, trained: Path, beside: Path, training: bool) 
         if sets and (sets[0] / f"{name}.safetensors").is_file():
             files[name] = f"{beside.name}/{sets[0].name}/{name}.safetensors"
         elif not training and species.policy.file:
-            beside.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(config.file(species.policy.file), beside / f"{name}.safetensors")
+            copy_file(config.file(species.policy.file), beside / f"{name}.safetensors")
             files[name] = f"{beside.name}/{name}.safetensors"
     return files
