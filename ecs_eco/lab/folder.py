@@ -222,7 +222,7 @@ def _keep_files(folder: Path, design: Design) -> Path:
     """Copy the files of the world and the plan; return the path that replaces the world's folder."""
     config = design.base
     policies = [s.policy.file for s in config.species.values() if s.policy.file is not None]
-    names = [name for name in (*policies, *named_files(config)) if not os.path.isabs(name)]
+    names = [name for name in (*policies, *named_files(config.resolved())) if not os.path.isabs(name)]
     ups = max([Path(os.path.normpath(name)).parts.count("..") for name in names], default=0)
     home = Path("world", *["below"] * ups)  # deep enough for files above the world's folder
     (folder / home).mkdir(parents=True, exist_ok=True)
@@ -234,11 +234,11 @@ def _keep_files(folder: Path, design: Design) -> Path:
     return home
 
 
-def named_files(config: WorldConfig) -> list[str]:
-    """Return the names of the rasters, layers and measurements that a world reads."""
-    land = config.terrain
-    names = [] if land is None else [land.raster, land.cover, *(layer.file for layer in land.layers)]
-    return [name for name in (*names, config.data and config.data.file) if name]
+def named_files(world: Mapping[str, Any]) -> list[str]:
+    """Return the rasters, layers and measurements that a world's values name."""
+    land, data = world.get("terrain") or {}, world.get("data") or {}
+    names = land.get("raster"), land.get("cover"), data.get("file")
+    return [name for name in (*names, *(layer["file"] for layer in land.get("layers") or ())) if name]
 
 
 def copy_file(path: Path, copy: Path) -> None:

@@ -312,7 +312,7 @@ def write_world(
     files = _policies(config, trained, file.with_suffix(""), plan.config.search.policies in TRAINED)
     text = _text(config, world, overrides, values, files)
     keep_beside(config._code.sources, file.parent)
-    for name in named_files(config):
+    for name in named_files(config.resolved()):
         if not (copy := inside(file.parent, file.parent / name)).exists():
             copy_file(config.file(name), copy)
     data = config.resolved()
