@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from numbers import Real
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from ecs_eco.config.models.reporters import EATEN, is_reporter
 from ecs_eco.config.reporter_formula import ReporterFormula, Scope, compile_reporter
 from ecs_eco.engine.errors import ConfigError, Problem, listed, unknown_name
 from ecs_eco.record.fields import values_of
+from ecs_eco.record.parquet import read_parts
 
 if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
@@ -104,8 +106,8 @@ def said_by(
     return {s: _number(f"{name}, {s}", x) for s, x in said.items()}
 
 
-def is_true(world: SpatialWorld, rule: Formula) -> bool:
-    """Return whether the condition of a stop rule is true after the last tick.
+def value_of(world: SpatialWorld, rule: Formula) -> float:
+    """Return the value of a stop rule's formula after the last tick.
 
     Raises ValueError if it reads a reporter of each species as one of the world, or the reverse.
     """
@@ -123,7 +125,17 @@ def is_true(world: SpatialWorld, rule: Formula) -> bool:
             values = own | values
     if missing := sorted(rule.names - values.keys()):
         raise ValueError(unknown_name(f"until = {rule.text!r}", "number", missing[0], values))
-    return bool(rule({name: values[name] for name in rule.names}))
+    return float(rule({name: values[name] for name in rule.names}).item())
+
+
+def past_values(world: SpatialWorld, series: Path, rule: Formula) -> list[float]:
+    """Return the values of a stop rule's formula after each tick of a world's recorded series."""
+    table, names = read_parts(series, ["n", *world.reporters]), world.species_names()
+    columns = {name: np.reshape(table[name], (-1, len(names))) for name in table.column_names}
+    values = dict(zip(names, columns.pop("n").T, strict=True))
+    for name, column in columns.items():
+        values |= {name: column[:, 0]} | {f"{name}_{s}": column[:, i] for i, s in enumerate(names)}
+    return list(rule({name: values[name] for name in rule.names}).tolist())
 
 
 def _number(name: str, said: Any) -> float:

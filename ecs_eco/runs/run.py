@@ -25,7 +25,7 @@ from ecs_eco.record.belonging import check_checkpoint
 from ecs_eco.record.claim import Claim, stopped_early
 from ecs_eco.record.details import how_many
 from ecs_eco.record.folder import Folder, check_content, git_commit
-from ecs_eco.record.reports import is_true
+from ecs_eco.record.reports import past_values, value_of
 from ecs_eco.runs.begin import (
     begin,
     begun,
@@ -511,9 +511,13 @@ def go_on(
     first, spent, whole = world.tick, float(manifest.get("wall_seconds", 0.0)), False
 
     rules = [rule_of(world.config, text) for text in manifest.get("until", ())]
+    for rule in rules:
+        if rule.window and first > 1:  # the value after the last tick follows in `look`
+            rule.values += past_values(world, path / "series", rule.formula)[: first - 1]
 
     def look() -> None:
-        met = next((rule.text for rule in rules if is_true(world, rule)), None) if world.tick else None
+        now = rules if world.tick else ()
+        met = next((r.text for r in now if r.met(value_of(world, r.formula), world.tick)), None)
         if met is not None:
             manifest["ended"] = {"by": met, "tick": world.tick}
             world.stop()

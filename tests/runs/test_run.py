@@ -85,6 +85,38 @@ def test_a_run_ends_at_the_first_tick_at_which_a_condition_is_true_and_resumes_t
         _run(moss, tmp_path / "no", until=["each > 3"])
 
 
+@pytest.mark.parametrize(("of", "share"), [("moss", 0.02), ("2 * half", 0.02), ("double.moss / 2", 0.0)])
+def test_a_run_ends_when_a_mean_has_settled_however_it_was_resumed(tmp_path, of, share):
+    moss = {
+        "format": 1,
+        "name": "moss",
+        "species": {
+            "moss": {
+                "count": 20,
+                "body": {"radius": 0.1},
+                "reproduction": {"kind": "spread", "rate": 0.5, "spacing": 1.0},
+            }
+        },
+        "reporters": {"half": "count(moss) / 2", "double": "2 * count()"},
+        "space": {"size": [12.0, 12.0]},
+    }
+    rule = f"settled({of}, 4, {share})"
+    whole = _run(moss, tmp_path / "whole", until=[rule])
+    n = read_parts(tmp_path / "whole" / "series")["n"].to_pylist()
+    means = [sum(n[i : i + 4]) / 4 for i in range(0, len(n) - 3, 4)]
+    near = [abs(b - a) <= share * a for a, b in zip(means, means[1:], strict=False)]
+    assert near.index(True) == len(near) - 1
+    assert (whole["ended"], whole["done"]) == ({"by": rule, "tick": len(n)}, 4 * len(means))
+    assert 8 < len(n) < TICKS
+    for first in (1, 7, len(n) - 1):
+        out = tmp_path / str(first)
+        _run(moss, out, ticks=first, until=[rule])
+        again = resume(out, until=TICKS, report=False)
+        assert (again["digest"], again["ended"]) == (whole["digest"], whole["ended"])
+    with pytest.raises(ConfigError, match=r"not a rule of convergence.*settled\(NUMBER, TICKS, SHARE\)"):
+        _run(moss, tmp_path / "no", until=["settled(moss, 0.1)"])
+
+
 def test_checkpoints_change_nothing_and_the_last_ones_stay(menagerie, tmp_path, whole):
     _run(menagerie(), tmp_path / "run", checkpoint_every=6, keep=2)
     _as_whole(tmp_path / "run", whole)

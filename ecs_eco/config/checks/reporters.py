@@ -1,9 +1,12 @@
 """Checks of reporters, of recorded fields, and (without calling it) of the code that a world names."""
 
 import re
+from collections import deque
 from collections.abc import Collection, Iterator, Sequence
 from fnmatch import fnmatchcase
 from typing import Any, TypeGuard
+
+import numpy as np
 
 from ecs_eco import components
 from ecs_eco.config.checks.genome import components_of
@@ -19,6 +22,7 @@ from ecs_eco.inputs.parameters import problems_of_parameters
 from ecs_eco.inputs.section import Use, function_name
 
 MOST_REPORTERS = 64
+SETTLED = re.compile(r"settled\((.+),\s*([1-9]\d*)\s*,\s*(\d*\.?\d+)\s*\)")
 NAME = re.compile(r"[^\W\d_][\w \-/%()]{0,39}")
 
 
@@ -79,15 +83,41 @@ def formula_of(config: WorldConfig, text: str) -> ReporterFormula:
     return compile_reporter(text, [*config.species, *config.objects], fields, complete)
 
 
-def rule_of(config: WorldConfig, text: str) -> Formula:
-    """Return the compiled condition of a stop rule: a formula over `wolf` (the number of wolves), `name` (a
-    reporter of the world) and `name.wolf` (a reporter of each species). Raises FormulaError."""
-    names = [*config.species, *config.objects]
+class Rule:
+    """A stop rule: a condition or, with a window [ticks], the convergence of a number's mean."""
+
+    def __init__(self, text: str, formula: Formula, window: int = 0, tolerance: float = 0.0) -> None:
+        self.text, self.formula, self.window, self.tolerance = text, formula, window, tolerance
+        self.values = deque[float](maxlen=2 * window)  # of the last two windows
+
+    def met(self, value: float, tick: int) -> bool:
+        """Return whether the rule ends a run at this tick, given the formula's value."""
+        self.values.append(value)
+        if not self.window:
+            return bool(value)
+        if len(self.values) < 2 * self.window or tick % self.window:
+            return False
+        before, now = np.reshape(self.values, (2, -1)).mean(1)
+        return bool(abs(now - before) <= self.tolerance * abs(before))
+
+
+def rule_of(config: WorldConfig, text: str) -> Rule:
+    """Return a compiled stop rule: a condition over `wolf` (the number of wolves), `name` (a reporter of the
+    world) and `name.wolf` (a reporter of each species), or `settled(wolf, window, tolerance)`: the mean of a
+    number over a window, which ends at a multiple of its length, differs from the mean over the window before
+    by at most this share. Raises FormulaError."""
+    settled = SETTLED.fullmatch(text.strip())
+    if settled is None and text.strip().startswith("settled("):
+        raise FormulaError("not a rule of convergence", 1, "settled(NUMBER, TICKS, SHARE)")
+    names = [*config.species, *(() if settled else config.objects)]  # a series has no numbers of objects
     for name, what in config.reporters.items():
         each = formula_of(config, what).each if is_formula(what) else None  # a function may return either
         names += [] if each else [name]
         names += [] if each is False else [f"{name}_{species}" for species in config.species]
-    return compile_formula(text, names)
+    if settled is None:
+        return Rule(text, compile_formula(text, names))
+    number, window, tolerance = settled.groups()
+    return Rule(text, compile_formula(number, names), int(window), float(tolerance))
 
 
 def problems_of_rules(config: WorldConfig, rules: Sequence[str]) -> Iterator[Problem]:
