@@ -24,8 +24,8 @@ from ecs_eco.record.manifest import Sha
 
 FORMAT = 2
 OLD = (
-    "was begun by an older version of ecs-eco, which did not record its plan and numerical mode; continue "
-    "it with that version, or start again in another folder; its runs can still be read one by one"
+    "was begun by ecs-eco 0.2.0 or an older version, which did not record its plan and numerical mode; continue "
+    "it with release 0.2.0, or start again in another folder; its runs can still be read one by one"
 )
 
 
