@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from ecs_eco.lab.comparison import compare as compare
     from ecs_eco.lab.jobs import run_job as run_job
     from ecs_eco.lab.pretraining import pretrain as pretrain
-    from ecs_eco.lab.searching.run import search as search
+    from ecs_eco.lab.searching.report import search as search
     from ecs_eco.lab.sweep import run_sweep as run_sweep
 
 __getattr__ = lazy(
@@ -25,7 +25,7 @@ __getattr__ = lazy(
         ".comparison": "compare",
         ".jobs": "run_job",
         ".pretraining": "pretrain",
-        ".searching.run": "search",
+        ".searching.report": "search",
         ".sweep": "run_sweep",
     },
 )

@@ -1,19 +1,15 @@
 """The plan of a search: parameters, ordered runs, stages, and the seeds of finals and confirmation."""
 
 import json
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any, Self
-
-import numpy as np
 
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.lines import key_lines
 from ecs_eco.config.ranges import key_of, real_key
 from ecs_eco.engine.errors import ConfigError, Problem, refusal
 from ecs_eco.lab.searching.fit import Fit, fit_of
-from ecs_eco.lab.searching.journal import Journal
 
 Cell = tuple[int, int]  # training seed, world seed
 Stage = tuple[int, int]  # length of the runs [ticks], number of runs
@@ -156,73 +152,3 @@ def stages(ticks: int, runs: int, n: int, first: float) -> tuple[Stage, ...]:
         return ((ticks, runs),)
     steps = [i / (n - 1) for i in range(n)]
     return tuple((max(1, round(ticks * first ** (1 - s))), max(1, round(runs**s))) for s in steps)
-
-
-# fraction of the time reserved for finals and confirmation, before a run at full length has been timed
-FIRST_RESERVE = 0.25
-MOST_RESERVE = 0.6  # maximum fraction reserved, however long such runs take
-
-
-class Budget:
-    """The budget of a search, including earlier calls, and the part used so far."""
-
-    def __init__(
-        self,
-        plan: Plan,
-        journal: Journal,
-        finalists: Callable[[], int],  # returns their number
-        minutes: float | None,
-        trials: int | None,
-        cpu: float | None,
-        workers: int,
-    ) -> None:
-        self._plan, self._journal, self._finalists = plan, journal, finalists
-        self.seconds = None if minutes is None else minutes * 60
-        self.trials, self.cpu, self.workers = trials, cpu, workers
-        self._before = max((float(e["at"]) for e in journal.entries), default=0.0)
-        self._begun = time.monotonic()
-
-    @property
-    def elapsed(self) -> float:
-        """Return the elapsed time of the search [s]."""
-        return round(self._before + time.monotonic() - self._begun, 3)
-
-    @property
-    def worked(self) -> float:
-        """Return the CPU time of candidates [s]."""
-        return float(sum(e["cpu"] for e in self._journal.of("candidate")))
-
-    @property
-    def share(self) -> float:
-        """Return the completed fraction of the search, in [0, 1]."""
-        done = len(self._journal.of("candidate"))
-        parts = ((done, self.trials), (self.elapsed, self.seconds), (self.worked, self.cpu))
-        return min(1.0, max((used / whole for used, whole in parts if whole), default=0.0))
-
-    def allows_another(self, running: int) -> bool:
-        """Return whether another candidate can begin; the first always can."""
-        n = len(self._journal.of("candidate")) + running
-        if self.trials is not None and n >= self.trials:
-            return False
-        if self.cpu is not None and self.worked >= self.cpu:
-            return False
-        usual = float(np.median([e["seconds"] for e in self._journal.of("candidate")] or [0.0]))
-        return n == 0 or self.seconds is None or self.elapsed < self.seconds - self._reserve() - usual
-
-    def is_over(self) -> bool:
-        """Return whether no time is left for candidates; False until there is a result."""
-        if self.seconds is None or not self._journal.of("candidate"):
-            return False
-        return self.elapsed > self.seconds - self._reserve()
-
-    def _reserve(self) -> float:
-        """Return the time to reserve for finals and confirmation [s]."""
-        seconds, plan = self.seconds or 0.0, self._plan
-        whole = [e for e in self._journal.of("candidate") if len(e["stages"]) == len(plan.stages)]
-        if not whole:
-            return FIRST_RESERVE * seconds
-        # of a run at full length, with its share of training [s]
-        run = float(np.median([e["seconds"] / len(e["stages"][-1]["runs"]) for e in whole]))
-        confirmation = len(plan.confirmation) * plan.confirmation_ticks / plan.ticks
-        runs = self._finalists() * len(plan.finals) + confirmation
-        return min(1.15 * runs * run / self.workers, MOST_RESERVE * seconds)
