@@ -20,7 +20,7 @@ from ecs_eco.cli.trust import allow
 from ecs_eco.lab.arm import arms_of, check_policies, check_training
 from ecs_eco.lab.comparison import Comparison, Key, Planned, missing
 from ecs_eco.lab.executors import LOCAL, check_engine, engine, prepare
-from ecs_eco.lab.runs import has_run, run_arm
+from ecs_eco.lab.jobs import has_run, run_arm
 from ecs_eco.lab.trained import is_trained, train_or_find
 from ecs_eco.lab.work import run_jobs
 from ecs_eco.record import container
