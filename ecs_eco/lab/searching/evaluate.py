@@ -15,8 +15,7 @@ from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.models.search import Search
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.inputs.code import handed_over
-from ecs_eco.lab.searching.fit import Fit
-from ecs_eco.lab.searching.plan import Plan
+from ecs_eco.lab.searching.plan import Fit, Plan
 from ecs_eco.lab.trained import train_or_find
 
 
