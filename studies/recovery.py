@@ -86,7 +86,7 @@ def posterior(
 ) -> tuple[dict[str, Any], Any]:
     """Return the posterior given observed statistics (by default the pelts'), and its summary as in
     search.json."""
-    from ecs_eco.lab.searching.posterior import summary
+    from ecs_eco.lab.searching.sampler import summary
 
     plan = plan_of(config)
     if observed is not None:

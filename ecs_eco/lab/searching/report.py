@@ -19,7 +19,7 @@ from ecs_eco.config.loading import WorldSource, document_of
 from ecs_eco.config.overrides import Overrides
 from ecs_eco.config.ranges import Key, key_of, real_key
 from ecs_eco.engine.arguments import called_with
-from ecs_eco.engine.errors import ConfigError, listed, nearest, refusal
+from ecs_eco.engine.errors import ConfigError, in_words, listed, nearest, refusal
 from ecs_eco.engine.files import write_json
 from ecs_eco.engine.versions import versions
 from ecs_eco.lab.executors import LOCAL, engine, prepare, workers_of
@@ -28,8 +28,7 @@ from ecs_eco.lab.searching import figures
 from ecs_eco.lab.searching.course import BEST, Progress, Search
 from ecs_eco.lab.searching.optimise import OPTIMISERS, Importance, importances, merit, ranks, space_of
 from ecs_eco.lab.searching.plan import TRAINED, Plan, plan_of
-from ecs_eco.lab.searching.posterior import posterior_blocks, posterior_opening, write_posterior
-from ecs_eco.lab.searching.sampler import SAMPLERS
+from ecs_eco.lab.searching.sampler import SAMPLERS, Sampler, write_posterior
 from ecs_eco.lab.trained import forget_trained
 from ecs_eco.lab.work import Work
 from ecs_eco.record.claim import Claim, ours
@@ -290,6 +289,86 @@ def _important(search: Search, result: dict[str, Any], folder: Path) -> list[str
             )
         )
     return blocks
+
+
+def posterior_opening(result: dict[str, Any]) -> list[str]:
+    """Return sentences on the parameters, narrowest first, and the measurements that are not predicted."""
+    known = {
+        name: (of["high"] - of["low"]) / (of["range"][1] - of["range"][0])
+        for name, of in result["numbers"].items()
+    }
+    told = [
+        f"{name} = {number(of['median'])} ({number(of['low'])} to {number(of['high'])})"
+        for name in sorted(known, key=known.__getitem__)[:3]
+        for of in [result["numbers"][name]]
+    ]
+    lines = [f"Median and central 90% of the posterior: {', '.join(told)}."] if told else []
+    outside = [name for name, of in result["statistics"].items() if _place(of)]
+    if outside:
+        lines.append(
+            f"The posterior does not predict {in_words(outside)}: the measured value is outside the central 90% "
+            "of the runs. The world may lack a process that causes it."
+        )
+    elif told:
+        lines.append(f"It predicts {in_words(result['statistics'])}.")
+    return lines
+
+
+def posterior_blocks(sampler: Sampler, result: dict[str, Any], folder: Path) -> list[str]:
+    """Return the section on the posterior; its figures are also written to `folder`."""
+    kept = sampler.posterior()
+    if not result["numbers"]:
+        return ["<h2>Posterior</h2>", "<p>No candidate lived long enough to be compared.</p>"]
+    told = (
+        f"<p>Of {result['candidates']} candidates, {result['compared']} lived long enough to be compared; "
+        f"the {result['kept']} nearest form the posterior (posterior.csv), equivalent to "
+        f"{number(result['effective'])} candidates of equal weight.</p>"
+    )
+    numbers = [
+        [
+            name,
+            f"{number(of['range'][0])} … {number(of['range'][1])}",
+            number(of["median"]),
+            f"{number(of['low'])} … {number(of['high'])}",
+        ]
+        for name, of in result["numbers"].items()
+    ]
+    statistics = [
+        [
+            name,
+            number(of["observed"]),
+            number(of["median"]),
+            f"{number(of['low'])} … {number(of['high'])}",
+            _place(of),
+        ]
+        for name, of in result["statistics"].items()
+    ]
+    parameters = sampler.plan.parameters
+    shown = [
+        drawn(
+            figures.marginals(parameters, kept, sampler.plan.start),
+            folder / "posterior.svg",
+            "Posterior density of each parameter on the scale of its range, with "
+            "the median and central 90%; the gray line is the prior density.",
+        )
+    ]
+    if len(parameters) > 1:
+        caption = "Pairs of parameters; the area of a dot shows the weight of a candidate."
+        shown.append(
+            drawn(figures.posterior_pairs(parameters, kept), folder / "posterior-pairs.svg", caption)
+        )
+    return [
+        "<h2>Posterior</h2>",
+        told,
+        table(["parameter", "range", "median", "central 90%"], numbers),
+        *shown,
+        table(["statistic", "measured", "median of the runs", "central 90%", "measured value"], statistics),
+    ]
+
+
+def _place(of: dict[str, float]) -> str:
+    """Return "above" or "below" if the measured value is outside the central 90%, else ""."""
+    return "below" if of["observed"] < of["low"] else "above" if of["observed"] > of["high"] else ""
 
 
 def write_results(search: Search, world: WorldSource, overrides: Overrides, report: bool) -> dict[str, Any]:

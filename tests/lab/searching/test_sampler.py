@@ -18,8 +18,8 @@ from ecs_eco.lab import search
 from ecs_eco.lab.searching.evaluate import likeness
 from ecs_eco.lab.searching.journal import Journal
 from ecs_eco.lab.searching.plan import Fit, Plan, plan_of, sampled, statistics
-from ecs_eco.lab.searching.posterior import posterior_blocks, posterior_opening, summary
-from ecs_eco.lab.searching.sampler import Sampler, weighted_quantiles
+from ecs_eco.lab.searching.report import posterior_blocks, posterior_opening
+from ecs_eco.lab.searching.sampler import Sampler, summary, weighted_quantiles
 from tests.analysis.test_against import waves
 
 COUNT, BASAL = "species.mite.count", "species.mite.metabolism.basal"
