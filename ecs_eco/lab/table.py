@@ -15,6 +15,7 @@ from ecs_eco.config import WorldConfig
 from ecs_eco.engine.errors import RecordingError, listed, nearest, refusal
 from ecs_eco.lab import response
 from ecs_eco.lab.arm import UNTREATED
+from ecs_eco.lab.executors import built
 from ecs_eco.lab.folder import RUN, Sweep
 from ecs_eco.lab.jobs import read_done
 from ecs_eco.lab.plan import Sample
@@ -92,7 +93,7 @@ def missing_for(sweep: Sweep, column: str, width: float) -> list[int]:
     no run has such a column."""
     check_response(column, sweep.base)
     jobs = group(sweep.jobs, lambda job: (job.point, job.treatment))
-    done = {row["job"]: row for row in rows_of(sweep)}
+    done = {row["job"]: {column: 0.0} | row for row in rows_of(sweep)}  # without deaths, there is no column
     out: list[tuple[int, int]] = []
     for own in jobs.values():
         rows = [done[job.number] for job in own if job.number in done]
@@ -108,10 +109,14 @@ def check_response(column: str, world: WorldConfig) -> None:
     known = [
         "persisted",
         "lived",
-        *(f"{name}.{what}" for name in world.species for what in ("mean", "final")),
+        *(f"{name}.{what}" for name in world.species for what in ("mean", "final", "births")),
     ]
     kinds = ("", *(f".{name}" for name in world.species))
     known += [f"{name}{of}.mean" for name in world.reporters for of in kinds]
+    if ".died." in column:
+        culls = {str(one.cause) for one in world.interventions if hasattr(one, "cause")}
+        causes = sorted(culls.union(built(world).causes))
+        known += [f"{name}.died.{cause}" for name in world.species for cause in causes]
     if column not in known:
         raise refusal((), "no such response", column, listed(known), nearest(column, known), "--response")
 
