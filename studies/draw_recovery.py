@@ -15,7 +15,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from ecs_eco.analysis.palette import GREY, SAFE
-from ecs_eco.lab.searching.posterior import density
+from ecs_eco.lab.searching.figures import density
 from ecs_eco.lab.searching.sampler import value_at
 from studies.common.figure import draw_result
 from studies.recovery import CHANCE, CONFIG, RATE, plan_of, posterior, split, within

@@ -33,17 +33,8 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder:
 
         def lived(number: int, values: dict[str, float], seed: int) -> dict[str, Any]:
-            job = Job(
-                f"candidate-{number}",
-                plan.config,
-                values,
-                [(1, seed)],
-                plan.stages,
-                [],
-                1.0,
-                Path(folder),
-                plan.fit,
-            )
+            own = replace(plan, cells=((1, seed),))
+            job = Job(f"candidate-{number}", own, values, None, Path(folder))
             return {"candidate": number, "values": values, "statistics": statistics_of(evaluate(job))}
 
         sampler = sampler_of(plan, [], folder)
@@ -95,7 +86,7 @@ def posterior(
 ) -> tuple[dict[str, Any], Any]:
     """Return the posterior given observed statistics (by default the pelts'), and its summary as in
     search.json."""
-    from ecs_eco.lab.searching.posterior import summary
+    from ecs_eco.lab.searching.sampler import summary
 
     plan = plan_of(config)
     if observed is not None:

@@ -148,11 +148,12 @@ def on_slurm(plan: dict[str, Any], folder: Path, config: dict[str, Any]) -> dict
     from ecs_eco.lab.design import design_of
     from ecs_eco.lab.folder import begin
     from ecs_eco.lab.plan import read_plan
-    from ecs_eco.lab.slurm import Options, submit
+    from ecs_eco.lab.slurm import Options, jobs_of, submit_jobs
 
     sweep = begin(folder, design_of(read_plan(plan)))
     with stand_in(folder.parent / "slurm") as state:
-        (array,) = submit(folder, [job.number for job in sweep.jobs], Options(limit=2))
+        numbers = sweep.evenly([job.number for job in sweep.jobs])
+        (array,) = submit_jobs(jobs_of(sweep), numbers, Options(limit=2))
 
         def tasks(*states: str) -> list[str]:
             now = json.loads((state / "state.json").read_text())["arrays"][array]["tasks"]

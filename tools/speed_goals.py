@@ -12,9 +12,11 @@ GOALS = Path(__file__).parents[1] / "benchmarks" / "goals.toml"
 
 
 def goal_number(goal: dict[str, Any], result: dict[str, Any], where: str, column: str) -> float | None:
-    """Return a goal's number, from its column in the row `where`, or None."""
+    """Return a goal's number, from its column in the row `where` or from a note, or None."""
     if "item" in goal:
         return float(result[goal["item"]]["s"][{"row_before": "before", "row": "after"}[where]])
+    if "note" in goal:
+        return 100 * float(result["notes"][goal["note"]]) if where == "row" else None
     if column not in goal or (where not in goal and where != "row"):
         return None
     wanted = goal.get(where, {})

@@ -123,7 +123,7 @@ def do_sweep(
 def submit_sweep(sweep: Sweep, numbers: Sequence[int], limit: int | None, sbatch: Sequence[str]) -> None:
     """Submit the jobs that are neither done nor queued to SLURM."""
     options = Options(more=tuple(sbatch)) if limit is None else Options(limit, more=tuple(sbatch))
-    ids, queued = resume(sweep.folder, numbers, options)
+    ids, queued = resume(sweep, numbers, options)
     if queued:
         complain(f"{len(queued)} jobs are already queued or running.")
     if ids:

@@ -16,7 +16,7 @@ from ecs_eco.engine.arguments import called_with
 from ecs_eco.inputs.section import Section
 from ecs_eco.lab.arm import Arm, arms_of, check_training, has_own_policies, replicates
 from ecs_eco.lab.executors import LOCAL, engine, prepare
-from ecs_eco.lab.runs import has_run, run_arm
+from ecs_eco.lab.jobs import has_run, run_arm
 from ecs_eco.lab.trained import is_trained, train_or_find
 from ecs_eco.lab.treatments import species_with_policy
 from ecs_eco.lab.work import evenly, run_jobs

@@ -12,6 +12,7 @@ from ecs_eco.engine.errors import listed, nearest, refusal
 
 if TYPE_CHECKING:
     from ecs_eco.config import WorldConfig
+    from ecs_eco.ecosystem import World
 
 LOCAL, RAY, SLURM = "local", "ray", "slurm"
 ENGINES = (LOCAL, RAY, SLURM)
@@ -67,7 +68,12 @@ def prepare(pool: Executor, folder: Path, config: WorldConfig) -> None:
 
 def compile_kernels(config: WorldConfig) -> None:
     """Run a world for a few ticks to put its kernels in this machine's cache."""
+    built(config).run(TICKS)
+
+
+def built(config: WorldConfig) -> World:
+    """Return a world to be examined, which records nothing."""
     from ecs_eco.ecosystem import World
 
     config._code.pass_on()
-    World.from_config(config, seed=1, record=False).run(TICKS)
+    return World.from_config(config, seed=1, record=False)

@@ -15,7 +15,7 @@ from ecs_eco.config.loading import WorldSource, changed
 from ecs_eco.config.ranges import key_of, real_key
 from ecs_eco.ecosystem import World
 from ecs_eco.engine.arguments import called_with, seed_number, whole_number
-from ecs_eco.lab.training_worlds import TrainingWorlds, counts_of
+from ecs_eco.lab.training_worlds import TrainingWorlds, counts_of, curves
 from ecs_eco.learning.weights import hash_of, save as save_weights
 from ecs_eco.life.reconfigure import reconfigure
 from ecs_eco.record.seal import write_manifest
@@ -86,13 +86,14 @@ def pretrain(
             for name, brain in training_worlds.brains().items():
                 last.setdefault(name, []).append(brain.state())
     policies = {name: mean_weights(states) for name, states in last.items()}
+    whole = [*training_worlds.series, training_worlds.past()]
     result = {
         "world": config.name,
         "config_hash": config.config_hash,
         "seed": training_worlds.seed,
         "ticks": ticks,
         "seconds": time.perf_counter() - begin,
-        "curves": training_worlds.curves(every),
+        "curves": curves(whole, training_worlds.worlds[0].recorder.names, every, config.dt),
         "policies": policies,
         "names": {name: names_of(config, name) for name in policies},
         "reports": training_worlds.reports(),
@@ -112,10 +113,10 @@ def over_time(training_worlds: TrainingWorlds) -> dict[str, Any]:
     }
     acts = {}
     for s, a in acts_of(actions).items():
-        curves = [thinned(a.ticks, a.share[:, i]) for i in range(len(a.actions))]
+        shares = [thinned(a.ticks, a.share[:, i]) for i in range(len(a.actions))]
         acts[s] = {
-            "tick": curves[0][0].tolist(),
-            **{name: clean(c[1].astype(float)) for name, c in zip(a.actions, curves, strict=True)},
+            "tick": shares[0][0].tolist(),
+            **{name: clean(c[1].astype(float)) for name, c in zip(a.actions, shares, strict=True)},
         }
     return {"learning": learning, "actions": acts}
 
@@ -185,13 +186,9 @@ def train_and_evaluate(
 def _measured(config: WorldConfig, policies: str, seed: int, ticks: int) -> dict[str, dict[str, float]]:
     world = World.from_config(for_training(config), seed=seed, policies=policies, training=True, learn=False)
     world.run(ticks)
-    series, out = counts_of(world), {}
-    for i, name in enumerate(world.recorder.names):
-        if (nerves := world.tables[name].species.nerves) is not None and nerves.policy:
-            lived = max(float(series["n"][:, i].sum()) * config.dt, 1e-12)
-            out[name] = {
-                "happiness": float(series["happiness"][:, i].mean()),
-                "intake": float(series["taken_in"][:, i].sum()) / lived,
-                "deaths": float(series["deaths"][:, i].sum()) / lived,
-            }
-    return out
+    measured = curves([counts_of(world)], world.recorder.names, ticks, config.dt)
+    return {
+        name: {word: measured[name][word][0] for word in ("happiness", "intake", "deaths")}
+        for name in measured
+        if (nerves := world.tables[name].species.nerves) is not None and nerves.policy
+    }

@@ -1,8 +1,10 @@
-"""Responses of outcomes to the values varied in a sweep, with 95% intervals over seeds."""
+"""Responses of outcomes to the values varied in a sweep, with 95% intervals over seeds, and, for points drawn by
+Sobol's or Morris's method, sensitivity indices, computed by SALib."""
 
 import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from importlib import import_module
 from itertools import combinations
 from typing import Any, TypeVar
 
@@ -12,6 +14,7 @@ from ecs_eco.analysis.palette import AXIS, INK, ON_CELL
 from ecs_eco.analysis.seed_grid import mean_interval, share_interval
 from ecs_eco.analysis.style import DASHES, PALETTE, Axes, Figure, panels, styled
 from ecs_eco.analysis.survival import Interval, wilson
+from ecs_eco.lab.plan import Sample
 
 Row = Mapping[str, Any]
 Item = TypeVar("Item")
@@ -342,3 +345,70 @@ def _dots(
         vmin=limits[0],
         vmax=limits[1],
     )
+
+
+INDEX_NAMES = {"sobol": ("first-order index", "total index"), "morris": ("μ*", "σ")}
+Indices = Mapping[str, Sequence[Interval]]  # key: its two indices, as in INDEX_NAMES
+
+
+def indices(sample: Sample, y: np.ndarray) -> Indices:
+    """Return the indices of each key with 95% intervals (bootstrap over points; σ has none), given the outcome
+    at each point. Sobol: the shares of the variance explained by a value alone, and with its interactions
+    (Saltelli et al. 2010). Morris: the mean and standard deviation of the changes in the outcome per range
+    (Campolongo, Cariboni and Saltelli 2007)."""
+    analyze = import_module(f"SALib.analyze.{sample.design}").analyze
+    if sample.design == "sobol":
+        found = analyze(sample.problem, y, calc_second_order=False, seed=1)
+        columns = [found[name] for name in ("S1", "S1_conf", "ST", "ST_conf")]
+    else:
+        found = analyze(sample.problem, sample.shares(), y, seed=1)
+        columns = [
+            found["mu_star"],
+            found["mu_star_conf"],
+            found["sigma"],
+            np.full(len(sample.ranges), np.nan),
+        ]
+    return {
+        key: [Interval(x, x - half, x + half) for x, half in (numbers[:2], numbers[2:])]
+        for key, numbers in zip(sample.ranges, np.transpose(columns).astype(float).tolist(), strict=True)
+    }
+
+
+def indices_of(
+    sample: Sample, rows: Sequence[Row], outcomes: Sequence[Outcome]
+) -> Iterator[tuple[str, Outcome, Indices]]:
+    """Yield the indices of means over seeds, for each treatment and each complete outcome that varies."""
+    for treatment, part in group(rows, lambda row: row["treatment"]).items():
+        points = [own for _, own in sorted(group(part, lambda row: row["point"]).items())]
+        for outcome in outcomes:
+            y = np.array([interval(own, outcome).value for own in points])
+            if len(y) == sample.size and np.isfinite(y).all() and np.ptp(y) > 0:
+                yield treatment, outcome, indices(sample, y)
+
+
+def index_rows(design: str, found: Sequence[tuple[str, Outcome, Indices]]) -> list[dict[str, Any]]:
+    """Return a table with a row for each treatment, outcome, key and index."""
+    return [
+        {"treatment": treatment, "outcome": outcome.column, "key": key, "index": name, **x._asdict()}
+        for treatment, outcome, own in found
+        for key, both in own.items()
+        for name, x in zip(INDEX_NAMES[design], both, strict=True)
+    ]
+
+
+@styled
+def index_bars(design: str, found: Sequence[tuple[str, Outcome, Indices]]) -> Figure:
+    """Plot a panel for each treatment and outcome, with both indices of each key."""
+    figure, axes = panels(
+        len(found), 1, 8, 0.6 + len(found) * (0.9 + 0.35 * len(found[0][2])), sharex=design == "sobol"
+    )
+    for ax, (treatment, outcome, own) in zip(axes[:, 0], found, strict=True):
+        for i, name in enumerate(INDEX_NAMES[design]):
+            at, means = np.arange(len(own)) + 0.4 * i, np.array([both[i] for both in own.values()])
+            error = np.nan_to_num(means[:, 2] - means[:, 0])
+            ax.barh(at, means[:, 0], 0.38, xerr=error, color=PALETTE[i], ecolor=INK, label=name)
+        ax.set_yticks(np.arange(len(own)) + 0.2, [short(key) for key in own])
+        ax.invert_yaxis()
+        ax.set_title(f"{outcome.label} ({treatment})", fontsize=9.5)
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper left", ncols=2)
+    return figure

@@ -15,7 +15,7 @@ from ecs_eco.engine.errors import refusal
 from ecs_eco.engine.files import write
 from ecs_eco.engine.processes import python
 from ecs_eco.inputs.section import Section
-from ecs_eco.lab.folder import Sweep, read_sweep
+from ecs_eco.lab.folder import Sweep
 from ecs_eco.lab.jobs import UNFINISHED
 from ecs_eco.lab.pool import PINS
 from ecs_eco.record.container import inside
@@ -59,17 +59,10 @@ class Jobs(NamedTuple):
     command: Sequence[str]  # receives a job's number as its last argument
 
 
-def submit(folder: str | Path, numbers: Sequence[int], options: Options = Options()) -> list[str]:
-    """Submit jobs of a sweep as consecutive arrays, and return the arrays' ids. Points, treatments and seeds
-    advance evenly. Each job is one task with one CPU. Before its time limit, it writes a checkpoint and is
-    requeued, as it is if SLURM preempts it or its node fails. Raises ConfigError if SLURM is missing or
-    rejects the jobs."""
-    sweep = read_sweep(folder)
-    return submit_jobs(jobs_of(sweep), sweep.evenly(numbers), options)
-
-
 def submit_jobs(jobs: Jobs, numbers: Sequence[int], options: Options = Options()) -> list[str]:
-    """Submit jobs with these numbers, in this order; see `submit`."""
+    """Submit jobs with these numbers, in this order, as consecutive arrays; return the arrays' ids. Each job is
+    one task with one CPU. Before its time limit, it writes a checkpoint and is requeued, as it is if SLURM
+    preempts it or its node fails. Raises ConfigError if SLURM is missing or rejects the jobs."""
     jobs.place.mkdir(exist_ok=True)
     arrays, before = _arrays(jobs.place), ""
     told = re.search(r"^MaxArraySize\s*=\s*(\d+)", _slurm("scontrol", "show", "config"), re.MULTILINE)
@@ -84,19 +77,12 @@ def submit_jobs(jobs: Jobs, numbers: Sequence[int], options: Options = Options()
     return ids
 
 
-def resume(
-    folder: str | Path, numbers: Sequence[int], options: Options = Options()
-) -> tuple[list[str], list[int]]:
-    """Submit the jobs that are not queued; return the arrays' ids, and the jobs that were already queued."""
-    waiting = queued(folder)
-    ids = submit(folder, missing, options) if (missing := [n for n in numbers if n not in waiting]) else []
-    return ids, [n for n in numbers if n in waiting]
-
-
-def queued(folder: str | Path) -> set[int]:
-    """Return the numbers of queued and running jobs. Raises ConfigError if SLURM is missing."""
-    sweep = read_sweep(folder)
-    return queued_jobs(jobs_of(sweep), len(sweep.jobs))
+def resume(sweep: Sweep, numbers: Sequence[int], options: Options = Options()) -> tuple[list[str], list[int]]:
+    """Submit the jobs of a sweep that are not queued, so that points, treatments and seeds advance evenly; return
+    the arrays' ids, and the jobs that were already queued."""
+    waiting = queued_jobs(jobs := jobs_of(sweep), len(sweep.jobs))
+    missing = sweep.evenly([n for n in numbers if n not in waiting])
+    return submit_jobs(jobs, missing, options) if missing else [], [n for n in numbers if n in waiting]
 
 
 def queued_jobs(own: Jobs, n: int = 0) -> set[int]:

@@ -13,8 +13,9 @@ from ecs_eco.analysis.style import colors
 from ecs_eco.analysis.survival import Interval
 from ecs_eco.config import WorldConfig
 from ecs_eco.engine.errors import RecordingError, listed, nearest, refusal
-from ecs_eco.lab import response, sensitivity
+from ecs_eco.lab import response
 from ecs_eco.lab.arm import UNTREATED
+from ecs_eco.lab.executors import built
 from ecs_eco.lab.folder import RUN, Sweep
 from ecs_eco.lab.jobs import read_done
 from ecs_eco.lab.plan import Sample
@@ -92,7 +93,7 @@ def missing_for(sweep: Sweep, column: str, width: float) -> list[int]:
     no run has such a column."""
     check_response(column, sweep.base)
     jobs = group(sweep.jobs, lambda job: (job.point, job.treatment))
-    done = {row["job"]: row for row in rows_of(sweep)}
+    done = {row["job"]: {column: 0.0} | row for row in rows_of(sweep)}  # without deaths, there is no column
     out: list[tuple[int, int]] = []
     for own in jobs.values():
         rows = [done[job.number] for job in own if job.number in done]
@@ -108,10 +109,14 @@ def check_response(column: str, world: WorldConfig) -> None:
     known = [
         "persisted",
         "lived",
-        *(f"{name}.{what}" for name in world.species for what in ("mean", "final")),
+        *(f"{name}.{what}" for name in world.species for what in ("mean", "final", "births")),
     ]
     kinds = ("", *(f".{name}" for name in world.species))
     known += [f"{name}{of}.mean" for name in world.reporters for of in kinds]
+    if ".died." in column:
+        culls = {str(one.cause) for one in world.interventions if hasattr(one, "cause")}
+        causes = sorted(culls.union(built(world).causes))
+        known += [f"{name}.died.{cause}" for name in world.species for cause in causes]
     if column not in known:
         raise refusal((), "no such response", column, listed(known), nearest(column, known), "--response")
 
@@ -201,7 +206,7 @@ def write_page(sweep: Sweep, rows: Sequence[Row], failed: dict[int, str]) -> Pat
     outcomes, keys = outcomes_of(rows, species), list(sweep.jobs[0].values)
     given = sweep.content["plan"].get("latin_hypercube") or {}
     design = given.get("design", "lhs")
-    found = [] if design == "lhs" else [*sensitivity.indices_of(Sample.model_validate(given), rows, outcomes)]
+    found = [] if design == "lhs" else [*response.indices_of(Sample.model_validate(given), rows, outcomes)]
     blocks = [
         *_head(sweep, rows, failed, [*_opening(rows, keys, outcomes), *_depends(design, found)]),
         *_responses(rows, keys, outcomes, hue, folder),
@@ -254,14 +259,14 @@ def _opening(rows: Sequence[Row], keys: list[str], outcomes: list[Outcome]) -> l
     return [f"{max(found)[1]}, the largest of {tried} differences relative to the mean."]
 
 
-def _depends(design: str, found: Sequence[tuple[str, Outcome, sensitivity.Indices]]) -> list[str]:
+def _depends(design: str, found: Sequence[tuple[str, Outcome, response.Indices]]) -> list[str]:
     """Return a sentence on the key with the largest total index or, for Morris, the largest μ*."""
     best = design == "sobol"
     ranked = [
         (of[key][best].value, f"{what.label} depends", key, of) for _, what, of in found[:1] for key in of
     ]
     return [
-        f"The {words} most on {key} ({sensitivity.NAMES[design][best]} {_cell(of[key][best])})."
+        f"The {words} most on {key} ({response.INDEX_NAMES[design][best]} {_cell(of[key][best])})."
         for _, words, key, of in sorted(ranked, key=lambda one: -one[0])[:1]
     ]
 
@@ -302,14 +307,14 @@ def _responses(
 
 
 def _sensitivity(
-    sweep: Sweep, design: str, found: Sequence[tuple[str, Outcome, sensitivity.Indices]], folder: Path
+    sweep: Sweep, design: str, found: Sequence[tuple[str, Outcome, response.Indices]], folder: Path
 ) -> list[str]:
     """Return the section with the indices of complete Sobol or Morris designs; write sensitivity.parquet."""
     if design == "lhs":
         return []
     if not found:
         return ["<h2>Sensitivity</h2><p>Indices need all points, at which an outcome differs.</p>"]
-    write_table(sensitivity.as_rows(design, found), sweep.folder / "sensitivity.parquet")
+    write_table(response.index_rows(design, found), sweep.folder / "sensitivity.parquet")
     cells = [
         [treatment, outcome.label, response.short(key), *map(_cell, both)]
         for treatment, outcome, own in found
@@ -317,8 +322,8 @@ def _sensitivity(
     ]
     return [
         "<h2>Sensitivity</h2>",
-        drawn(sensitivity.figure(design, found[:MOST_PANELS]), folder / "sensitivity.svg", _INDICES),
-        table(["treatment", "outcome", "key", *sensitivity.NAMES[design]], cells),
+        drawn(response.index_bars(design, found[:MOST_PANELS]), folder / "sensitivity.svg", _INDICES),
+        table(["treatment", "outcome", "key", *response.INDEX_NAMES[design]], cells),
     ]
 
 

@@ -68,24 +68,7 @@ class TrainingWorlds:
                 last_reports[name] = {k: v if np.isfinite(v) else None for k, v in last.items()}
         return last_reports
 
-    def curves(self, every: int) -> dict[str, dict[str, Any]]:
-        """Return statistics of each species, averaged over worlds and over blocks of `every` ticks."""
-        whole = [*self.series, self._past()]
-        out: dict[str, dict[str, Any]] = {}
-        for i, name in enumerate(self.worlds[0].recorder.names):
-            column = {k: np.concatenate([part[k][:, i] for part in whole]) for k in COUNTS}
-            starts = range(0, len(column["n"]), every)
-            total = {k: np.array([v[a : a + every].sum() for a in starts]) for k, v in column.items()}
-            alive = np.maximum(total["n"], 1) * self.config.dt
-            out[name] = {
-                "tick": [min(a + every, len(column["n"])) for a in starts],
-                "intake": (total["taken_in"] / alive).tolist(),
-                "deaths": (total["deaths"] / alive).tolist(),
-                "happiness": [float(column["happiness"][a : a + every].mean()) for a in starts],
-            }
-        return out
-
-    def _past(self) -> dict[str, np.ndarray]:
+    def past(self) -> dict[str, np.ndarray]:
         """Return the counts summed over worlds, and mean happiness: f64[ticks, species] each."""
         parts = [counts_of(world) for world in self.worlds]
         return {
@@ -114,7 +97,7 @@ class TrainingWorlds:
 
     def _renew(self) -> None:
         self.recorded += self._recordings()
-        self.series.append(self._past())
+        self.series.append(self.past())
         for name, brain in self.brains().items():
             self.pool.setdefault(name, []).append(brain.state())
         self.stage += 1
@@ -164,6 +147,25 @@ def counts_of(world: World) -> dict[str, np.ndarray]:
     """Return the statistics of a world so far: f64[ticks, species] each."""
     series, shape = world.series().select([*COUNTS.values()]).to_pydict(), (-1, len(world.recorder.names))
     return {name: np.asarray(series[column], float).reshape(shape) for name, column in COUNTS.items()}
+
+
+def curves(
+    whole: Sequence[Mapping[str, np.ndarray]], names: Sequence[str], every: int, dt: float
+) -> dict[str, dict[str, Any]]:
+    """Return statistics of each species, averaged over blocks of `every` ticks of consecutive series."""
+    out: dict[str, dict[str, Any]] = {}
+    for i, name in enumerate(names):
+        column = {k: np.concatenate([part[k][:, i] for part in whole]) for k in COUNTS}
+        starts = range(0, len(column["n"]), every)
+        total = {k: np.array([v[a : a + every].sum() for a in starts]) for k, v in column.items()}
+        alive = np.maximum(total["n"], 1) * dt
+        out[name] = {
+            "tick": [min(a + every, len(column["n"])) for a in starts],
+            "intake": (total["taken_in"] / alive).tolist(),
+            "deaths": (total["deaths"] / alive).tolist(),
+            "happiness": [float(column["happiness"][a : a + every].mean()) for a in starts],
+        }
+    return out
 
 
 def drawn(vary: Mapping[str, Sequence[float]], worlds: int, key: np.uint64) -> list[dict[str, Any]]:

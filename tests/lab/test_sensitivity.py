@@ -14,8 +14,7 @@ from ecs_eco.engine.errors import ConfigError
 from ecs_eco.lab import plan as plans
 from ecs_eco.lab.design import design_of
 from ecs_eco.lab.plan import points_of, read_plan
-from ecs_eco.lab.response import Outcome
-from ecs_eco.lab.sensitivity import indices_of
+from ecs_eco.lab.response import Outcome, indices_of
 from ecs_eco.lab.table import _sensitivity
 from tests.lab.moss import WORLD, written
 

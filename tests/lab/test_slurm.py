@@ -10,7 +10,7 @@ import stat
 import subprocess
 import sys
 import time
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -26,7 +26,7 @@ from ecs_eco.lab.design import design_of
 from ecs_eco.lab.folder import Sweep, begin, read_sweep
 from ecs_eco.lab.jobs import read_done, run_job
 from ecs_eco.lab.plan import read_plan
-from ecs_eco.lab.slurm import Options, jobs_of, queued, resume, script, submit
+from ecs_eco.lab.slurm import Options, jobs_of, queued_jobs, resume, script, submit_jobs
 from ecs_eco.record import seal
 from ecs_eco.record.claim import owner_of
 from tests.explain.newts import recorded
@@ -55,6 +55,14 @@ def slurm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def sweep_in(folder: Path, plan: str = PLAN) -> Sweep:
     return begin(folder / "sweep", design_of(read_plan(str(written(folder, plan)))))
+
+
+def submit(sweep: Sweep, numbers: Sequence[int], options: Options | None = None) -> list[str]:
+    return submit_jobs(jobs_of(sweep), sweep.evenly(numbers), options or Options())
+
+
+def queued(sweep: Sweep) -> set[int]:
+    return queued_jobs(jobs_of(sweep), len(sweep.jobs))
 
 
 def tasks(slurm: Path, array: str) -> dict[str, Any]:
@@ -121,7 +129,7 @@ def test_a_note_of_arrays_with_other_values_is_refused(tmp_path: Path) -> None:
     (sweep.folder / "slurm").mkdir()
     seal.write_manifest(sweep.folder / "slurm", {"arrays": [{"id": "1\nx", "jobs": [0]}]}, "submitted.json")
     with pytest.raises(RecordingError, match=r"submitted\.json: arrays\.0\.id: "):
-        queued(sweep.folder)
+        queued(sweep)
 
 
 def test_arrays_of_an_earlier_version_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -130,15 +138,15 @@ def test_arrays_of_an_earlier_version_are_read(tmp_path: Path, monkeypatch: pyte
     arrays = [{"id": "7", "offset": 1, "indices": "0,2"}, {"id": "8", "jobs": [3, 0]}]
     seal.write_manifest(sweep.folder / "slurm", {"arrays": arrays}, "submitted.json")
     monkeypatch.setattr(slurm_module, "_slurm", lambda *_: "7 0\n7 1\n8 0\n9 1\n")
-    assert queued(sweep.folder) == {1, 2, 3}
+    assert queued(sweep) == {1, 2, 3}
 
 
 @pytest.mark.slow
 def test_jobs_that_are_told_to_end_and_preempted_leave_the_same_as_alone(tmp_path: Path, slurm: Path) -> None:
     sweep = sweep_in(tmp_path, LONG)
-    [array] = submit(sweep.folder, [0, 1], Options(limit=2))
-    assert queued(sweep.folder) == {0, 1}
-    assert resume(sweep.folder, [0, 1]) == ([], [0, 1])
+    [array] = submit(sweep, [0, 1], Options(limit=2))
+    assert queued(sweep) == {0, 1}
+    assert resume(sweep, [0, 1]) == ([], [0, 1])
     for commands in ({0: "preempt", 1: "notice"}, {0: "notice", 1: "preempt"}):
         held = hold_under_way(sweep, commands)
         often = {number: times(slurm, array, number, *AGAIN) for number in commands}
@@ -151,7 +159,7 @@ def test_jobs_that_are_told_to_end_and_preempted_leave_the_same_as_alone(tmp_pat
                 os.kill(pid, signal.SIGCONT)
         for number in commands:
             until(lambda number=number, n=often[number]: times(slurm, array, number, *AGAIN) > n)
-    until(lambda: not queued(sweep.folder))
+    until(lambda: not queued(sweep))
     alone = sweep_in(tmp_path / "alone", LONG)
     for number in (0, 1):
         words = log(slurm, array, number)
@@ -197,8 +205,8 @@ def test_a_task_is_told_ahead_of_its_time_limit_and_queued_again_where_it_is_unf
     work.chmod(0o755)
     monkeypatch.setattr(sys, "executable", str(work))
     sweep = sweep_in(tmp_path)
-    [array] = submit(sweep.folder, [2], Options(notice=58, more=("--time=1:00",)))
-    until(lambda: not queued(sweep.folder))
+    [array] = submit(sweep, [2], Options(notice=58, more=("--time=1:00",)))
+    until(lambda: not queued(sweep))
     assert log(slurm, array, 0) == ["started", "signalled", "requeue", "started", "COMPLETED"]
 
 
@@ -209,7 +217,7 @@ def test_any_beginning_of_the_tasks_is_even_over_points_arms_and_seeds(
     monkeypatch.setenv("MAX_ARRAY_SIZE", "10")
     treated = PLAN.replace("world_seeds = 2", 'world_seeds = 4\ntreatments = ["species.moss.count=7"]')
     sweep = sweep_in(tmp_path, treated)
-    submit(sweep.folder, list(reversed(range(16))))
+    submit(sweep, list(reversed(range(16))))
     arrays = seal.read_manifest(sweep.folder / "slurm", "submitted.json")["arrays"]
     order = [sweep.jobs[number] for array in arrays for number in array["jobs"]]
     assert [len(array["jobs"]) for array in arrays] == [10, 6]
@@ -227,10 +235,10 @@ def test_what_is_unfinished_is_submitted_once_more_in_arrays_of_the_size_allowed
     monkeypatch.setenv("MAX_ARRAY_SIZE", "2")
     sweep = sweep_in(tmp_path)
     digests = [run_job(sweep.folder, 1)["digest"]]
-    ids, waiting = resume(sweep.folder, [0, 2, 3])
+    ids, waiting = resume(sweep, [0, 2, 3])
     assert (len(ids), waiting) == (2, [])
     assert [list(tasks(slurm, array)) for array in ids] == [["0", "1"], ["0"]]
-    until(lambda: not queued(sweep.folder))
+    until(lambda: not queued(sweep))
     digests += [(read_done(sweep, n) or {})["digest"] for n in (0, 2, 3)]
     assert len(digests) == 4
     assert all(digests)
@@ -241,12 +249,12 @@ def test_where_slurm_is_not_or_refuses_it_is_said(
 ) -> None:
     sweep = sweep_in(tmp_path)
     with pytest.raises(ConfigError, match="sbatch refused: sbatch: error: invalid partition specified"):
-        submit(sweep.folder, [0], Options(more=("--partition=nowhere",)))
+        submit(sweep, [0], Options(more=("--partition=nowhere",)))
     monkeypatch.setenv("PATH", "/nowhere")
     with pytest.raises(
         ConfigError, match="SLURM is not available: there is no scontrol; expected: a machine that"
     ):
-        submit(sweep.folder, [0])
+        submit(sweep, [0])
 
 
 def test_the_command_submits_what_is_not_done_and_says_so(

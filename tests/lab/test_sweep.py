@@ -100,6 +100,21 @@ def test_replicates_are_added_until_the_intervals_are_narrow_or_no_seed_is_left(
         missing_for(sweep, "mos.mean", 1.0)
 
 
+def test_births_deaths_and_catches_are_responses(tmp_path: Path) -> None:
+    harvest = '[[land_use]]\nkind = "harvest"\nspecies = "moss"\nrate = 0.1\n'
+    mowing = '[[interventions]]\nat = 2\nkind = "cull"\nspecies = "moss"\nshare = 0.5\ncause = "mown"\n'
+    plan = written(tmp_path, PLAN.replace("world_seeds = 2", "world_seeds = 3"), WORLD + harvest + mowing)
+    sweep = begin(tmp_path / "out", design_of(read_plan(plan)))
+    for column in ("moss.births", "moss.died.culled", "moss.died.mown", "moss.died.harvested"):
+        assert len(missing_for(sweep, column, 1e9)) == 6
+    with pytest.raises(ConfigError, match=r'(?s)--response.*did you mean "moss\.died\.harvested"'):
+        missing_for(sweep, "moss.died.harvestd", 1e9)
+    do_jobs(sweep, Here())
+    assert "moss.died.culled" not in rows_of(sweep)[0]  # no run has such a death
+    assert missing_for(sweep, "moss.died.culled", 1e-9) == []
+    assert missing_for(sweep, "moss.died.mown", 1e9) == []
+
+
 def test_a_sweep_goes_on_where_its_world_and_plan_are_gone(tmp_path: Path) -> None:
     sweep = begun(tmp_path)
     for file in tmp_path.glob("*.toml"):

@@ -12,6 +12,7 @@ sys.path.insert(0, str(ROOT / "tools"))
 import cost
 import make_tables
 import peers_chart
+import speed_goals
 
 SPEEDS = {"bare loop": 1000.0, "ecs-eco": 2000.0, "mesa-frames": 100.0, "Mesa": 2.0, "AgentPy": None}
 PEERS = [
@@ -46,6 +47,12 @@ def test_the_rule_of_thumb_is_within_its_error_of_what_was_measured():
                 ns = row[f"ns per {organisms[:-1]} per tick"]
                 measured = row[organisms] * ns * 1e-6
                 assert abs(fitted.at(row[organisms]) / measured - 1) <= fitted.error + 1e-9
+
+
+def test_a_goal_for_a_note_is_in_percent():
+    goal, result = {"note": "median overhead"}, {"notes": {"median overhead": 0.0446}, "rows": []}
+    assert speed_goals.goal_number(goal, result, "row", "now") == pytest.approx(4.46)
+    assert speed_goals.goal_number(goal, result, "row_before", "now") is None
 
 
 def test_bars_are_as_long_as_the_logarithm_of_speeds_and_the_slowest_is_last():

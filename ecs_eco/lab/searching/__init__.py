@@ -4,6 +4,6 @@ The settings of a search are in the world file (`ecs_eco.config.models.search`);
 belong in `ecs_eco.analysis`.
 """
 
-from ecs_eco.lab.searching.run import search
+from ecs_eco.lab.searching.report import search
 
 __all__ = ["search"]

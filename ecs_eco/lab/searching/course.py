@@ -1,6 +1,8 @@
-"""The course of a search: ask, evaluate, tell; then finals and confirmation. Its entire state is in its folder."""
+"""The course of a search: ask, evaluate, tell until its budget is used; then finals and confirmation. Its entire
+state is in its folder."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import count
 from pathlib import Path
@@ -10,9 +12,9 @@ import numpy as np
 
 from ecs_eco.engine.errors import ForeignFile, refusal
 from ecs_eco.lab.searching.evaluate import Job, evaluate
-from ecs_eco.lab.searching.journal import begin
+from ecs_eco.lab.searching.journal import Entry, begin
 from ecs_eco.lab.searching.optimise import Optimiser, merit
-from ecs_eco.lab.searching.plan import Budget, Plan
+from ecs_eco.lab.searching.plan import Cell, Plan
 from ecs_eco.lab.searching.sampler import SAMPLERS, Sampler
 from ecs_eco.lab.trained import forget_trained
 from ecs_eco.lab.work import Work
@@ -20,11 +22,14 @@ from ecs_eco.record.container import inside
 
 BEST = 5  # number of worlds written
 ENOUGH = 4  # number of candidates that a stage needs before it requires a score
+# fraction of the time reserved for finals and confirmation, before a run at full length has been timed
+FIRST_RESERVE = 0.25
+MOST_RESERVE = 0.6  # maximum fraction reserved, however long such runs take
 Progress = Callable[["Search"], None]
 
 
 class Search:
-    """One search: its plan, journal, running jobs, and budget."""
+    """One search: its plan, journal, running jobs, and budget, which includes earlier calls."""
 
     def __init__(
         self,
@@ -52,7 +57,10 @@ class Search:
                     "differ from those of the ranges"
                 )
             self.proposer.tell(entry["candidate"], entry["values"], merit(entry))
-        self.budget = Budget(plan, self.journal, lambda: len(self._finalists()), budget, trials, cpu, workers)
+        self.seconds = None if budget is None else budget * 60
+        self.trials, self.cpu = trials, cpu
+        self._before = max((float(e["at"]) for e in self.journal.entries), default=0.0)
+        self._begun = time.monotonic()
 
     def run(self) -> None:
         """Search and, unless this is a sampler, compare and confirm the best candidates on fresh seeds."""
@@ -60,9 +68,12 @@ class Search:
         if self.sampler is not None:
             return
         self.phase = "finals"
-        self._finals()
-        self.phase = "confirming"
-        self._confirmation()
+        self._test("final", [(e, self.plan.finals, self.plan.ticks) for e in self._finalists()])
+        self.phase, cells = "confirming", self.plan.confirmation
+        worlds = self.best(), self.evaluated()[0]  # the best, and the world as written
+        self._test(
+            "confirmation", [(e, (cell,), self.plan.confirmation_ticks) for e in worlds for cell in cells]
+        )
 
     def _candidates(self) -> None:
         known = {e["candidate"] for e in self.journal.of("candidate")}
@@ -71,15 +82,17 @@ class Search:
         while waiting or len(self.work):
             while waiting and len(self.work) < self.workers and (sampler is None or sampler.ready(coming)):
                 is_last = sampler is not None and sampler.finished(coming)
-                waiting = self.budget.allows_another(len(self.work)) and not is_last
+                waiting = self._allows_another(len(self.work)) and not is_last
                 if waiting:
                     values = self.proposer.ask(coming) if coming else self.plan.start
                     self.proposed[coming] = values
-                    self.work.add(coming, evaluate, self._job(coming, values if coming else {}))
+                    least = [self.least(stage) for stage in range(len(self.plan.stages) - 1)]
+                    own = self.plan if sampler is None else replace(self.plan, cells=(sampler.cell(coming),))
+                    self.work.add(coming, evaluate, self._job(coming, values, own, least))
                     coming = next(numbers)
             for number, result in self._results():
                 self._tell(number, self.proposed.pop(number), result)
-            if len(self.work) and self.budget.is_over():
+            if len(self.work) and self._is_over():
                 self.work.stop()
                 return
 
@@ -87,19 +100,10 @@ class Search:
         if number == 0 and ("failed" in result or "refused" in result):
             fault = f"cannot be evaluated: {result.get('failed') or result['refused']}"
             raise refusal((), fault, source="the world as written")
-        entry = self.journal.add(
-            "candidate", candidate=number, values=values, **result, at=self.budget.elapsed
-        )
+        entry = self.journal.add("candidate", candidate=number, values=values, **result, at=self.elapsed)
         self.proposer.tell(number, values, merit(entry))
         if number and entry not in self.ranked()[: max(BEST, self.plan.config.search.finalists)]:
             self._forget(number)
-
-    def _finals(self) -> None:
-        known = {e["candidate"] for e in self.journal.of("final")}
-        wanted = [e for e in self._finalists() if e["candidate"] not in known]
-        jobs = {e["candidate"]: self._whole(e, self.plan.finals, self.plan.ticks) for e in wanted}
-        for number, result in self._all(jobs):
-            self.journal.add("final", candidate=number, **result, at=self.budget.elapsed)
 
     def _finalists(self) -> list[dict[str, Any]]:
         """Return the best candidates that passed all runs; none if there is only one."""
@@ -107,22 +111,19 @@ class Search:
         best = [e for e in self.ranked() if e["stage"] == last][: self.plan.config.search.finalists]
         return best if len(best) > 1 else []
 
-    def _confirmation(self) -> None:
-        known = {(e["candidate"], *e["cell"]) for e in self.journal.of("confirmation")}
-        best, start = self.best(), next(e for e in self.journal.of("candidate") if e["candidate"] == 0)
-        jobs = {}
-        for entry in [best, start] if best is not start else [best]:
-            for cell in self.plan.confirmation:
-                if (entry["candidate"], *cell) not in known:
-                    jobs[entry["candidate"], cell] = self._whole(entry, [cell], self.plan.confirmation_ticks)
-        for (number, cell), result in self._all(jobs):
-            self.journal.add("confirmation", candidate=number, cell=cell, **result, at=self.budget.elapsed)
-
-    def _all(self, jobs: Mapping[Any, Job]) -> Iterator[tuple[Any, Any]]:
-        for tag, job in jobs.items():
-            self.work.add(tag, evaluate, job)
+    def _test(self, kind: str, tests: Iterable[tuple[Entry, Sequence[Cell], int]]) -> None:
+        """Run candidates with all of these seeds for these ticks, except those in the journal."""
+        known = {(e["candidate"], *e.get("cell", ())) for e in self.journal.of(kind)}
+        for entry, cells, ticks in tests:
+            key = (entry["candidate"], *(cells[0] if kind == "confirmation" else ()))
+            if key not in known:
+                known.add(key)
+                plan = replace(self.plan, cells=tuple(cells), stages=((ticks, len(cells)),))
+                self.work.add(key, evaluate, self._job(entry["candidate"], entry["values"], plan, None))
         while len(self.work):
-            yield from self._results()
+            for (number, *cell), result in self._results():
+                own = {"cell": cell} if cell else {}
+                self.journal.add(kind, candidate=number, **own, **result, at=self.elapsed)
 
     def _results(self) -> Iterator[tuple[Any, dict[str, Any]]]:
         """Yield (key, result) for results that arrive within a second. Raises BrokenExecutor, or WorkerLost on
@@ -132,26 +133,8 @@ class Search:
         if self._progress is not None:
             self._progress(self)
 
-    def _job(self, number: int, values: dict[str, float]) -> Job:
-        least = [self.least(stage) for stage in range(len(self.plan.stages) - 1)]
-        plan = self.plan
-        return Job(
-            f"candidate-{number}",
-            plan.config,
-            values,
-            plan.cells if self.sampler is None else [self.sampler.cell(number)],
-            plan.stages,
-            least,
-            plan.config.search.hopeless,
-            self.out / "policies",
-            plan.fit,
-        )
-
-    def _whole(self, entry: Mapping[str, Any], cells: Iterable[tuple[int, int]], ticks: int) -> Job:
-        """Return a job that runs a candidate with all these seeds at full length."""
-        cells = tuple(cells)
-        job = self._job(entry["candidate"], entry["values"] if entry["candidate"] else {})
-        return replace(job, cells=cells, stages=[(ticks, len(cells))], least=[], hopeless=1.0)
+    def _job(self, number: int, values: dict[str, float], plan: Plan, least: Sequence[float] | None) -> Job:
+        return Job(f"candidate-{number}", plan, values if number else {}, least, self.out / "policies")
 
     def least(self, stage: int) -> float:
         """Return the score needed to advance from a stage: a quantile of earlier candidates' scores."""
@@ -185,9 +168,46 @@ class Search:
         return len(self.journal.of("candidate"))
 
     @property
+    def elapsed(self) -> float:
+        """The elapsed time of the search [s]."""
+        return round(self._before + time.monotonic() - self._begun, 3)
+
+    @property
+    def worked(self) -> float:
+        """The CPU time of candidates [s]."""
+        return float(sum(e["cpu"] for e in self.journal.of("candidate")))
+
+    @property
     def share(self) -> float:
         """The completed fraction of the search, in [0, 1]."""
-        return self.budget.share
+        parts = ((self.done, self.trials), (self.elapsed, self.seconds), (self.worked, self.cpu))
+        return min(1.0, max((used / whole for used, whole in parts if whole), default=0.0))
+
+    def _allows_another(self, running: int) -> bool:
+        """Return whether another candidate can begin; the first always can."""
+        n = self.done + running
+        if (self.trials is not None and n >= self.trials) or (
+            self.cpu is not None and self.worked >= self.cpu
+        ):
+            return False
+        usual = float(np.median([e["seconds"] for e in self.journal.of("candidate")] or [0.0]))
+        return n == 0 or self.seconds is None or self.elapsed < self.seconds - self._reserve() - usual
+
+    def _is_over(self) -> bool:
+        """Return whether no time is left for candidates; False until there is a result."""
+        return self.seconds is not None and self.done > 0 and self.elapsed > self.seconds - self._reserve()
+
+    def _reserve(self) -> float:
+        """Return the time to reserve for finals and confirmation [s]."""
+        seconds, plan = self.seconds or 0.0, self.plan
+        whole = [e for e in self.journal.of("candidate") if len(e["stages"]) == len(plan.stages)]
+        if not whole:
+            return FIRST_RESERVE * seconds
+        # of a run at full length, with its share of training [s]
+        run = float(np.median([e["seconds"] / len(e["stages"][-1]["runs"]) for e in whole]))
+        confirmation = len(plan.confirmation) * plan.confirmation_ticks / plan.ticks
+        runs = len(self._finalists()) * len(plan.finals) + confirmation
+        return min(1.15 * runs * run / self.workers, MOST_RESERVE * seconds)
 
     def _forget(self, number: int) -> None:
         forget_trained(inside(self.out, self.out / "policies" / f"candidate-{number}"))

@@ -15,7 +15,7 @@ from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.models.search import Search
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.inputs.code import handed_over
-from ecs_eco.lab.searching.fit import Fit
+from ecs_eco.lab.searching.plan import Fit, Plan
 from ecs_eco.lab.trained import train_or_find
 
 
@@ -103,17 +103,13 @@ STEP = 25  # ticks between checks for extinctions
 
 @dataclass(frozen=True)
 class Job:
-    """A candidate and the settings of its evaluation."""
+    """A candidate and the plan of its evaluation."""
 
     name: str  # name of its policy folder
-    config: WorldConfig
+    plan: Plan  # with the candidate's own seeds and stages
     values: dict[str, Any]
-    cells: Sequence[tuple[int, int]]
-    stages: Sequence[tuple[int, int]]
-    least: Sequence[float]  # score required at each stage except the last
-    hopeless: float  # share of extinct runs above which evaluation ends
+    least: Sequence[float] | None  # score required at each stage except the last; None: no run is left out
     policies: Path  # folder of trained policies
-    fit: Fit | None = None  # measurements to compare runs with
 
 
 def evaluate(job: Job) -> dict[str, Any]:
@@ -121,7 +117,7 @@ def evaluate(job: Job) -> dict[str, Any]:
     values do not produce a valid world, or "failed" if the user's code raised an error."""
     begin, worked = time.perf_counter(), time.process_time()
     try:
-        result = _evaluate(load(job.config, job.values), job)
+        result = _evaluate(load(job.plan.config, job.values), job)
     except ConfigError as error:
         result = {"stage": 0, "score": 0.0, "stages": [], "refused": str(error)}
     except Exception as error:
@@ -152,10 +148,10 @@ class Life:
                 self._go(min(STEP, ticks - self.world.tick))
         except FloatingPointError:
             self.died = self.world.tick if self.world is not None else 0, "numbers that are not finite"
-        if self.died is None and ticks == self.job.stages[-1][0]:
+        if self.died is None and ticks == self.job.plan.stages[-1][0]:
             self.died = self._last_birth(ticks)
         lived = ticks if self.died is None else min(self.died[0], ticks)
-        score, goal, fit = lived / ticks, None, self.job.fit
+        score, goal, fit = lived / ticks, None, self.job.plan.fit
         own: dict[str, Any] = {} if fit is None else {"statistics": None}
         if self.died is None:
             series = load_series(self.world.series())
@@ -182,7 +178,7 @@ class Life:
         search, policies = self.config.search, str(self.config.search.policies)
         if policies in ("train", "train-once"):
             own = policies == "train"
-            owner, trained_in = (self.job.name, self.config) if own else ("start", self.job.config)
+            owner, trained_in = (self.job.name, self.config) if own else ("start", self.job.plan.config)
             folder = self.job.policies / owner / f"training-{training_seed}"
             policies = str(train_or_find(folder, trained_in, training_seed, search.training_ticks))
         self.world = World.from_config(self.config, seed=seed, policies=policies)
@@ -213,19 +209,20 @@ class Life:
 
 
 def _evaluate(config: WorldConfig, job: Job) -> dict[str, Any]:
+    least, hopeless = ((), 1.0) if job.least is None else (job.least, job.plan.config.search.hopeless)
     lives: list[Life] = []
     stages: list[dict[str, Any]] = []
-    for stage, (ticks, n) in enumerate(job.stages):
-        lives += [Life(config, job, cell) for cell in job.cells[len(lives) : n]]
+    for stage, (ticks, n) in enumerate(job.plan.stages):
+        lives += [Life(config, job, cell) for cell in job.plan.cells[len(lives) : n]]
         runs: list[dict[str, Any]] = []
         for life in lives:
             runs.append(life.until(ticks))
             lost = sum(r["extinct"] is not None for r in runs)
-            if lost > job.hopeless * len(lives):
+            if lost > hopeless * len(lives):
                 break
         score = sum(r["score"] for r in runs) / len(runs)
         stages.append({"ticks": ticks, "score": score, "lost": lost, "runs": runs})
-        if lost > job.hopeless * n or (stage < len(job.least) and score < job.least[stage]):
+        if lost > hopeless * n or (stage < len(least) and score < least[stage]):
             break
     return {"stage": len(stages) - 1, "score": stages[-1]["score"], "stages": stages}
 

@@ -1,4 +1,4 @@
-"""Figures of a search: its progress, the important parameters, and where good worlds are."""
+"""Figures of a search: its progress, the important parameters, where good worlds are, and the posterior."""
 
 from collections.abc import Sequence
 from itertools import combinations
@@ -6,14 +6,16 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.analysis.palette import AXIS, GREY, GRID, INK
+from ecs_eco.analysis.palette import AXIS, GREY, GRID, INK, SAFE
 from ecs_eco.analysis.style import PALETTE, Figure, panels, several, styled
 from ecs_eco.lab.response import short
 from ecs_eco.lab.searching.optimise import Importance, merit
 from ecs_eco.lab.searching.plan import Parameter
+from ecs_eco.lab.searching.sampler import ENDS, Population, value_at, weighted_quantiles
 
 STAGES = (GREY, PALETTE[5], PALETTE[2], INK)
-BEST, START = PALETTE[3], INK
+BEST, START, POSTERIOR = PALETTE[3], INK, SAFE[6][0]
+MOST = 6  # maximum number of parameters in the figure of pairs of the posterior
 
 
 @styled
@@ -127,6 +129,40 @@ def pairs(
     return figure
 
 
+@styled
+def marginals(parameters: tuple[Parameter, ...], kept: Population, start: dict[str, float]) -> Figure:
+    """Plot the posterior density of each parameter over its range."""
+    figure, axes = several(len(parameters), 4, (2.9, 2.3), (0.4, 0.3))
+    at = np.linspace(0, 1, 201)
+    for k, (ax, p) in enumerate(zip(axes.flat, parameters, strict=False)):
+        x = [value_at(p, u) for u in at]
+        ax.fill_between(x, density(kept.at[:, k], kept.shares, at), color=POSTERIOR, alpha=0.35, lw=0)
+        ax.axhline(1, color=GREY, lw=1)
+        low, middle, high = weighted_quantiles(kept.at[:, k], kept.shares, ENDS)
+        ax.plot([value_at(p, low), value_at(p, high)], [0, 0], color=POSTERIOR, lw=4, clip_on=False)
+        ax.axvline(value_at(p, middle), color=POSTERIOR, lw=1.4, label="median")
+        ax.axvline(start[p.name], color=START, lw=1.2, ls=":", label="as written")
+        ax.set(ylim=(0, None), yticks=[])
+        scaled(ax.xaxis, p, fontsize=9)
+        ax.set_xlim(p.low, p.high)
+    axes[0, 0].legend(loc="best", fontsize=9)
+    return figure
+
+
+@styled
+def posterior_pairs(parameters: tuple[Parameter, ...], kept: Population) -> Figure:
+    """Plot the posterior over pairs of the first parameters."""
+    chosen = list(combinations(range(min(MOST, len(parameters))), 2))
+    figure, axes = several(len(chosen), 3, (3.3, 2.9), (0.3, 0.2))
+    for ax, (i, j) in zip(axes.flat, chosen, strict=False):
+        x, y = ([value_at(parameters[k], u) for u in kept.at[:, k]] for k in (i, j))
+        ax.scatter(x, y, s=20 + 400 * kept.shares, color=POSTERIOR, alpha=0.5, lw=0, clip_on=False)
+        scaled(ax.xaxis, parameters[i], fontsize=9)
+        scaled(ax.yaxis, parameters[j], fontsize=9)
+        ax.set(xlim=(parameters[i].low, parameters[i].high), ylim=(parameters[j].low, parameters[j].high))
+    return figure
+
+
 def scaled(axis: Any, p: Parameter, **label: float) -> None:
     """Label an axis with a parameter; log axes have ticks at 1, 2 and 5 × 10ⁿ or, beyond two decades, at 10ⁿ."""
     getattr(axis.axes, f"set_{axis.axis_name}label")(short(p.name), **label)
@@ -143,3 +179,12 @@ def scaled(axis: Any, p: Parameter, **label: float) -> None:
     ]
     axis.set_ticks(ticks, labels=[f"{t:g}" for t in ticks])
     axis.set_ticks([], minor=True)
+
+
+def density(places: np.ndarray, shares: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Return the normal-kernel density of weighted positions (Silverman's width), mirrored at 0 and 1."""
+    mean = shares @ places
+    wide = max(0.02, np.sqrt(shares @ (places - mean) ** 2) * (1.06 * (shares**2).sum() ** 0.2))
+    mirrored = np.concatenate([places, -places, 2 - places])
+    kernel = np.exp(-0.5 * ((at[:, None] - mirrored) / wide) ** 2)
+    return np.asarray(kernel @ np.tile(shares, 3) / (wide * np.sqrt(2 * np.pi)))

@@ -1,24 +1,30 @@
-"""The plan of a search: parameters, ordered runs, stages, and the seeds of finals and confirmation."""
+"""The plan of a search: parameters, ordered runs, stages, the seeds of finals and confirmation, and measurements
+in the world's [data], a few of whose statistics are compared with those of runs."""
 
+import hashlib
 import json
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from itertools import combinations
 from typing import Any, Self
 
 import numpy as np
 
+from ecs_eco.analysis.against import numbers_of
+from ecs_eco.analysis.runs import Series
+from ecs_eco.analysis.signature import cycle, period_of
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.lines import key_lines
+from ecs_eco.config.measurements import Outside, outside_of
 from ecs_eco.config.ranges import key_of, real_key
 from ecs_eco.engine.errors import ConfigError, Problem, refusal
-from ecs_eco.lab.searching.fit import Fit, fit_of
-from ecs_eco.lab.searching.journal import Journal
 
 Cell = tuple[int, int]  # training seed, world seed
 Stage = tuple[int, int]  # length of the runs [ticks], number of runs
 FINALS, CONFIRMATION = 50_000, 100_000  # offsets of their seeds
 TRAINED = ("train", "train-once")
+SKIP = 0.1  # fraction of a run left out at its start when it is compared with measurements
+Statistics = dict[str, float]
 
 
 @dataclass(frozen=True)
@@ -36,6 +42,57 @@ class Parameter:
         """Return the value clipped to its range and rounded to four digits, as written to files."""
         value = min(max(float(f"{value:.4g}"), self.low), self.high)
         return round(value) if self.whole else float(value)
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Measurements to compare runs with, and their statistics: log10 values or fractions of a period.
+
+    Attributes
+    ----------
+    outside : Outside
+        The measurements.
+    kinds : tuple of str
+        Kinds of statistics compared: "period", "lag", "amplitude", "mean".
+    observed : dict of str to float
+        Statistics of the measurements.
+    """
+
+    outside: Outside
+    kinds: tuple[str, ...]
+    observed: Statistics
+    sha256: str  # of the measurements
+
+    def of(self, series: Series) -> Statistics | None:
+        """Return the statistics of the last part of a run, as long as the measurements and sampled like them.
+
+        Parameters
+        ----------
+        series : Series
+
+        Returns
+        -------
+        dict of str to float or None
+            None if the run is too short, or a species died out in that part.
+        """
+        x = sampled(series, self.outside)
+        return None if x is None else statistics(x, list(self.outside.columns), self.outside, self.kinds)
+
+    def differences(self, own: Mapping[str, float]) -> np.ndarray:
+        """Return the differences between a run's statistics and those of the measurements.
+
+        Parameters
+        ----------
+        own : Mapping of str to float
+            Statistics as returned by `of`.
+
+        Returns
+        -------
+        array of float64, shape (statistics,)
+            Differences between lags are taken the shorter way around a period.
+        """
+        apart = [(name, own[name] - value) for name, value in self.observed.items()]
+        return np.array([(d + 0.5) % 1 - 0.5 if name.startswith("lag ") else d for name, d in apart])
 
 
 @dataclass(frozen=True)
@@ -158,71 +215,64 @@ def stages(ticks: int, runs: int, n: int, first: float) -> tuple[Stage, ...]:
     return tuple((max(1, round(ticks * first ** (1 - s))), max(1, round(runs**s))) for s in steps)
 
 
-# fraction of the time reserved for finals and confirmation, before a run at full length has been timed
-FIRST_RESERVE = 0.25
-MOST_RESERVE = 0.6  # maximum fraction reserved, however long such runs take
+def fit_of(config: WorldConfig, ticks: int) -> Fit | None:
+    """Return the comparison for a world's goal "data", with runs of this many ticks, or None without this goal.
+    Raises ConfigError if the measurements cannot be used or are longer than the runs."""
+    if config.data is None or not any(of == "data" for of, _ in config.search.goals):
+        return None
+    names = [*config.species, *config.reporters]
+    outside = outside_of(config.data.model_dump(), config.folder, names, config._source)
+    least = 0.0 if outside.ticks is None else float(np.ptp(outside.times)) * outside.ticks + 1
+    if (1 - SKIP) * ticks < least:
+        raise refusal(
+            ("search", "ticks"),
+            "is shorter than the measurements in [data]",
+            ticks,
+            f"at least {int(np.ceil(least / (1 - SKIP))):,}",
+            source=config._source,
+        )
+    x = np.stack(list(outside.columns.values()), 1)
+    kinds = tuple(config.data.statistics)
+    observed = statistics(x, list(outside.columns), outside, kinds)
+    if not observed:
+        allowed = "lag (with at least two columns), amplitude, mean, or period with data.ticks"
+        raise refusal(
+            ("data", "statistics"), "leaves nothing to compare", list(kinds), allowed, source=config._source
+        )
+    words = [repr((outside.ticks, kinds, list(outside.columns))).encode(), outside.times.tobytes()]
+    return Fit(outside, kinds, observed, hashlib.sha256(b"".join([*words, x.tobytes()])).hexdigest())
 
 
-class Budget:
-    """The budget of a search, including earlier calls, and the part used so far."""
+def sampled(series: Series, outside: Outside) -> np.ndarray | None:
+    """Return the last part of a run with the length and sampling rate of the measurements (in periods, if the
+    length of their time unit is unknown), f64[samples, columns], or None if there is none."""
+    n = np.stack([numbers_of(series, name) for name in outside.columns], 1)
+    n = n[int(SKIP * len(n)) :]
+    if not (np.isfinite(n).all() and (n >= 0).all() and n.any(0).all()):
+        return None
+    samples = len(outside.times)
+    if outside.ticks is not None:
+        step = outside.step * outside.ticks
+    else:
+        step = period_of(*n.T) / cycle(*outside.columns.values()).period
+    at = len(n) - 1 - np.floor(step * np.arange(samples)[::-1]).astype(int)
+    return n[at] if at[0] >= 0 and n[at].any(0).all() else None
 
-    def __init__(
-        self,
-        plan: Plan,
-        journal: Journal,
-        finalists: Callable[[], int],  # returns their number
-        minutes: float | None,
-        trials: int | None,
-        cpu: float | None,
-        workers: int,
-    ) -> None:
-        self._plan, self._journal, self._finalists = plan, journal, finalists
-        self.seconds = None if minutes is None else minutes * 60
-        self.trials, self.cpu, self.workers = trials, cpu, workers
-        self._before = max((float(e["at"]) for e in journal.entries), default=0.0)
-        self._begun = time.monotonic()
 
-    @property
-    def elapsed(self) -> float:
-        """Return the elapsed time of the search [s]."""
-        return round(self._before + time.monotonic() - self._begun, 3)
-
-    @property
-    def worked(self) -> float:
-        """Return the CPU time of candidates [s]."""
-        return float(sum(e["cpu"] for e in self._journal.of("candidate")))
-
-    @property
-    def share(self) -> float:
-        """Return the completed fraction of the search, in [0, 1]."""
-        done = len(self._journal.of("candidate"))
-        parts = ((done, self.trials), (self.elapsed, self.seconds), (self.worked, self.cpu))
-        return min(1.0, max((used / whole for used, whole in parts if whole), default=0.0))
-
-    def allows_another(self, running: int) -> bool:
-        """Return whether another candidate can begin; the first always can."""
-        n = len(self._journal.of("candidate")) + running
-        if self.trials is not None and n >= self.trials:
-            return False
-        if self.cpu is not None and self.worked >= self.cpu:
-            return False
-        usual = float(np.median([e["seconds"] for e in self._journal.of("candidate")] or [0.0]))
-        return n == 0 or self.seconds is None or self.elapsed < self.seconds - self._reserve() - usual
-
-    def is_over(self) -> bool:
-        """Return whether no time is left for candidates; False until there is a result."""
-        if self.seconds is None or not self._journal.of("candidate"):
-            return False
-        return self.elapsed > self.seconds - self._reserve()
-
-    def _reserve(self) -> float:
-        """Return the time to reserve for finals and confirmation [s]."""
-        seconds, plan = self.seconds or 0.0, self._plan
-        whole = [e for e in self._journal.of("candidate") if len(e["stages"]) == len(plan.stages)]
-        if not whole:
-            return FIRST_RESERVE * seconds
-        # of a run at full length, with its share of training [s]
-        run = float(np.median([e["seconds"] / len(e["stages"][-1]["runs"]) for e in whole]))
-        confirmation = len(plan.confirmation) * plan.confirmation_ticks / plan.ticks
-        runs = self._finalists() * len(plan.finals) + confirmation
-        return min(1.15 * runs * run / self.workers, MOST_RESERVE * seconds)
+def statistics(x: np.ndarray, names: list[str], outside: Outside, kinds: tuple[str, ...]) -> Statistics:
+    """Return the statistics of series f64[samples, names]: period of their shared cycle [log10 of time
+    units], lags between them [periods], amplitudes [log10], means [log10]."""
+    found = cycle(*x.T)
+    out: Statistics = {}
+    if "period" in kinds and outside.ticks is not None:
+        out["period"] = float(np.log10(found.period * outside.step))
+    if "lag" in kinds:
+        out |= {
+            f"lag {a}, {b}": float((found.phases[names.index(b)] - found.phases[names.index(a)]) % 1)
+            for a, b in combinations(names, 2)
+        }
+    if "amplitude" in kinds:
+        out |= {f"amplitude {name}": float(swing) for name, swing in zip(names, found.swings, strict=True)}
+    if "mean" in kinds:
+        out |= {f"mean {name}": float(np.log10(mean)) for name, mean in zip(names, x.mean(0), strict=True)}
+    return out

@@ -1,7 +1,8 @@
-"""The results of a search: the best worlds, search.json, figures and search.html."""
+"""A whole search and its results: the best worlds, search.json, figures and search.html."""
 
 import shutil
 from collections.abc import Mapping
+from concurrent.futures import Executor
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -16,23 +17,131 @@ from ecs_eco.config.edit import as_toml, edited
 from ecs_eco.config.loading import WorldSource, document_of
 from ecs_eco.config.overrides import Overrides
 from ecs_eco.config.ranges import Key, key_of, real_key
-from ecs_eco.engine.errors import ConfigError
+from ecs_eco.engine.arguments import called_with
+from ecs_eco.engine.errors import ConfigError, in_words, listed, nearest, refusal
 from ecs_eco.engine.files import write_json
 from ecs_eco.engine.versions import versions
+from ecs_eco.lab.executors import LOCAL, engine, prepare, workers_of
 from ecs_eco.lab.folder import copy_file, named_files
 from ecs_eco.lab.response import group
 from ecs_eco.lab.searching import figures
-from ecs_eco.lab.searching.course import BEST, Search
-from ecs_eco.lab.searching.optimise import Importance, importances, merit, ranks, space_of
-from ecs_eco.lab.searching.plan import TRAINED, Plan
-from ecs_eco.lab.searching.posterior import posterior_blocks, posterior_opening, write_posterior
-from ecs_eco.lab.searching.sampler import SAMPLERS
+from ecs_eco.lab.searching.course import BEST, Progress, Search
+from ecs_eco.lab.searching.optimise import OPTIMISERS, Importance, importances, merit, ranks, space_of
+from ecs_eco.lab.searching.plan import TRAINED, Plan, plan_of
+from ecs_eco.lab.searching.sampler import SAMPLERS, Sampler, write_posterior
 from ecs_eco.lab.trained import forget_trained
+from ecs_eco.lab.work import Work
+from ecs_eco.record.claim import Claim, ours
 from ecs_eco.record.code import keep_beside
 from ecs_eco.record.container import inside
 from ecs_eco.record.folder import git_commit
 
 Runs = list[dict[str, Any]]  # journal entries, or the runs in them
+
+
+def search(
+    world: WorldSource,
+    out: str | Path | Claim,
+    overrides: Overrides = None,
+    *,
+    budget: float | None = None,
+    trials: int | None = None,
+    cpu: float | None = None,
+    workers: int | None = None,
+    optimiser: str = "gp",
+    progress: Progress | None = None,
+    report: bool = True,
+    trust: bool = False,
+    executor: str | Executor = LOCAL,
+) -> dict[str, Any]:
+    """Search the ranges in a world's `search` section and write the results to a folder.
+
+    Parameters
+    ----------
+    world : str, Path or Mapping
+        A world with ranges to search.
+    out : str or Path
+        Results folder: new, empty, or from a search to resume.
+    overrides : Mapping or sequence of str, optional
+        Changes to values, as in `ecs_eco.config.load`, including keys of `search`.
+    budget : float, optional
+        Minutes after which the search ends, including earlier calls.
+    trials : int, optional
+        Number of candidates after which the search ends.
+    cpu : float, optional
+        CPU time of candidates [s] after which the search ends.
+    workers : int, optional
+        Number of processes; default: 2.
+    optimiser : str, default "gp"
+        "gp" (Gaussian process), "tpe" or "random"; to fit measurements, "abc" or "abc-smc".
+    progress : callable, optional
+        Function called with the search after each candidate.
+    report : bool, default True
+        Whether to write search.html.
+    trust : bool, default False
+        Whether code listed in the world file can run in this process and its workers.
+    executor : str or Executor, default "local"
+        "local", "ray", or your own executor.
+
+    Returns
+    -------
+    dict
+        Contents of search.json: the best values, their importance, and the confirmation on fresh seeds.
+
+    Raises
+    ------
+    ConfigError
+        If the world or the optimizer is invalid.
+    FolderInUse
+        If another process is searching there.
+    ForeignFile
+        If the folder contains another search.
+
+    Examples
+    --------
+    >>> from ecs_eco.lab import search
+    >>> energy = {"value": 0.5, "search": [0.1, 1.0]}
+    >>> mite = {
+    ...     "count": 4,
+    ...     "body": {"radius": 0.1},
+    ...     "metabolism": {"energy": energy, "energy_max": 1.0, "basal": 0.02},
+    ...     "lethal": [{"property": "energy", "min": 0.0, "cause_below": "starved"}],
+    ... }
+    >>> world = {"format": 1, "name": "fell", "ticks": 60, "space": {"size": [20.0, 20.0]}}
+    >>> plan = {"world_seeds": 1, "finalists": 1, "confirm": {"world_seeds": 1}}
+    >>> world |= {"species": {"mite": mite}, "search": plan}
+    >>> found = search(world, "found", trials=2, workers=1, report=False)
+    >>> "best" in found
+    True
+    """
+    called_with("progress", progress, "the search")
+    config = load(world, overrides, trust=trust)
+    plan = plan_of(config)
+    if optimiser not in (known := (*OPTIMISERS, *SAMPLERS)):
+        near = nearest(optimiser, known)
+        raise refusal((), "no such optimizer", optimiser, listed(known), near, "--optimiser")
+    if optimiser in SAMPLERS:
+        if plan.fit is None:
+            allowed = 'a world with [data], and [search] objective = "data"'
+            fault = "samples values that fit measurements, but the world has none"
+            raise refusal((), fault, optimiser, allowed, source="--optimiser")
+        plan = plan.sampling()
+    if budget is None and trials is None and cpu is None:
+        allowed = "a budget in minutes or a number of trials"
+        raise refusal((), "no end", allowed=allowed, source="--budget, --trials")
+    with ours(out) as claim:
+        folder = claim.path if executor == LOCAL else claim.path.absolute()
+        running = None
+        try:
+            with engine(executor, workers) as pool, Work[Any](pool) as work:
+                most = workers or workers_of(pool)
+                running = Search(plan, folder, work, most, optimiser, budget, trials, cpu, progress)
+                prepare(pool, folder, config)
+                running.run()
+        finally:
+            if running is not None:
+                running.sweep()
+        return write_results(running, world, overrides, report)
 
 
 def write_page(search: Search, result: dict[str, Any]) -> None:
@@ -182,6 +291,86 @@ def _important(search: Search, result: dict[str, Any], folder: Path) -> list[str
     return blocks
 
 
+def posterior_opening(result: dict[str, Any]) -> list[str]:
+    """Return sentences on the parameters, narrowest first, and the measurements that are not predicted."""
+    known = {
+        name: (of["high"] - of["low"]) / (of["range"][1] - of["range"][0])
+        for name, of in result["numbers"].items()
+    }
+    told = [
+        f"{name} = {number(of['median'])} ({number(of['low'])} to {number(of['high'])})"
+        for name in sorted(known, key=known.__getitem__)[:3]
+        for of in [result["numbers"][name]]
+    ]
+    lines = [f"Median and central 90% of the posterior: {', '.join(told)}."] if told else []
+    outside = [name for name, of in result["statistics"].items() if _place(of)]
+    if outside:
+        lines.append(
+            f"The posterior does not predict {in_words(outside)}: the measured value is outside the central 90% "
+            "of the runs. The world may lack a process that causes it."
+        )
+    elif told:
+        lines.append(f"It predicts {in_words(result['statistics'])}.")
+    return lines
+
+
+def posterior_blocks(sampler: Sampler, result: dict[str, Any], folder: Path) -> list[str]:
+    """Return the section on the posterior; its figures are also written to `folder`."""
+    kept = sampler.posterior()
+    if not result["numbers"]:
+        return ["<h2>Posterior</h2>", "<p>No candidate lived long enough to be compared.</p>"]
+    told = (
+        f"<p>Of {result['candidates']} candidates, {result['compared']} lived long enough to be compared; "
+        f"the {result['kept']} nearest form the posterior (posterior.csv), equivalent to "
+        f"{number(result['effective'])} candidates of equal weight.</p>"
+    )
+    numbers = [
+        [
+            name,
+            f"{number(of['range'][0])} … {number(of['range'][1])}",
+            number(of["median"]),
+            f"{number(of['low'])} … {number(of['high'])}",
+        ]
+        for name, of in result["numbers"].items()
+    ]
+    statistics = [
+        [
+            name,
+            number(of["observed"]),
+            number(of["median"]),
+            f"{number(of['low'])} … {number(of['high'])}",
+            _place(of),
+        ]
+        for name, of in result["statistics"].items()
+    ]
+    parameters = sampler.plan.parameters
+    shown = [
+        drawn(
+            figures.marginals(parameters, kept, sampler.plan.start),
+            folder / "posterior.svg",
+            "Posterior density of each parameter on the scale of its range, with "
+            "the median and central 90%; the gray line is the prior density.",
+        )
+    ]
+    if len(parameters) > 1:
+        caption = "Pairs of parameters; the area of a dot shows the weight of a candidate."
+        shown.append(
+            drawn(figures.posterior_pairs(parameters, kept), folder / "posterior-pairs.svg", caption)
+        )
+    return [
+        "<h2>Posterior</h2>",
+        told,
+        table(["parameter", "range", "median", "central 90%"], numbers),
+        *shown,
+        table(["statistic", "measured", "median of the runs", "central 90%", "measured value"], statistics),
+    ]
+
+
+def _place(of: dict[str, float]) -> str:
+    """Return "above" or "below" if the measured value is outside the central 90%, else ""."""
+    return "below" if of["observed"] < of["low"] else "above" if of["observed"] > of["high"] else ""
+
+
 def write_results(search: Search, world: WorldSource, overrides: Overrides, report: bool) -> dict[str, Any]:
     """Write best-1.toml …, search.json and, if `report` is true, the page; return the contents of search.json."""
     result, ranked = summary(search), search.ranked()
@@ -214,7 +403,7 @@ def summary(search: Search) -> dict[str, Any]:
         "optimiser": search.optimiser,
         "workers": search.workers,
         "seconds": search.journal.entries[-1]["at"],
-        "cpu_of_candidates": round(search.budget.worked, 1),
+        "cpu_of_candidates": round(search.worked, 1),
         "seconds_of_candidates": max(e["at"] for e in search.journal.of("candidate")),
         "candidates": len(ranked),
         "by_stage": [sum(e["stage"] >= s for e in ranked) for s in range(len(plan.stages))],

@@ -1,12 +1,17 @@
 """Approximate Bayesian computation. abc draws candidates from the ranges and accepts those whose runs are most
 similar to the measurements (Pritchard et al. 1999). abc-smc draws later generations around the nearest ones,
 weighted by prior / proposal density (Beaumont et al. 2009, with the adaptive distances of Lenormand, Jabot &
-Deffuant 2013). Proposals depend only on the seed and the journal."""
+Deffuant 2013). Proposals depend only on the seed and the journal. posterior.csv and search.json contain
+the posterior."""
 
+import csv
+import io
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from ecs_eco.engine import files
 from ecs_eco.lab.searching.journal import Journal
 from ecs_eco.lab.searching.plan import Parameter, Plan
 
@@ -15,6 +20,8 @@ FIRST_SEED = 200_000  # world seed of candidate 0
 WIDE = 2.0  # covariance of steps / covariance of the nearest candidates
 TRIED = 4000  # number of draws for estimating how many fall outside the ranges
 FEWEST = 3  # minimum number of accepted candidates around which to draw
+NAME = "posterior.csv"
+ENDS = [0.05, 0.5, 0.95]  # quantiles given of the posterior
 
 
 class Population(NamedTuple):
@@ -245,3 +252,69 @@ def _density(at: np.ndarray, of: Population) -> np.ndarray:
     tried = tried + rng.standard_normal(tried.shape) @ root.T
     inside = max(1, ((tried >= 0) & (tried <= 1)).all(1).sum()) / TRIED
     return np.asarray(np.exp(exponent) @ of.shares / scale / inside)
+
+
+def write_posterior(sampler: Sampler, out: Path) -> dict[str, Any]:
+    """Write posterior.csv, with a row for each accepted candidate, nearest first: candidate, generation,
+    weight (summing to 1), distance, parameter values by dotted key, statistics; return the posterior's entry in
+    search.json."""
+    kept = sampler.posterior()
+    entries = {e["candidate"]: e for e in sampler.journal.of("candidate")}
+    names, measured = [p.name for p in sampler.plan.parameters], list(sampler.fit.observed)
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(["candidate", "generation", "weight", "distance", *names, *measured])
+    columns = (kept.numbers.tolist(), kept.shares.tolist(), kept.distances.tolist())
+    for candidate, weight, distance in zip(*columns, strict=True):
+        own = statistics_of(entries[candidate]) or {}
+        values = entries[candidate]["values"]
+        table.writerow(
+            [
+                candidate,
+                sampler.generation(candidate),
+                repr(weight),
+                repr(distance),
+                *(repr(values[name]) for name in names),
+                *(repr(own[name]) for name in measured),
+            ]
+        )
+    files.write(out / NAME, text.getvalue())
+    return summary(sampler, kept, entries)
+
+
+def summary(sampler: Sampler, kept: Population, entries: dict[int, dict[str, Any]]) -> dict[str, Any]:
+    """Return the posterior's entry in search.json: means and central 90% intervals."""
+    out: dict[str, Any] = {
+        "candidates": sum(number > 0 for number in entries),
+        "compared": sum(number > 0 and statistics_of(e) is not None for number, e in entries.items()),
+        "kept": len(kept.numbers),
+        "observed": sampler.fit.observed,
+        "generations": 1 + max(map(sampler.generation, entries)),
+        "furthest": float(kept.distances.max()) if len(kept.distances) else None,
+        "effective": float(1 / (kept.shares**2).sum()) if len(kept.numbers) else 0.0,
+        "numbers": {},
+        "statistics": {},
+    }
+    if not len(kept.numbers):
+        return out
+    for k, p in enumerate(sampler.plan.parameters):
+        low, middle, high = weighted_quantiles(kept.at[:, k], kept.shares, ENDS)
+        out["numbers"][p.name] = {
+            "range": [p.low, p.high],
+            "mean": float(kept.shares @ np.array([value_at(p, u) for u in kept.at[:, k]])),
+            "low": value_at(p, low),
+            "median": value_at(p, middle),
+            "high": value_at(p, high),
+        }
+    apart = np.array(
+        [sampler.fit.differences(statistics_of(entries[n]) or {}) for n in kept.numbers.tolist()]
+    )
+    for k, (name, observed) in enumerate(sampler.fit.observed.items()):
+        low, middle, high = observed + weighted_quantiles(apart[:, k], kept.shares, ENDS)
+        out["statistics"][name] = {
+            "observed": observed,
+            "low": float(low),
+            "median": float(middle),
+            "high": float(high),
+        }
+    return out

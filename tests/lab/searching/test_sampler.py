@@ -16,11 +16,10 @@ from ecs_eco.config.measurements import Outside
 from ecs_eco.engine.errors import ConfigError, ForeignFile
 from ecs_eco.lab import search
 from ecs_eco.lab.searching.evaluate import likeness
-from ecs_eco.lab.searching.fit import Fit, sampled, statistics
 from ecs_eco.lab.searching.journal import Journal
-from ecs_eco.lab.searching.plan import Plan, plan_of
-from ecs_eco.lab.searching.posterior import posterior_blocks, posterior_opening, summary
-from ecs_eco.lab.searching.sampler import Sampler, weighted_quantiles
+from ecs_eco.lab.searching.plan import Fit, Plan, plan_of, sampled, statistics
+from ecs_eco.lab.searching.report import posterior_blocks, posterior_opening
+from ecs_eco.lab.searching.sampler import Sampler, summary, weighted_quantiles
 from tests.analysis.test_against import waves
 
 COUNT, BASAL = "species.mite.count", "species.mite.metabolism.basal"

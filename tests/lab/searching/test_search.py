@@ -49,11 +49,8 @@ def world(tmp_path: Path) -> Path:
 
 
 def job(world: Path, values: dict[str, float], least: list[float], **more: Any) -> Job:
-    plan = plan_of(load(world))
-    given = {"cells": plan.cells, "stages": plan.stages, "hopeless": 0.5} | more
-    return Job(
-        name="c", config=plan.config, values=values, least=least, policies=world.parent / "policies", **given
-    )
+    plan = replace(plan_of(load(world)), **more)
+    return Job("c", plan, values, least, world.parent / "policies")
 
 
 # one candidate
@@ -136,7 +133,7 @@ def explode(series: Any) -> float:
 
 def test_what_an_objective_raises_is_kept(world: Path) -> None:
     config = load(world, {"search.objective": explode})
-    outcome = evaluate(replace(job(world, {BASAL: 0.001}, []), config=config))
+    outcome = evaluate(job(world, {BASAL: 0.001}, [], config=config))
     assert outcome["failed"] == "ZeroDivisionError: no hope"
 
 
@@ -202,8 +199,15 @@ def test_a_search_that_was_stopped_goes_on_as_if_it_had_not_been(world: Path, tm
     again = search(world, tmp_path / "a", trials=16, workers=1, report=False)
     once = search(world, tmp_path / "b", trials=16, workers=1, report=False)
     assert again["best"] == once["best"]
-    # nothing is done twice
+    journal = tmp_path / "a" / "journal.jsonl"
+    before = journal.read_bytes()
     assert search(world, tmp_path / "a", trials=16, workers=1, report=False)["candidates"] == 16
+    assert journal.read_bytes() == before  # nothing is done twice
+    entries = [json.loads(line) for line in before.splitlines()]
+    cells = [tuple(e["cell"]) for e in entries if e["kind"] == "confirmation"]
+    assert sorted(set(cells)) == [(100_001, 100_001), (100_001, 100_002), (100_001, 100_003)]
+    assert all(("cell" in e) == (e["kind"] == "confirmation") for e in entries)
+    assert [len(e["stages"][0]["runs"]) for e in entries if e["kind"] == "final"] == [2, 2]
 
 
 @pytest.mark.slow
