@@ -163,7 +163,7 @@ def energy(species: str, flows: Mapping[str, float]) -> str:
     total = sum(max(flows[k], 0.0) for k in ("burnt", "given", "lost"))
     if total <= 0 or flows["taken_in"] == flows["burnt"] == 0:
         return ""
-    words = {"burnt": "burned", "given": "given to newborns", "lost": "lost through death"}
+    words = {"burnt": "burned", "given": "given to newborns", "lost": "held at death"}
     parts = ", ".join(f"{max(flows[k], 0) / total:.0%} {word}" for k, word in words.items())
     return (
         f"{species}: {number(flows['taken_in'])} taken in per capita per tick, "
