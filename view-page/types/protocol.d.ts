@@ -91,6 +91,7 @@ export interface Hello {
   rewinds?: boolean; // whether a live world can go back in time
   stays?: string; // why it cannot
   foods?: Record<string, string[]>; // foods from which each species gains energy
+  eats?: Record<string, string[]>; // all foods in the diet of each species, also those that harm it
   snapshot_every?: number | null;
   fields?: string[]; // maps that can be laid over the scene
   begins?: Begins;

@@ -171,6 +171,11 @@ export class Charts {
     for (const { plot } of this.plots.values()) plot.setCursor({ left: plot.valToPos(tick, "x"), top: 10 });
   }
 
+  /** The causes of death so far, as "deer: eaten by wolf". */
+  causes() {
+    return Object.keys(this.lines.causes);
+  }
+
   /** First and last tick on the axis. @returns {[number, number]} */
   range() {
     if (this.zoom) return this.zoom;
@@ -229,9 +234,9 @@ export class Charts {
     const born = this.lines.births[name] ?? [];
     const mean = (/** @type {Line} */ values, recent = RECENT) => {
       let sum = 0, ticks = 0;
-      for (let i = at; i > 0 && this.ticks[i] > now - recent; i--) {
+      for (let i = at; i >= 0 && this.ticks[i] > now - recent; i--) {
         if ((values[i] ?? born[i] ?? null) === null) continue;
-        const span = this.ticks[i] - Math.max(this.ticks[i - 1], now - recent);
+        const span = this.ticks[i] - Math.max(this.ticks[i - 1] ?? this.ticks[0] - 1, now - recent);
         sum += span * (values[i] ?? 0); // no value if the cause has not occurred yet
         ticks += span;
       }
