@@ -15,15 +15,18 @@ import pytest
 from ecs_eco.analysis.extinction import declines
 from ecs_eco.analysis.page import number
 from ecs_eco.analysis.report import write_report
-from ecs_eco.analysis.runs import DIED, load_series
-from ecs_eco.analysis.why import write_why
+from ecs_eco.analysis.runs import DIED, Series, load_series
+from ecs_eco.analysis.why import Case, diagnose, write_why
+from ecs_eco.analysis.why.page import happened
 from ecs_eco.record import run_to_folder
 from ecs_eco.record.parquet import read_parts
 from ecs_eco.view.replay import Replay
-from ecs_eco.view.story import NAMED
+from ecs_eco.view.story import NAMED, Story
 from tests.view.ten_worlds import SLOW, WORLDS, small
 
 TICKS = 120
+HALF = "last with half of the peak"
+WINDOW = r"Of ([\d,]+) deaths since tick ([\d,]+) \((.*?)\): (.*?);"
 
 
 @pytest.fixture(
@@ -164,12 +167,33 @@ def test_an_extinction_is_told_alike_in_story_report_and_account(run, series, tr
             continue  # gone within the first tick: no curve begins
         assert told[s]["tick"] == end.tick
         assert (fell[s]["since"], fell[s]["tick"]) == (end.since, end.tick)
-        deaths, since, shares = re.match(
-            r"Of ([\d,]+) deaths since tick ([\d,]+): (.*?);", told[s]["cause"]
-        ).groups()
-        assert (deaths, since) == (f"{end.deaths:,}", f"{end.since:,}")
+        deaths, since, which, shares = re.match(WINDOW, told[s]["cause"]).groups()
+        assert (deaths, since, which) == (f"{end.deaths:,}", f"{end.since:,}", HALF)
         named = {c: f"{k / end.deaths:.0%}" for c, k in by_cause.items() if k / end.deaths >= NAMED}
         assert {c: share for share, c in re.findall(r"(\d+%) ([^,]+)", shares)} == named
+
+
+def test_each_decline_names_its_window_and_counts_the_deaths_within_it(tmp_path):
+    """Deer crash from their last high, and `why` counts from the last tick with half of their peak."""
+    numbers = [20] * 5 + [100] * 5 + [60] * 5 + [30] * 5 + [4] * 5
+    story = Story(["deer"], {}, ["starved"].__getitem__, lambda s, now: None)
+    died = np.cumsum(-np.diff(numbers, prepend=20).clip(max=0))
+    for tick, n in enumerate(numbers):
+        story.note(
+            tick, np.array([n]), np.array([80 * (tick > 4)]), np.array([[died[tick]]]), np.array([True])
+        )
+    crash = [entry for entry in story.entries if entry["kind"] == "crash"][0]
+    deaths, since, which, _ = re.match(WINDOW, crash["cause"]).groups()
+    assert (crash["tick"], deaths, since, which) == (15, "70", "9", "last high")  # 40 and 30 died
+    zero = np.zeros((len(numbers), 1))
+    columns = {"n": np.array(numbers)[:, None], "births": zero, "deaths": np.diff(died, prepend=0)[:, None]}
+    columns |= {DIED + "starved": columns["deaths"], "refused": zero, "taken_in": zero, "burnt": zero}
+    case = Case(Series(np.arange(len(numbers)), ("deer",), columns, {}), {"species": {"deer": {}}})
+    (fell,) = diagnose(case)["fell"]
+    told = " ".join(happened(case, {"fell": [fell], "lowest": {}, "interventions": {}}))
+    assert (
+        f"deer nearly died out at tick 24; at tick 14 ({HALF}) there were 60. Of 56 deaths since then" in told
+    )
 
 
 def test_parquet_files_are_what_readers_of_the_run_read(run, series):

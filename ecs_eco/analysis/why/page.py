@@ -75,7 +75,8 @@ def happened(case: Case, findings: Mapping[str, Any]) -> Iterator[str]:
     for f in findings["fell"]:
         gone = "died out" if f["extinct"] else "nearly died out"
         yield (
-            f"{f['species']} {gone} at tick {f['tick']:,}; at tick {f['since']:,} there were {f['from']:,}."
+            f"{f['species']} {gone} at tick {f['tick']:,}; at tick {f['since']:,} (last with half of the peak) "
+            f"there were {f['from']:,}."
         )
         if f["deaths"]:
             yield _died_of(case, f)
