@@ -16,7 +16,7 @@ from ecs_eco.record import run_to_folder
 from ecs_eco.testing.browser import served, until
 from ecs_eco.view.replay import Replay
 from ecs_eco.view.story import foods_of
-from tests.view.pages import IN_A_BROWSER, opened, pause, play
+from tests.view.pages import IN_A_BROWSER, OF_RUN, opened, pause, play
 from tests.view.parks import SMALL as PARK
 
 pytestmark = IN_A_BROWSER
@@ -29,10 +29,6 @@ HELLO = {
     "foods": {"deer": ["grass"]},
     "size": [9, 9],
 }
-OF_RUN = """([hello, series, range, away]) => Promise.all([import('/flows.js'), import('/series.js')]).then(
-    ([{ Flows }, { grouped }]) => new Flows({ hello, ticks: series.tick, range: () => range ?? [-1, 1e9],
-      away: new Set(away ?? []), shared: false, colourOf: () => "#123456",
-      lines: { causes: {}, flows: {}, ...grouped(series) } }).found())"""
 PASTURE = {
     "format": 1,
     "name": "pasture",

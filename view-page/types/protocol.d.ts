@@ -18,6 +18,7 @@ export interface Kind {
   wiring?: Wiring;
   learns?: boolean;
   genes?: string[];
+  units?: Record<string, string>; // of these genes; "1" if a gene has none
   shows?: { size?: [string, number, number]; stripes?: [string, number, number] }; // genes that show in bodies: the radii at the lowest and highest value, relative to `radius`; the values without and with full stripes
   every?: number; // in a file: of how many organisms one is included
   shape?: "capsule" | "box"; // absent: a sphere
