@@ -349,7 +349,7 @@ FLOWS = (
     ("endowed", "endowed", 1),
     ("burnt", "burned", -1),
     ("given", "given to newborns", -1),
-    ("lost", "lost through death", -1),
+    ("lost", "held at death", -1),
 )
 
 

@@ -76,13 +76,13 @@ def flows(series: Series) -> Flows | None:
     meals = [Meal(m.food, m.eater, _energy(series, mean, m, shared, total[m.eater]), m.number) for m in meals]
     if not meals:
         return None
-    budgets = {}
+    budgets, config = {}, (series.manifest.get("config") or {}).get("species") or {}
     for s, name in enumerate(series.species):
         ate = [m.energy for m in meals if m.eater == name]
         passed = sum(max(m.energy, 0.0) for m in meals if m.food == name)
         rest = max(0.0, float(mean["taken_in"][s]) - sum(ate))
         rest = rest if rest > 1e-6 * max(float(mean["taken_in"][s]), 1e-9) else 0.0
-        light, other = (0.0, rest) if ate else (rest, 0.0)
+        light, other = (0.0, rest) if ate or config.get(name, {}).get("diet") else (rest, 0.0)
         dead = max(0.0, float(mean["lost"][s]) - passed)
         budgets[name] = Budget(light, other, float(mean["burnt"][s]), dead)
     return Flows(tuple(meals), budgets, shared)
@@ -202,7 +202,7 @@ def _band(meal: Meal, food: list[float], eater: list[float], number_of: int, sca
 
 
 def _node(name: str, i: int, budget: Budget, at: list[float], scale: float, last: bool) -> list[str]:
-    """Return a species' bar with its name and inflow, and bars for energy burned and lost through death."""
+    """Return a species' bar with its name and inflow, and bars for energy burned and left over at death."""
     x, y, high, into, out = at
     parts = []
     for value, what, opacity in ((budget.burnt, "burned", 0.35), (budget.dead, "left over at death", 0.9)):

@@ -83,7 +83,7 @@ class Opening(esper.Processor):
             page, table = recorder._ledger[recorder._at, s], self.world.tables[name]
             energy = budget(table).get("energy")
             stock = 0.0 if energy is None else energy[table.rows()].sum(dtype=np.float64)
-            known = recorder._stock[s] + page["endowed"] - page["lost"]
+            known = recorder._stock[s] + page["endowed"] - page["lost"] - page["burnt"]
             if recorder.migrations is not None:
                 known += page["imported"] - page["exported"]
             self.world.debug.drift[name] = stock - known

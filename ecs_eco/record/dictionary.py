@@ -59,9 +59,9 @@ series   depth_mean     m      Position.z        mean distance below the top; 0 
 series   stock_before   energy Metabolism.energy energy of the species before the tick
 series   endowed        energy Metabolism.energy energy of newborns
 series   taken_in       energy Metabolism.taken  energy from food and light
-series   burnt          energy Metabolism.burnt  energy spent on basal metabolism and locomotion
+series   burnt          energy Metabolism.burnt  energy spent on basal metabolism and locomotion, less debt at death
 series   given          energy Metabolism.given  energy that parents passed to their newborns
-series   lost           energy Metabolism.energy energy remaining in dying organisms
+series   lost           energy Metabolism.energy energy held at death, eaten or not; a debt counts as 0
 series   stock_after    energy Metabolism.energy energy of the species after the tick
 series   imported       energy Metabolism.energy energy of immigrants
 series   exported       energy Metabolism.energy energy of emigrants

@@ -16,7 +16,9 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
 
 PLACE, ENERGY = 4, 7  # index of the first column of each kind in `noted_of`
-ENDOWED, FLOW, AFTER = (LEDGER.index(name) for name in ("endowed", next(iter(FLOWS)), "stock_after"))
+ENDOWED, FLOW, BURNT, LOST, AFTER = (
+    LEDGER.index(name) for name in ("endowed", next(iter(FLOWS)), "burnt", "lost", "stock_after")
+)
 
 
 class Lines(NamedTuple):
@@ -97,14 +99,14 @@ def note_deaths(
     died: np.ndarray,
     into: Rows | None,
 ) -> None:
-    """Add the losses of dying organisms in rows i64[k] to page f64[species, columns] of the ledger. Within a
-    tick, also add their flows; between ticks, the page already contains these. Count their causes in `died`
-    i32[256]; record them in `into`. `columns` contains the addresses from the table's `noted_of`."""
-    first = 0 if ticking else len(FLOWS)
+    """Add the losses of dying organisms in rows i64[k] to page f64[species, columns] of the ledger and, within a
+    tick, their flows; between ticks, the page already contains these. Energy that they lack has not been burned.
+    Count causes in `died` i32[256]; record deaths in `into`. `columns` are addresses from `noted_of`."""
     if Metabolism in table:
-        m = table[Metabolism]
-        for i, column in enumerate((m.taken, m.burnt, m.given, m.energy)[first:], FLOW + first):
-            page[s, i] += np.add.reduce(column.take(rows), dtype=np.float64)
+        m, left = table[Metabolism], table[Metabolism].energy.take(rows)
+        flows = [column.take(rows) for column in (m.taken, m.burnt, m.given) if ticking]
+        for i, column in (LOST, np.maximum(left, 0)), (BURNT, np.minimum(left, 0)), *enumerate(flows, FLOW):
+            page[s, i] += np.add.reduce(column, dtype=np.float64)
     place = NOWHERE if into is None else into.more(rows.size)
     lose(rows, tick, dt, s, table.high, columns, died, place)
 

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,6 @@ from ecs_eco.view.journal import Journal
 from ecs_eco.view.scene import sky
 
 MOST = 4000  # maximum number of points
-BATCH = 100  # maximum number of points added at once; of more ticks, the extremes are kept
 DEPTH = "mean depth [m]"  # a chart next to the reports; no reporter can have this name
 Key = tuple[str, ...]
 """The name of a curve: group and name, plus an inner name in nested groups: ("n", "deer"), ("reports",
@@ -24,11 +22,12 @@ reporter, species or ""), ("light", "")."""
 
 
 class Curves:
-    """The points of curves, at increasing ticks: levels, and sums over all ticks up to the point. Beyond `most`
-    points, half remain, with the extremes of populations; `first` is the earliest tick that may have a point."""
+    """The points of curves, at increasing ticks: levels, and sums over all ticks up to the point. Of more than
+    `most`, `extremes` remain, as in a recording but numbered one higher; none is before the tick `first`."""
 
     def __init__(self, most: int = MOST) -> None:
         self.most, self.first = most, 0
+        self._width, self._widened = 1, -1  # of stretches [ticks]; the last tick when it changed
         self.ticks = np.zeros(0, np.int64)
         self._levels: dict[Key, np.ndarray] = {}
         self._sums: dict[Key, np.ndarray] = {}
@@ -43,6 +42,7 @@ class Curves:
         self, ticks: np.ndarray, levels: Mapping[Key, np.ndarray], gains: Mapping[Key, np.ndarray]
     ) -> None:
         """Append points at ticks i64[k]: levels, and the growth of each sum since the last point, f64[k] each."""
+        last = self.last
         self._first = {key: int(ticks[0]) for key in (*levels, *gains)} | self._first
         unknown, k = np.full(self.ticks.size, math.nan), len(ticks)
         for key in dict.fromkeys((*self._levels, *levels)):
@@ -52,9 +52,13 @@ class Curves:
             new = self.total(key) + (gains[key] if key in gains else np.zeros(k))
             self._sums[key] = np.append(self._sums.get(key, 0 * self.ticks), new)
         self.ticks = np.append(self.ticks, ticks)
-        if self.ticks.size > self.most:
-            n = np.array([of for (group, *_), of in self._levels.items() if group == "n"])
-            self._keep(extremes(n, self.most // 2))
+        n = np.array([of for (group, *_), of in self._levels.items() if group == "n"])
+        if (width := stretch(self.last - int(self.ticks[0]), len(n), self.most)) > self._width:
+            self._width, self._widened = width, last
+        if self._width > 1:
+            begin = max(1, self._begin(last))  # without the state before the first tick
+            later = begin + extremes(self.ticks[begin:] - 1, n[:, begin:], self._width)
+            self._keep(np.union1d(np.arange(max(2, begin)), later))
 
     def cut(self, tick: int) -> None:
         """Drop the points from this tick onward."""
@@ -68,14 +72,19 @@ class Curves:
         return float(self._sums[key][-1]) if key in self._sums and self.ticks.size else 0.0
 
     def after(self, tick: int) -> dict[str, Any] | None:
-        """Return the points after a tick as a message, or None if there are none."""
-        first = int(np.searchsorted(self.ticks, tick, side="right"))
-        if first == self.ticks.size:
+        """Return the points after a tick, and all since any that has gone, as a message; None if none is new."""
+        if tick >= self.last:
             return None
+        first = max(0, self._begin(tick) - (self._width > 1))  # from a point that the page has
         before = min(first, 1)  # the first rate needs the previous point
         levels = {key: of[first:] for key, of in self._levels.items() if not np.isnan(of[first:]).all()}
         sums = {key: of[first - before :] for key, of in self._sums.items()}
         return series(self.ticks[first - before :], levels, sums, before)
+
+    def _begin(self, tick: int) -> int:
+        """Return the index of the first point that may have gone since this tick was the last."""
+        begun = tick + 1 if self._width == 1 else (tick - 1) // self._width * self._width + 1
+        return 0 if tick <= self._widened else int(np.searchsorted(self.ticks, begun))
 
     def _keep(self, points: np.ndarray) -> None:
         self.ticks = self.ticks[points]
@@ -84,16 +93,18 @@ class Curves:
                 held[key] = of[points]
 
 
-def extremes(n: np.ndarray, most: int) -> np.ndarray:
-    """Return about `most` points to keep, i64 in order: the first, the last, and those in which a population
-    n f64[species, points] is lowest and highest in each of equal stretches, of which there is at least one."""
-    points = n.shape[1]
-    edges = np.linspace(0, points, max(1, (most - 2) // (2 * len(n))) + 1).astype(np.int64)
-    kept = [0, points - 1]
-    for begin, end in pairwise(edges.tolist()):
-        part = np.nan_to_num(n[:, begin:end])
-        kept += [*(begin + part.argmin(axis=1)), *(begin + part.argmax(axis=1))] if begin < end else []
-    return np.unique(kept)
+def stretch(ticks: int, species: int, most: int) -> int:
+    """Return the shortest stretch [ticks], a power of 2, of which `extremes` keeps no more than `most` points."""
+    *some, longest = (2**k for k in range(ticks.bit_length() + 1))
+    return next((w for w in some if -(-ticks // w) * min(w, 2 * species) <= most), longest)
+
+
+def extremes(ticks: np.ndarray, n: np.ndarray, width: int) -> np.ndarray:
+    """Return the points at ticks i64[p] to keep: the last, and those in which a population n f64[species, p] is
+    first lowest and highest in each multiple of `width` ticks. Points that it left out before change nothing."""
+    at, n = ticks // width, np.nan_to_num(n)
+    begin = np.flatnonzero(np.diff(at, prepend=at[0] - 1))
+    return np.unique([ticks.size - 1, *np.ravel([np.lexsort((row, at))[begin] for row in (*n, *-n)])])
 
 
 def series(
@@ -140,8 +151,7 @@ def sample(curves: Curves, world: World, journal: Journal, genes: Mapping[str, C
 
     `genes` are the genes of each species that have curves. Their means and the light are known only at the
     last point. Without a recorder, the energy that living organisms took in and burned in the last tick
-    replaces the energy flows.
-    """
+    replaces the energy flows."""
     if curves.last >= world.tick:
         return
     species = list(genes)
@@ -164,10 +174,6 @@ def sample(curves: Curves, world: World, journal: Journal, genes: Mapping[str, C
         totals = {name: column.cumsum(axis=0, dtype=np.float64) for name, column in rows.items()}
         intake = world.recorder.intake
         gains = sums_of(totals, species, {world.recorder.names[s]: intake.foods for s in intake.eaters})
-        if ticks.size > BATCH:
-            kept = extremes(np.array([levels["n", s] for s in species]), BATCH)
-            ticks = ticks[kept]
-            levels, gains = ({key: of[kept] for key, of in some.items()} for some in (levels, gains))
     now = {("light", ""): sky(world)[0]} | _genes(world, genes)
     levels |= {key: np.append(np.full(ticks.size - 1, np.nan), value) for key, value in now.items()}
     curves.add(ticks, levels, gains)

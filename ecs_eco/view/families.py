@@ -116,8 +116,7 @@ def tree(known: Genealogy, families: Families, request: Message) -> Message:
     `lives` contains the focal organism, its nearest `ABOVE` ancestors, its last `BESIDE` siblings, its
     `BELOW` most fertile children and the last `EACH` grandchildren per child. In each life, `young` is the
     total number of children, if known, and `clade` is the value from 0 to 255 for the requested color `by`,
-    if that color shows descent. `siblings` counts all siblings and half-siblings of the focal organism.
-    """
+    if that color shows descent. `siblings` counts all siblings and half-siblings of the focal organism."""
     uid = uid_of(request)
     focal = known.life(uid)
     if focal is None:

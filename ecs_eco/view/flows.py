@@ -19,8 +19,7 @@ def of_run(
     taken in and burned by eaters, also ("energy", species, name).
 
     `sums` contains the columns of the series as f64[ticks, species], summed since the first tick; the first
-    row is 0. If there are no columns per food, an eater's energy is divided among its foods by the number of
-    each eaten.
+    row is 0. Without columns per food, an eater's energy is divided among its foods by the number of each eaten.
     """
     out: dict[tuple[str, ...], np.ndarray] = {}
     eaten = {column: column for column in sums if column.startswith(EATEN)}

@@ -48,7 +48,10 @@ class Live(Watched):
         self.genes = {name: coloured_genes(world.tables[name]) for name in self.species}
         self.journal = Journal(world, self.species)
         self.genealogy = Genealogy(self.journal)
-        self.foods = foods_of(None if world.config is None else world.config.model_dump(include={"species"}))
+        self.foods, self.eats = (
+            foods_of(world.config and world.config.model_dump(include={"species"}), harmful)
+            for harmful in (False, True)
+        )
         self.story = Story(self.species, self.foods, self.journal.cause, self._half)
         super().__init__(world.space.size)
         self.answers = {

@@ -1,8 +1,7 @@
 """Show two worlds as one source (the page's world, and a branch or another world), or start a new world.
 
 The first world provides the page's clock, charts and organisms. The second follows that clock in the same
-thread. Pages receive the second frame after the first, and messages "beside".
-"""
+thread. Pages receive the second frame after the first, and messages "beside"."""
 
 import math
 import time
@@ -93,8 +92,7 @@ class Pair(Source):
 
     `start` is the command that started a live world, used in the command that reproduces its branches;
     `picker` offers the worlds that can replace it; `sweeps` are those of a recorded run. Call
-    `attend(player)` before `run`.
-    """
+    `attend(player)` before `run`."""
 
     def __init__(
         self,

@@ -24,7 +24,7 @@ class Past:
         self._columns = dict.fromkeys(n for group in recording.series.groups for n in group.names)
         self.causes = [name.removeprefix(DIED) for name in self._columns if name.startswith(DIED)]
         self.shared = not any(name.startswith(EATEN) for name in self._columns)
-        self.foods = foods_of(recording.manifest.get("config"))
+        self.foods, self.eats = (foods_of(recording.manifest.get("config"), h) for h in (False, True))
 
     @cached_property
     def _counts(self) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:

@@ -2,8 +2,7 @@
 
 It runs in the world's thread. Requests from pages arrive in `inbox` from the server's thread and are read
 between ticks. Frames are never queued: the next frame is made from the current state once the page has
-acknowledged the last.
-"""
+acknowledged the last."""
 
 import math
 import time

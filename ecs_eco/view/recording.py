@@ -17,13 +17,14 @@ from ecs_eco.record import checkpoint, seal
 from ecs_eco.record.details import KIND
 from ecs_eco.runs.begin import config_of
 from ecs_eco.runs.run import read_manifest
+from ecs_eco.view.curves import MOST, extremes, stretch
 from ecs_eco.view.interpolate import EVENT, STATE, Chapter, Organisms
 from ecs_eco.view.parts import Cache, Columns, Parts
 from ecs_eco.view.scene import coloured_genes, sky
 
 CHAPTERS = 3  # chapters kept in memory
 COMPARED = ("n", "births", "deaths", "energy_mean", "happiness_mean")
-POINTS = 4000  # maximum number of points in a curve
+LONGEST = 20_000_000  # with more numbers, curves are chosen from every second, third, … tick
 BINS = 400  # maximum number of bins for births and deaths on the timeline
 
 
@@ -33,8 +34,7 @@ class Recording:
     `first` and `last` are the first and last recorded ticks. `scene` is a world built like the recorded one
     but without organisms; it contains everything that does not change. It is None if it cannot be built here,
     and `why` gives the reason. Raises FileNotFoundError for a folder without a run, and RecordingError for a
-    run without a recorded tick.
-    """
+    run without a recorded tick."""
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
@@ -163,16 +163,18 @@ class Recording:
 
     @cached_property
     def curves(self) -> dict[str, Any]:
-        """`tick`, `n` and `happiness` by species, and `reports` by reporter, with at most POINTS points each;
+        """`tick`, `n` and `happiness` by species, and `reports` by reporter, at the points of a live world;
         `births` and `deaths` in at most BINS bins over all ticks."""
         ticks = self.last + 1 - self.first
-        step, width = (max(1, -(-ticks // most)) for most in (POINTS, BINS))
+        width, step = max(1, -(-ticks // BINS)), 1 + ticks * len(self.species) // LONGEST
+        tick, n = np.arange(self.first, self.last + 1, step), self.column("n", step).T
+        at = np.union1d(0, extremes(tick, n, max(step, stretch(ticks, len(n), MOST))))
 
         def of_each(name: str, missing: float = 0.0) -> dict[str, np.ndarray]:
-            return dict(zip(self.species, self.column(name, step, missing).T, strict=True))
+            return dict(zip(self.species, self.column(name, step, missing)[at].T, strict=True))
 
         out: dict[str, Any] = {
-            "tick": np.arange(self.first, self.last + 1, step),
+            "tick": tick[at],
             "n": of_each("n"),
             "happiness": of_each("happiness_mean"),
             "reports": {

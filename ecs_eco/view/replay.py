@@ -65,7 +65,8 @@ class Replay(Watched):
         self._config: dict[str, Any] = r.manifest["config"]["species"]
         self.animals = [s for s, name in enumerate(r.species) if self._config[name].get("locomotion")]
         self.past, self._values = Past(r), GeneValues(r)
-        self.genes, self.foods, self.story = self._values.codes, self.past.foods, self.past
+        self.genes, self.story = self._values.codes, self.past
+        self.foods, self.eats = self.past.foods, self.past.eats
         self.genealogy = Genealogy(r)
         self.stretches: list[Stretch] = []
         self.lives = Lives(r, self.genealogy, self.stretches)
@@ -255,7 +256,12 @@ class Replay(Watched):
             levels |= {("genes", name): mean for name, mean in self._values.means(tick).items()}
         if self.hello()["day"] is not None:
             levels["light", ""] = np.array([r.sky(t)[0] for t in tick.tolist()])
-        out = series(tick, levels, self.past.sums(tick))
+        out = series(
+            np.append(r.first - 1, tick),
+            levels,
+            {key: np.append(0.0, of) for key, of in self.past.sums(tick).items()},
+            before=1,
+        )
         return out | ({"shared": True} if self.past.shared and "flows" in out else {})
 
     def state(self, uid: int) -> Message:

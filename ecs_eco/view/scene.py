@@ -230,6 +230,7 @@ def _kind(world: World, name: str, genes: Mapping[str, Any]) -> dict[str, Any]:
         "sessile": not moves and grows(world, name),
         "solid": table.species.body.solid,
         "genes": list(genes),
+        "units": {gene: code.trait.unit for gene, code in genes.items()},
         "learns": bool(nerves is not None and nerves.learning),
     }
     config = None if world.config is None else {**world.config.objects, **world.config.species}.get(name)

@@ -9,7 +9,6 @@ from ecs_eco.config.models.interventions import describe
 from ecs_eco.ecosystem import World
 from ecs_eco.runs.requests import repeat_requests, waiting
 from ecs_eco.view import branch
-from ecs_eco.view.curves import BATCH
 from ecs_eco.view.families import asked
 from ecs_eco.view.live import Live
 from ecs_eco.view.replay import Replay
@@ -17,6 +16,7 @@ from ecs_eco.view.source import Message
 from ecs_eco.view.versus import Side, differences, side
 
 Ask = Callable[[World], None]
+APART = 100  # [ticks] between points without a recorder
 
 
 class Second:
@@ -26,9 +26,8 @@ class Second:
     Its own clock begins at `begins`; `start`, `first` and `tick` are on the clock of `of`. Before each tick
     of a live world, `ask` requests the interventions of the other world, and `refused` collects errors for
     interventions that this world rejects. `change` is the intervention that makes the worlds diverge, or a
-    function that changes this world, or None.
-    Organisms with uids below `common` were born before the worlds diverged.
-    """
+    function that changes this world, or None. Organisms with uids below `common` were born before the worlds
+    diverged."""
 
     def __init__(
         self,
@@ -109,7 +108,7 @@ class Second:
         known = of.curves.ticks if isinstance(of, Live) else of.recording.curves["tick"]
         while self.tick < tick:
             # a recorder has the points of the last ticks
-            if self.tick in known if world.recorder is None else self.tick % BATCH == 0:
+            if self.tick in known if world.recorder is None else self.tick % APART == 0:
                 self._sample()
             world.run(1)
             if time.monotonic() > until:
@@ -260,8 +259,7 @@ def fork(
 
     A recorded run branches at the end of the displayed tick. Raises ValueError or ConfigError for a tick that
     is no longer stored and for an invalid change, and CheckpointError or RecordingError for a world that
-    cannot be copied or run here.
-    """
+    cannot be copied or run here."""
     change, tick = change or None, first.tick if tick is None else tick
     ask: Ask
     if isinstance(first, Live):

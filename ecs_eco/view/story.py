@@ -106,9 +106,9 @@ class Story:
                 self._tell(now, s, "birth", f"First {name} born to parents", "")
         if now.n == 0:
             if not course.gone:
-                course.gone, peak = True, course.peak or course.high
-                since = self.half(s, now) or peak
-                self._tell(now, s, "extinct", f"{name} died out", self._fall(s, since, now), peak.n)
+                course.gone, peak, half = True, course.peak or course.high, self.half(s, now)
+                fall = self._fall(s, half or peak, now, "last with half of the peak" if half else "last high")
+                self._tell(now, s, "extinct", f"{name} died out", fall, peak.n)
             course.low = course.high = now
         elif course.gone:
             course.gone, course.way, course.low, course.high = False, 0, now, now
@@ -150,15 +150,15 @@ class Story:
         )
         del self.entries[:-KEPT]
 
-    def _fall(self, s: int, high: Turn, now: Turn) -> str:
-        """Return a text about causes of death since a high and about changes in food species and enemies."""
+    def _fall(self, s: int, high: Turn, now: Turn, which: str = "last high") -> str:
+        """Return a text about causes of death since a turn, which is named, and about food and enemies."""
         died = now.deaths - high.deaths
         total, born = int(died.sum()), now.births - high.births
         if not total:
             return f"There were {high.n:,} at tick {high.tick:,}."
         order = [int(c) for c in np.argsort(-died, kind="stable")[:4] if died[c] >= NAMED * total]
         shares = ", ".join(f"{died[c] / total:.0%} {self.cause(c)}" for c in order)
-        text = f"Of {total:,} deaths since tick {high.tick:,}: {shares}; {born:,} were born."
+        text = f"Of {total:,} deaths since tick {high.tick:,} ({which}): {shares}; {born:,} were born."
         eaters = [
             c.removeprefix("eaten by ") for c in (self.cause(i) for i in order) if c.startswith("eaten by ")
         ]
@@ -191,15 +191,15 @@ class Story:
         return " ".join([text, *self._meanwhile(meals, enemies, low, now, fell=False)])
 
 
-def foods_of(config: Mapping[str, Any] | None) -> dict[str, list[str]]:
-    """Return the species that each species eats without loss, given a configuration."""
+def foods_of(config: Mapping[str, Any] | None, harmful: bool = False) -> dict[str, list[str]]:
+    """Return what each species eats according to a configuration, without harmful food unless `harmful`."""
     species = (config or {}).get("species") or {}
     return {
         name: list(
             dict.fromkeys(
                 line["eats"]
                 for line in values.get("diet") or ()
-                if line.get("gain", 0) >= 0 and not line.get("deadly")
+                if harmful or (line.get("gain", 0) >= 0 and not line.get("deadly"))
             )
         )
         for name, values in species.items()

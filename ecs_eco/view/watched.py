@@ -48,8 +48,8 @@ class Watched(Source):
     """A world as seen by pages.
 
     `species` are the displayed species, `animals` the numbers of moving species, `objects` the object types,
-    `genes` the genes that have colors, and `foods` what each species eats. `answers` maps the requests
-    that differ between live worlds and recorded runs to methods; `refusal` is the text for all other requests.
+    `genes` the genes that have colors, `eats` what each species eats, `foods` the part that does no harm. `answers`
+    maps requests that differ between live worlds and recorded runs to methods; `refusal` is the text for others.
     Both kinds also have `earliest`, the earliest tick to which they can go back, and `config`, or None.
     """
 
@@ -61,6 +61,7 @@ class Watched(Source):
     objects: list[str]
     genes: Genes
     foods: dict[str, list[str]]
+    eats: dict[str, list[str]]
     genealogy: Genealogy
     story: Story | Past
 
@@ -95,7 +96,13 @@ class Watched(Source):
     def hello(self) -> Message:
         genes = dict.fromkeys(f"gene:{gene}" for names in self.genes.values() for gene in names)
         colours = ["species", "energy", "happiness", "age", "family", *genes]
-        return {"kind": "hello", "mode": self.mode, "foods": self.foods, "colours": colours}
+        return {
+            "kind": "hello",
+            "mode": self.mode,
+            "foods": self.foods,
+            "eats": self.eats,
+            "colours": colours,
+        }
 
     def sky(self) -> tuple[float, float]:
         """Return the light at the surface (0 to 1) and the sun's elevation [rad]."""

@@ -4,6 +4,7 @@ import copy
 import runpy
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -15,6 +16,7 @@ from ecs_eco.analysis.cycles import cross_seed_surrogates, cycle_statistics
 from ecs_eco.analysis.nervous_figure import draw_nervous_system
 from ecs_eco.analysis.palette import FLOWS, safe
 from ecs_eco.analysis.runs import Series, load_series
+from ecs_eco.analysis.spectrum import spectral_peak
 from ecs_eco.analysis.style import colors_of, fills
 from ecs_eco.analysis.survival import kaplan_meier
 from ecs_eco.config import load
@@ -35,6 +37,14 @@ def test_populations_give_the_numerous_species_its_own_axis(run: Series) -> None
     assert [line.get_label() for line in right.get_lines()] == ["grass"]
     assert list(left.get_lines()[-1].get_xdata()) == [1000]  # the cross where the wolves end
     assert right.get_ylim()[0] == 0
+
+
+@pytest.mark.parametrize("recurs", [True, False])
+def test_a_spectrum_has_a_p_value_only_if_its_period_recurs(recurs: bool) -> None:
+    peak = spectral_peak(9 + np.sin(2 * np.pi * np.arange(600) / 30), n_boot=99)
+    assert (peak.recurs, peak.p <= 0.01) == (True, True)
+    title = figures.spectra({"hare": peak if recurs else replace(peak, held=2.0)}).axes[0].get_title()
+    assert title == ("hare: 30 ticks, p = 0.01" if recurs else "hare: no recurring period")
 
 
 def test_populations_of_one_species_need_one_axis(run: Series) -> None:

@@ -55,6 +55,13 @@ def test_means_of_a_tick_are_those_counted_by_hand():
     assert levels(found) == {"grass": 0, "deer": 1, "wolf": 2}
 
 
+def test_an_animal_without_a_meal_takes_in_no_light():
+    series = run(**MEALS | {"died_by_wolf": np.zeros((2, 3)), "ate_deer": np.zeros((2, 3))})
+    series.manifest["config"] = {"species": {"grass": {}, "wolf": {"diet": [{"eats": "deer"}]}}}
+    budget = flows(series).budgets["wolf"]
+    assert (budget.light, budget.other) == (0.0, 0.75)
+
+
 def test_without_columns_of_foods_energy_is_shared_by_number():
     series = run(**MEALS)
     for name in [name for name in series.columns if name.startswith("eaten: ")]:

@@ -48,6 +48,17 @@ def test_between_ticks_what_the_dying_held_is_lost_and_their_flows_are_known():
     assert page.tolist() == [[0, 0, 0, 0, 0, 0.5, 0]]
 
 
+def test_the_dying_lose_no_negative_energy_because_they_cannot_burn_what_they_lack():
+    table, page = ants(), np.zeros((1, len(LEDGER)))
+    m = table[Metabolism]
+    m.energy[:2], m.burnt[:2], m.taken[:2] = [-0.25, 0.5], 1.0, 2.0
+    columns, died = columns_of(table), np.zeros(256, np.int32)
+    note_deaths(table, columns, np.array([0, 1]), 6, 0.5, True, 0, page, died, None)
+    assert page.tolist() == [[0, 0, 4.0, 1.75, 0, 0.5, 0]]  # 0.75 + 1 burned; the same change of the stock
+    note_deaths(table, columns, np.array([0]), 6, 0.5, False, 0, page, died, None)
+    assert page.tolist() == [[0, 0, 4.0, 1.5, 0, 0.5, 0]]
+
+
 def test_what_the_table_lacks_is_zero():
     world, page, rows = World((10, 10)), np.zeros((1, len(LEDGER))), Rows()
     table = world.add_table("stone")

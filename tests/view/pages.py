@@ -35,6 +35,10 @@ FORGET_THEME = """() => {
   delete document.documentElement.dataset.theme;
   document.documentElement.dispatchEvent(new Event("themechange"));
 }"""
+OF_RUN = """([hello, series, range, away]) => Promise.all([import('/flows.js'), import('/series.js')]).then(
+    ([{ Flows }, { grouped }]) => new Flows({ hello, ticks: series.tick, range: () => range ?? [-1, 1e9],
+      away: new Set(away ?? []), shared: false, colourOf: () => "#123456",
+      lines: { causes: {}, flows: {}, ...grouped(series) } }).found())"""
 WIDE, PHONE = {"width": 1000, "height": 640}, {"width": 390, "height": 844}
 LOCAL = ("data:", "blob:")
 

@@ -1,7 +1,6 @@
 """Curves, CSV, story, report, account and Parquet of a run say the same numbers.
 
-The truth is counted one by one from births and deaths. CSV files hold the numbers of the message "series"; see
-`test_page_charts.py` for how they are written.
+The truth is counted one by one from births and deaths. CSV files are those that a page saves.
 """
 
 import re
@@ -13,17 +12,23 @@ import pyarrow.parquet as pq
 import pytest
 
 from ecs_eco.analysis.extinction import declines
+from ecs_eco.analysis.flows import flows
 from ecs_eco.analysis.page import number
 from ecs_eco.analysis.report import write_report
-from ecs_eco.analysis.runs import DIED, load_series
-from ecs_eco.analysis.why import write_why
+from ecs_eco.analysis.runs import DIED, Series, load_series
+from ecs_eco.analysis.why import Case, diagnose, write_why
+from ecs_eco.analysis.why.page import happened
 from ecs_eco.record import run_to_folder
 from ecs_eco.record.parquet import read_parts
+from ecs_eco.testing.browser import served
 from ecs_eco.view.replay import Replay
-from ecs_eco.view.story import NAMED
+from ecs_eco.view.story import NAMED, Story
+from tests.view.pages import IN_A_BROWSER, OF_RUN, opened
 from tests.view.ten_worlds import SLOW, WORLDS, small
 
 TICKS = 120
+HALF = "last with half of the peak"
+WINDOW = r"Of ([\d,]+) deaths since tick ([\d,]+) \((.*?)\): (.*?);"
 
 
 @pytest.fixture(
@@ -144,8 +149,8 @@ def test_the_account_has_the_numbers_of_the_series(run, series, truth):
         assert fell["from"] == series.of(s)[np.searchsorted(series.ticks, fell["since"])]
         if fell["extinct"]:
             assert fell["tick"] == series.extinct[series.index(s)]
-    for s, flows in findings["energy"].items():
-        for name, value in flows.items():
+    for s, energy in findings["energy"].items():
+        for name, value in energy.items():
             column = series.columns.get(name)
             whole = 0.0 if column is None else series.of(s, name).sum()
             assert value == pytest.approx(whole / max(series.of(s).sum(), 1.0), rel=1e-6)
@@ -164,12 +169,33 @@ def test_an_extinction_is_told_alike_in_story_report_and_account(run, series, tr
             continue  # gone within the first tick: no curve begins
         assert told[s]["tick"] == end.tick
         assert (fell[s]["since"], fell[s]["tick"]) == (end.since, end.tick)
-        deaths, since, shares = re.match(
-            r"Of ([\d,]+) deaths since tick ([\d,]+): (.*?);", told[s]["cause"]
-        ).groups()
-        assert (deaths, since) == (f"{end.deaths:,}", f"{end.since:,}")
+        deaths, since, which, shares = re.match(WINDOW, told[s]["cause"]).groups()
+        assert (deaths, since, which) == (f"{end.deaths:,}", f"{end.since:,}", HALF)
         named = {c: f"{k / end.deaths:.0%}" for c, k in by_cause.items() if k / end.deaths >= NAMED}
         assert {c: share for share, c in re.findall(r"(\d+%) ([^,]+)", shares)} == named
+
+
+def test_each_decline_names_its_window_and_counts_the_deaths_within_it(tmp_path):
+    """Deer crash from their last high, and `why` counts from the last tick with half of their peak."""
+    numbers = [20] * 5 + [100] * 5 + [60] * 5 + [30] * 5 + [4] * 5
+    story = Story(["deer"], {}, ["starved"].__getitem__, lambda s, now: None)
+    died = np.cumsum(-np.diff(numbers, prepend=20).clip(max=0))
+    for tick, n in enumerate(numbers):
+        story.note(
+            tick, np.array([n]), np.array([80 * (tick > 4)]), np.array([[died[tick]]]), np.array([True])
+        )
+    (crash,) = (entry for entry in story.entries if entry["kind"] == "crash")
+    deaths, since, which, _ = re.match(WINDOW, crash["cause"]).groups()
+    assert (crash["tick"], deaths, since, which) == (15, "70", "9", "last high")  # 40 and 30 died
+    zero = np.zeros((len(numbers), 1))
+    columns = {"n": np.array(numbers)[:, None], "births": zero, "deaths": np.diff(died, prepend=0)[:, None]}
+    columns |= {DIED + "starved": columns["deaths"], "refused": zero, "taken_in": zero, "burnt": zero}
+    case = Case(Series(np.arange(len(numbers)), ("deer",), columns, {}), {"species": {"deer": {}}})
+    (fell,) = diagnose(case)["fell"]
+    told = " ".join(happened(case, {"fell": [fell], "lowest": {}, "interventions": {}}))
+    assert (
+        f"deer nearly died out at tick 24; at tick 14 ({HALF}) there were 60. Of 56 deaths since then" in told
+    )
 
 
 def test_parquet_files_are_what_readers_of_the_run_read(run, series):
@@ -179,3 +205,74 @@ def test_parquet_files_are_what_readers_of_the_run_read(run, series):
         for column in ("n", "births", "deaths", "energy_mean"):
             if table.get(column) is not None:
                 assert table[column][row] == pytest.approx(series.of(s, column)[at], nan_ok=True)
+
+
+@pytest.fixture
+def page(run, browser):
+    """A page of the run that shows all charts."""
+    with served("watch", str(run)) as command, opened(browser, command.address()) as page:
+        page.evaluate("localStorage.setItem('ecs-eco-charts-2', '[]')")
+        page.reload()
+        page.locator("#charts .saves").last.wait_for()
+        yield page
+
+
+def of_series(series, title, name, unit):
+    """The column of the series that a column of a saved file repeats; None for genes, which it has not."""
+    species, _, what = name.partition(": ")
+    columns = {"taken in": "taken_in", "burnt": "burnt"}
+    match title, unit:
+        case "Populations", "organisms":
+            return series.of(species)
+        case "Happiness", "mean happiness":
+            return np.where(series.of(species) > 0, series.of(species, "happiness_mean"), np.nan)
+        case "Births", "per tick":
+            return series.of(species, "births")
+        case "Deaths", "per tick":
+            return series.of(species, DIED + what)
+        case "Energy", "energy per tick":
+            return series.of(species, columns[what])
+        case "mean depth [m]", "m":
+            return np.where(series.of(species) > 0, -series.of(species, "depth_mean"), np.nan)
+        case "Genes", _:
+            assert unit.startswith("mean")
+            return None
+    assert title == unit
+    return series.of(series.species[0] if species == "the world" else species, title)
+
+
+@IN_A_BROWSER[0]
+@IN_A_BROWSER[1]
+@IN_A_BROWSER[2]
+def test_saved_numbers_are_those_of_parquet_and_the_flows_those_of_the_report(run, series, page):
+    pandas, titles = pytest.importorskip("pandas"), []
+    for button in page.locator("#charts [aria-label^='Save the numbers: ']").all():
+        title = button.get_attribute("aria-label").removeprefix("Save the numbers: ")
+        if title == "Who eats whom":
+            continue
+        with page.expect_download() as waiting:
+            button.click()
+        table = pandas.read_csv(waiting.value.path())
+        titles.append(title)
+        assert table["tick"].tolist() == series.ticks.tolist()
+        for head in table.columns[1:]:
+            name, unit = re.fullmatch(r"(.+) \[(.+)\]", head).groups()
+            truth = of_series(series, title, name, unit)
+            if truth is not None:
+                assert table[head].tolist() == pytest.approx(truth, rel=1e-5, abs=1e-9, nan_ok=True), head
+    assert {"Populations", "Births"} <= set(titles)
+    replay, report = Replay(run), flows(series)
+    said = page.evaluate(OF_RUN, [replay.hello(), replay.series(-1)])
+    meals = {(meal["from"], meal["to"]): meal for meal in said["meals"]}
+    nodes = {node["name"]: node for node in said["nodes"]}
+    for meal in report.meals if report else ():
+        shown = meals[meal.food, meal.eater]
+        assert (shown["energy"], shown["meals"]) == pytest.approx(
+            (meal.energy, meal.number), rel=1e-4, abs=1e-6
+        )
+    for name in nodes.keys() & (report.budgets.keys() if report else set()):
+        shown, budget = nodes[name], report.budgets[name]
+        for key in ("light", "other", "burnt", "dead"):
+            assert shown[key] == pytest.approx(getattr(budget, key), rel=1e-4, abs=1e-5), (name, key)
+            assert shown[key] >= 0
+    assert (series.columns["lost"] >= 0).all()

@@ -2,7 +2,6 @@
 
 from csv import reader
 from io import StringIO
-from itertools import pairwise
 
 import pytest
 
@@ -84,25 +83,6 @@ def test_sparklines_are_even_in_time_and_end_at_the_tick_shown(page):
     assert page.evaluate(line, 0) == [1000]
 
 
-def test_old_points_are_thinned_to_extremes_and_rates_stay_means_over_all_ticks(page):
-    ticks, n, births, happiness = page.evaluate("""() => import('/charts.js').then(({ Charts }) => {
-      const charts = Object.create(Charts.prototype), ticks = Array.from({length: 100}, (_, i) => 2 * i);
-      const deer = ticks.map(t => t === 30 ? 999 : t === 40 ? 1 : 500);
-      const births = {deer: ticks.map((t, i) => i ? t : null)};
-      const lines = {n: {deer}, births, happiness: {deer: [...ticks]}};
-      Object.assign(charts, {ticks, light: ticks.map(() => 1), lines}).thin();
-      return [ticks, lines.n.deer, lines.births.deer, lines.happiness.deer];
-    })""")
-    assert 50 < len(ticks) < 80
-    assert ticks[-50:] == list(range(100, 200, 2))
-    assert {30, 40} <= set(ticks)
-    assert n == [999 if t == 30 else 1 if t == 40 else 500 for t in ticks]
-    assert happiness == ticks
-    spans = [b - a for a, b in pairwise(ticks)]
-    born = sum(rate * span for rate, span in zip(births[1:], spans, strict=True))
-    assert born == sum(2 * t for t in range(2, 200, 2))
-
-
 def test_nights_are_shaded_between_ticks_at_which_the_light_is_known(page):
     shaded = page.evaluate("""async () => {
       const {nights} = await import('/series.js');
@@ -166,6 +146,23 @@ def test_the_numbers_of_a_chart_are_saved(curves):
     head, *rows = waiting.value.path().read_text().splitlines()
     assert head == "tick,grass [organisms],deer [organisms],wolf [organisms]"
     assert rows[0].endswith(",80,12")
+
+
+def test_files_name_units_and_a_file_with_gaps_is_called_thinned(page):
+    heads = page.evaluate("""async () => {
+      const {Charts} = await import('/charts.js'), charts = Object.create(Charts.prototype), found = [];
+      charts.hello = {species: [{name: "vole", units: {poison: "energy", bold: "1"}}]};
+      for (const ticks of [[0, 1, 2], [0, 1, 4]]) {
+        charts.ticks = ticks;
+        const of = (key, title, name, heading) => charts.heading(key, title, name, heading);
+        found.push([charts.thinned(), of("births", "Births", "vole", "per tick"),
+          of("genes", "Genes", "vole.poison"), of("genes", "Genes", "vole.bold"),
+          of("report ratio", "ratio", ""), of("", "mean depth [m]", "vole")]);
+      }
+      return found;
+    }""")
+    same = ["mean, energy", "mean", "ratio", "m"]
+    assert heads == [[False, "per tick", *same], [True, "per tick since the previous row", *same]]
 
 
 def test_files_quote_names_and_leave_missing_values_empty(page):

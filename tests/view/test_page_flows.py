@@ -5,11 +5,18 @@ from xml.etree import ElementTree
 
 import pytest
 
+from ecs_eco.analysis.figures import FLOWS
+from ecs_eco.analysis.flows import Meal, flows
+from ecs_eco.analysis.report.write import energy
 from ecs_eco.analysis.runs import load_series
-from ecs_eco.config import load
+from ecs_eco.analysis.why import Case, explain
+from ecs_eco.analysis.why.page import energy as said_of
+from ecs_eco.config import WorldConfig, load
 from ecs_eco.record import run_to_folder
 from ecs_eco.testing.browser import served, until
-from tests.view.pages import IN_A_BROWSER, opened, pause, play
+from ecs_eco.view.replay import Replay
+from ecs_eco.view.story import foods_of
+from tests.view.pages import IN_A_BROWSER, OF_RUN, opened, pause, play
 from tests.view.parks import SMALL as PARK
 
 pytestmark = IN_A_BROWSER
@@ -21,6 +28,24 @@ HELLO = {
     "species": [{"name": "grass"}, {"name": "deer", "moves": True}],
     "foods": {"deer": ["grass"]},
     "size": [9, 9],
+}
+PASTURE = {
+    "format": 1,
+    "name": "pasture",
+    "space": {"size": [20.0, 20.0]},
+    "species": {
+        "grass": {"count": 4, "body": {"radius": 0.25}, "metabolism": {"energy": 0.5, "energy_spread": 0}},
+        "deer": {
+            "count": 1,
+            "body": {"radius": 0.5},
+            "metabolism": {"energy": 0.5, "energy_spread": 0, "energy_max": 4.0, "basal": 0.25},
+            "locomotion": {"speed": {"walk": 0.0}, "turn": 0.5},
+            "diet": [{"eats": "grass", "reach": 20.0, "gain": 0.375}],
+            "sensors": [{"kind": "own", "property": "energy"}],
+            "actions": {"speed": ["walk"], "turn": ["left", "none", "right"]},
+            "lethal": [{"property": "energy", "min": 0.0, "cause_below": "starved"}],
+        },
+    },
 }
 
 
@@ -43,8 +68,80 @@ def test_means_are_of_the_stretch_that_is_shown_and_weighed_by_its_ticks(page):
     assert said["meals"] == [{"from": "grass", "to": "deer", "energy": 1.75, "meals": 3.5}]
     grass, deer = said["nodes"]
     assert [grass[k] for k in ("light", "other", "dead")] == [6.0, 0, 1.25]  # less what the deer gained by it
-    assert [deer[k] for k in ("light", "other", "burnt", "dead", "died")] == [0, 1.0, 2.0, 0.5, 3.0]
+    # what was unknown before the first event was 0
+    assert [deer[k] for k in ("light", "other", "burnt", "dead", "died")] == [0, 1.0, 0.5, 0.5, 3.0]
     assert deer["level"] == grass["level"] + 1
+
+
+@pytest.fixture(scope="module")
+def pasture(tmp_path_factory):
+    """A deer eats a tuft of 0.5 energy in each of the first four ticks, and starves in the ninth of ten."""
+    out = tmp_path_factory.mktemp("pasture") / "run"
+    run_to_folder(WorldConfig(**PASTURE), seed=1, ticks=10, out=out, policies="random", report=False)
+    return out
+
+
+def test_page_and_report_have_the_flows_that_were_counted_by_hand(page, pasture):
+    replay, report = Replay(pasture), flows(load_series(pasture))
+    hello, series = replay.hello(), replay.series(-1)
+    said = page.evaluate(OF_RUN, [hello, series])
+    # four meals of 0.375 in ten ticks; 0.125 of each tuft is left over
+    assert report.meals == (Meal("grass", "deer", pytest.approx(0.15), pytest.approx(0.4)),)
+    assert [pytest.approx(meal) for meal in said["meals"]] == [
+        {"from": "grass", "to": "deer", "energy": 0.15, "meals": 0.4}
+    ]
+    # the deer cannot burn more than the 0.5 + 4 · 0.375 that it had, and leaves nothing
+    for name, burnt, dead in (("grass", 0, 0.05), ("deer", 0.2, 0)):
+        (node,) = [node for node in said["nodes"] if node["name"] == name]
+        budget = report.budgets[name]
+        assert (node["burnt"], node["dead"]) == pytest.approx((burnt, dead), abs=1e-7)
+        assert (budget.burnt, budget.dead) == pytest.approx((burnt, dead), abs=1e-7)
+    of = {name: values.sum(axis=0) for name, values in load_series(pasture).columns.items()}
+    assert (of["lost"].tolist(), of["burnt"].tolist()) == ([2.0, 0.0], [0.0, 2.0])
+    # of ticks 2 to 5, two have a meal; a hidden species changes no flow of the others
+    (meal,) = page.evaluate(OF_RUN, [hello, series, [2, 5]])["meals"]
+    assert (meal["energy"], meal["meals"]) == pytest.approx((0.1875, 0.5))
+    (grass,) = page.evaluate(OF_RUN, [hello, series, None, ["deer"]])["nodes"]
+    assert grass["dead"] == pytest.approx(0.05)
+
+
+def test_the_energy_held_at_death_has_one_name_and_is_not_negative(pasture):
+    assert {name: word for name, word, _ in FLOWS}["lost"] == "held at death"
+    assert "<th>held at death" in re.sub(r"<th[^>]*>", "<th>", energy(load_series(pasture)))
+    told = explain(Case.read(pasture))["energy"]["deer"]
+    assert told["lost"] == 0
+    assert "0% held at death" in said_of("deer", told)
+
+
+def test_the_world_tab_shows_all_that_is_eaten_and_what_harms(page):
+    config = load("reflexes").model_dump()
+    hello = HELLO | {"foods": foods_of(config), "eats": foods_of(config, harmful=True), "dt": 1}
+    hello |= {"species": [{"name": name} for name in ("red", "yellow", "green", "goat")]}
+    web = page.evaluate(
+        """(hello) => import('/world.js').then((it) => {
+          const place = document.querySelector("#world"), before = [...place.children];
+          it.world(hello, () => "#123456", ["green: eaten by goat"]);
+          const meals = [...place.querySelectorAll("[data-meal]")];
+          place.replaceChildren(...before);
+          return Object.fromEntries(meals.map((one) => [one.dataset.meal, one.getAttribute("class")]));
+        })""",
+        hello,
+    )
+    assert web == {"red goat": "meal harms", "yellow goat": "meal harms", "green goat": "meal"}
+
+
+def test_all_that_is_eaten_is_one_list_for_all_webs_and_hunters_are_told_by_what_feeds_them(page):
+    hello = HELLO | {
+        "eats": {"deer": ["grass", "wolf"]},
+        "species": [*HELLO["species"], {"name": "wolf", "moves": True}],
+    }
+    eats = "([hello, causes]) => import('/world.js').then((it) => it.eats(hello, causes))"
+    assert page.evaluate(eats, [hello, ["deer: eaten by wolf", "deer: starved"]]) == {
+        "deer": ["grass", "wolf"],
+        "wolf": ["deer"],
+    }
+    kinds = page.evaluate("(hello) => import('/marks.js').then((it) => it.kindsOf(hello))", hello)
+    assert [kind["hunts"] for kind in kinds] == [False, False, False]
 
 
 def test_names_of_narrow_drawings_do_not_lie_over_each_other(page):
@@ -180,7 +277,6 @@ def test_a_record_shows_all_of_its_ticks_or_those_that_are_chosen(browser, tmp_p
         for food, eater in (("grass", "deer"), ("deer", "wolf")):
             (said,) = [cell[2:] for cell in cells if cell[:2] == [food, eater]]
             means = [
-                series.of(*of)[1:].mean()
-                for of in ((eater, f"eaten: {food}"), (food, f"died: eaten by {eater}"))
+                series.of(*of).mean() for of in ((eater, f"eaten: {food}"), (food, f"died: eaten by {eater}"))
             ]
             assert [float(number) for number in said] == pytest.approx(means, rel=0.01)

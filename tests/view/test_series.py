@@ -7,7 +7,7 @@ from ecs_eco import World
 from ecs_eco.components import Position
 from ecs_eco.config import load
 from ecs_eco.record import run_to_folder
-from ecs_eco.view.curves import Curves, extremes
+from ecs_eco.view.curves import Curves, extremes, stretch
 from ecs_eco.view.live import Live
 from ecs_eco.view.recording import by_species
 from ecs_eco.view.replay import Replay
@@ -62,27 +62,67 @@ def test_curves_are_thinned_and_stay_bounded():
 
 def test_of_many_ticks_the_extremes_of_each_species_are_kept():
     n = np.array([[0, 5, 1, 1, 1, 1, 1, 9, 1, 1], [3, 3, 3, 0, 3, 3, 8, 3, 3, 3]])
-    assert extremes(n, 6).tolist() == [0, 3, 6, 7, 9]
-    assert extremes(n, 10).tolist() == [0, 1, 3, 5, 6, 7, 9]
-    assert extremes(np.zeros((1, 1)), 4).tolist() == [0]
+    ticks = np.arange(10)
+    assert extremes(ticks, n, 5).tolist() == [0, 1, 3, 5, 6, 7, 9]
+    assert extremes(ticks, n, 16).tolist() == [0, 3, 6, 7, 9]
+    assert extremes(ticks, n, 1).tolist() == ticks.tolist()
+    # two points of each of three species in 501 stretches of 8 ticks
+    assert [stretch(ticks, 3, 4000) for ticks in (4000, 4001)] == [1, 8]
 
 
-def test_a_living_world_has_the_points_of_its_recording_however_rarely_it_is_sampled(tmp_path):
+@pytest.mark.parametrize("seed", range(5))
+def test_points_do_not_depend_on_samples_and_a_page_has_those_of_its_server(seed):
+    rng, most = np.random.default_rng(seed), 60
+    n, born = rng.integers(0, 50, (2, 700)), rng.integers(0, 9, 700)
+    curves, page, at = Curves(most), {"tick": [], "n": [], "births": []}, 0
+    curves.add(*points([0], {("n", "deer"): [25], ("n", "wolf"): [25]}, {("births", "deer"): [0]}))
+    while at < 700:
+        now = slice(at, at + int(rng.integers(1, 90)))
+        ticks, at = np.arange(700)[now] + 1, min(700, now.stop)
+        levels = {("n", name): n[s, now] for s, name in enumerate(("deer", "wolf"))}
+        curves.add(*points(ticks, levels, {("births", "deer"): born[now].cumsum()}))
+        if rng.random() < 0.3:
+            continue  # the page was busy
+        sent = curves.after(page["tick"][-1] if page["tick"] else -1)
+        keep = int(np.searchsorted(page["tick"], sent["tick"][0]))
+        for name, line in (
+            ("tick", sent["tick"]),
+            ("n", sent["n"]["deer"]),
+            ("births", sent["births"]["deer"]),
+        ):
+            page[name][keep:] = line
+        held = curves.after(-1)
+        assert page == {"tick": held["tick"], "n": held["n"]["deer"], "births": held["births"]["deer"]}
+        assert len(page["tick"]) <= most + 3  # besides the beginning and the end
+    whole = np.union1d(0, extremes(np.arange(700), n, stretch(700, 2, most)))
+    assert (np.array(curves.after(-1)["tick"])[1:] - 1).tolist() == whole.tolist()
+    spans = np.diff(curves.after(-1)["tick"])
+    assert np.dot(spans, curves.after(-1)["births"]["deer"][1:]) == pytest.approx(born.sum())
+
+
+@pytest.mark.parametrize("most", [4000, 24])
+def test_a_living_world_has_the_points_of_its_recording_however_rarely_it_is_sampled(
+    tmp_path, monkeypatch, most
+):
     small = load("predator-prey", {"species.grass.count": 200, "species.deer.count": 60})
     live = Live(World.from_config(small, seed=3, policies="random"))
+    live.curves.most = most
+    monkeypatch.setattr("ecs_eco.view.recording.MOST", most)
     for ticks in (0, 1, 17, 2, 30):
         live.world.run(ticks)
         live.sample()
     run_to_folder(small, 3, 50, tmp_path / "run", "random", report=False)
     shown, recorded = live.series(-1), Replay(tmp_path / "run").series(-1)
-    assert shown["tick"] == list(range(51))  # the founders, and the state after each tick
+    # the founders, and the state after each tick, which has the number of the next tick
+    assert shown["tick"] == [0, *(tick + 1 for tick in recorded["tick"])]
+    assert recorded["tick"] == list(range(50)) if most > 50 else 6 < len(recorded["tick"]) < 27
     assert {name: n[1:] for name, n in shown["n"].items()} == recorded["n"]
     for group in ("happiness", "births", "deaths", "energy", "causes", "flows"):
         mine, theirs = (dict(lines(of[group])) for of in (shown, recorded))
         assert mine.keys() == theirs.keys(), group
         for name in mine:
             known = [
-                [-1 if value is None else value for value in of] for of in (mine[name][2:], theirs[name][1:])
+                [-1 if value is None else value for value in of] for of in (mine[name][1:], theirs[name])
             ]
             assert known[0] == pytest.approx(known[1], rel=1e-5), (group, name)
 

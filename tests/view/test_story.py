@@ -39,7 +39,9 @@ def test_an_extinction_is_told_with_the_deaths_since_the_last_high_and_a_return_
     )
     assert [e["kind"] for e in entries] == ["crash", "extinct", "return"]
     assert entries[1]["tick"] == 4
-    assert entries[1]["cause"].startswith("Of 100 deaths since tick 0: 70% starved, 30% eaten by wolf;")
+    assert entries[1]["cause"].startswith(
+        "Of 100 deaths since tick 0 (last high): 70% starved, 30% eaten by wolf;"
+    )
     assert entries[1]["cause"].endswith("Meanwhile, its food (grass) went from 500 to 90.")
 
 
@@ -66,4 +68,6 @@ def test_foods_are_what_somebody_gains_by():
         {"eats": "green", "gain": 2},
         {"eats": "box", "gain": 1, "deadly": True},
     ]
-    assert foods_of({"species": {"goat": {"diet": diet}, "green": {}}}) == {"goat": ["green"], "green": []}
+    config = {"species": {"goat": {"diet": diet}, "green": {}}}
+    assert foods_of(config) == {"goat": ["green"], "green": []}
+    assert foods_of(config, harmful=True) == {"goat": ["red", "green", "box"], "green": []}

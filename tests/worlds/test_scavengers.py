@@ -123,9 +123,9 @@ def test_the_books_close_from_grass_to_scavengers():
         now = float(_energy(world, name).sum(dtype=float))
         assert now == pytest.approx(held[name] + change, abs=1e-4), name
     sums["carcass"] = stores.ledger["carcass"]
-    # what gnus and vultures held when they died is what their carcasses began with, but for debts
+    # what gnus and vultures held when they died is what their carcasses began with
     dead = sums["gnu"]["lost"] + sums["vulture"]["lost"]
-    assert 0 <= sums["carcass"]["endowed"] - dead < 1.0
+    assert sums["carcass"]["endowed"] == pytest.approx(dead, abs=1e-4)
     assert sums["carcass"]["endowed"] > 5
     assert sums["carcass"]["burnt"] > 0.1
     # who eats a carcass gains half of it as it was before it rotted in that tick, or is full

@@ -18,6 +18,7 @@ export interface Kind {
   wiring?: Wiring;
   learns?: boolean;
   genes?: string[];
+  units?: Record<string, string>; // of these genes; "1" if a gene has none
   shows?: { size?: [string, number, number]; stripes?: [string, number, number] }; // genes that show in bodies: the radii at the lowest and highest value, relative to `radius`; the values without and with full stripes
   every?: number; // in a file: of how many organisms one is included
   shape?: "capsule" | "box"; // absent: a sphere
@@ -91,6 +92,7 @@ export interface Hello {
   rewinds?: boolean; // whether a live world can go back in time
   stays?: string; // why it cannot
   foods?: Record<string, string[]>; // foods from which each species gains energy
+  eats?: Record<string, string[]>; // all foods in the diet of each species, also those that harm it
   snapshot_every?: number | null;
   fields?: string[]; // maps that can be laid over the scene
   begins?: Begins;

@@ -144,7 +144,7 @@ def energy(series: Series) -> str:
         for i, s in enumerate(series.species)
     ]
     where = f"{share:.1e} of the stock ({escape(worst)}, tick {tick:,})"
-    head = ["species", "endowed", "taken in", "burned", "given", "lost through death", "largest gap"]
+    head = ["species", "endowed", "taken in", "burned", "given", "held at death", "largest gap"]
     return f"<p>The ledger {kept}: the largest gap in any tick is {gap:.2g}, {where}.</p>{table(head, rows)}"
 
 
@@ -361,7 +361,11 @@ def _curves(series: Series) -> Iterator[Drawn]:
     if any(series.columns[DIED + c].any() for c in series.causes):
         yield "deaths", figures.deaths(series), "Deaths per tick by cause."
     if "stock_after" in series.columns and series.columns["stock_after"].any():
-        yield "energy", figures.energy(series), "Energy per tick: inflows above zero, outflows below."
+        yield (
+            "energy",
+            figures.energy(series),
+            "Energy per tick: inflows above zero, outflows below; energy held at death includes what is eaten.",
+        )
 
 
 def _cycles(series: Series, cycles: CycleStatistics) -> Iterator[Drawn]:

@@ -75,7 +75,8 @@ def happened(case: Case, findings: Mapping[str, Any]) -> Iterator[str]:
     for f in findings["fell"]:
         gone = "died out" if f["extinct"] else "nearly died out"
         yield (
-            f"{f['species']} {gone} at tick {f['tick']:,}; at tick {f['since']:,} there were {f['from']:,}."
+            f"{f['species']} {gone} at tick {f['tick']:,}; at tick {f['since']:,} (last with half of the peak) "
+            f"there were {f['from']:,}."
         )
         if f["deaths"]:
             yield _died_of(case, f)
@@ -163,7 +164,7 @@ def energy(species: str, flows: Mapping[str, float]) -> str:
     total = sum(max(flows[k], 0.0) for k in ("burnt", "given", "lost"))
     if total <= 0 or flows["taken_in"] == flows["burnt"] == 0:
         return ""
-    words = {"burnt": "burned", "given": "given to newborns", "lost": "lost through death"}
+    words = {"burnt": "burned", "given": "given to newborns", "lost": "held at death"}
     parts = ", ".join(f"{max(flows[k], 0) / total:.0%} {word}" for k, word in words.items())
     return (
         f"{species}: {number(flows['taken_in'])} taken in per capita per tick, "

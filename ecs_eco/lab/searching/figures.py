@@ -82,7 +82,15 @@ def scatter(
     """Plot the share of candidates that are worse, `worse` f64[candidates], against each parameter."""
     figure, axes = several(len(parameters), 4, (2.9, 2.3), (0.5, 0.4), sharey=True)
     for ax, p in zip(axes.flat, parameters, strict=False):
-        ax.scatter([e["values"][p.name] for e in entries], worse, s=18, color=PALETTE[2], alpha=0.6, lw=0)
+        ax.scatter(
+            [e["values"][p.name] for e in entries],
+            worse,
+            s=18,
+            color=PALETTE[2],
+            alpha=0.6,
+            lw=0,
+            clip_on=False,
+        )
         ax.axvline(start[p.name], color=START, lw=1.1, ls=":", label="as written")
         ax.axvline(best[p.name], color=BEST, lw=1.4, label="best")
         ax.set_ylim(0, 1)

@@ -2,7 +2,7 @@
 
 import { uPlot } from "./vendor.js";
 import { $, h, number } from "./dom.js";
-import { REPORT, append, extremes, grouped, meanRate, nights, recalled, remember, table } from "./series.js";
+import { REPORT, append, grouped, nights, recalled, remember, table } from "./series.js";
 import { plotted, saves } from "./print.js";
 import { genes } from "./colours.js";
 import { FIGURES, Figures } from "./figures.js";
@@ -19,8 +19,6 @@ const LANE = 58; // height of each population's lane [px]
 const SPARK = 40; // number of points in a sparkline, evenly spaced in time
 const WIDE = 1500; // ticks in a sparkline
 const [RECENT, LATELY] = [10, 60]; // last ticks over which births and deaths, and causes of death, are averaged
-const MOST = 6000; // maximum number of points; beyond that, about every second point of the older half is dropped
-const RATES = ["births", "causes", "energy", "flows"]; // groups of lines that show means per tick
 const WINDOWS = [["last 500", 500], ["last 2,000", 2000], ["last 10,000", 10000], ["all ticks", Infinity]];
 
 /** @typedef {{key: string, title: string, unit: string, heading?: string}} Chart `heading`: unit in the headings of a file */
@@ -28,7 +26,7 @@ const WINDOWS = [["last 500", 500], ["last 2,000", 2000], ["last 10,000", 10000]
 /** @type {Chart[]} */
 const CHARTS = [
   { key: "n", title: "Populations", unit: "organisms", heading: "organisms" },
-  { key: "happiness", title: "Happiness", unit: "mean" },
+  { key: "happiness", title: "Happiness", unit: "mean", heading: "mean happiness" },
   { key: "genes", title: "Genes", unit: "mean" },
   { key: "causes", title: "Deaths", unit: "per tick, by cause", heading: "per tick" },
   { key: "births", title: "Births", unit: "per tick", heading: "per tick" },
@@ -106,7 +104,7 @@ export class Charts {
     return h("div", { class: "row tools" }, this.chooser, this.pointed, this.back, choice);
   }
 
-  /** @param {Series} series points to append */
+  /** @param {Series} series points, which replace existing points from their first tick onward */
   add(series) {
     const first = series.tick[0];
     if (first === undefined) return;
@@ -124,7 +122,6 @@ export class Charts {
       const names = new Set([...Object.keys(this.lines[key]), ...Object.keys(given[key] ?? {})]);
       for (const name of names) append((this.lines[key][name] ??= []), given[key]?.[name], length, series.tick.length);
     }
-    if (this.ticks.length > MOST) this.thin();
     soon(this.redraw);
   }
 
@@ -132,19 +129,6 @@ export class Charts {
   cut(tick) {
     const keep = this.ticks.findIndex((t) => t >= tick);
     for (const line of this.all()) line.length = keep;
-  }
-
-  /** Keeps about half of the points in the older half: the extremes of all populations. Rates become means over the ticks since the point before. */
-  thin() {
-    const half = this.ticks.length >> 1, old = extremes(Object.values(this.lines.n), half, half >> 1);
-    const kept = [...old, ...Array.from({ length: this.ticks.length - half }, (_, i) => half + i)];
-    const ticks = [...this.ticks];
-    const rates = new Set(RATES.flatMap((key) => Object.values(this.lines[key] ?? {})));
-    for (const line of this.all()) {
-      const values = kept.map((at, i) => (i && rates.has(line) ? meanRate(line, ticks, kept[i - 1], at) : line[at]));
-      line.length = 0;
-      for (const value of values) line.push(/** @type {number} */ (value));
-    }
   }
 
   /** All arrays that are parallel to the ticks. @returns {Line[]} */
@@ -169,6 +153,11 @@ export class Charts {
       this.draw();
     }
     for (const { plot } of this.plots.values()) plot.setCursor({ left: plot.valToPos(tick, "x"), top: 10 });
+  }
+
+  /** The causes of death so far, as "deer: eaten by wolf". */
+  causes() {
+    return Object.keys(this.lines.causes);
   }
 
   /** First and last tick on the axis. @returns {[number, number]} */
@@ -229,9 +218,9 @@ export class Charts {
     const born = this.lines.births[name] ?? [];
     const mean = (/** @type {Line} */ values, recent = RECENT) => {
       let sum = 0, ticks = 0;
-      for (let i = at; i > 0 && this.ticks[i] > now - recent; i--) {
+      for (let i = at; i >= 0 && this.ticks[i] > now - recent; i--) {
         if ((values[i] ?? born[i] ?? null) === null) continue;
-        const span = this.ticks[i] - Math.max(this.ticks[i - 1], now - recent);
+        const span = this.ticks[i] - Math.max(this.ticks[i - 1] ?? this.ticks[0] - 1, now - recent);
         sum += span * (values[i] ?? 0); // no value if the cause has not occurred yet
         ticks += span;
       }
@@ -310,10 +299,10 @@ export class Charts {
       values.set(name, value);
       head.append(h("span", { class: "key" }, stroke(colours[i], dashes[i]), name || "the world", " ", value));
     });
-    head.append(h("span", { class: "grow" }), saves(title, () => table(this.ticks, names, this.lines[key], heading), () => ({
+    head.append(h("span", { class: "grow" }), saves(title, () => table(this.ticks, names, this.lines[key], (name) => this.heading(key, title, name, heading)), () => ({
       unit, body: plotted(plot, heading ?? unit, colours, [(u) => nights(u, this.ticks, this.light), (u) => this.cursor(u)]),
       legend: [...names.map((name, i) => ({ name: name || "the world", mark: stroke(colours[i], dashes[i]) })), ...(this.other?.items() ?? [])],
-    })));
+    }), () => (this.thinned() ? "-thinned" : "")));
     if (key === "n" && this.logarithmic) head.append(this.logarithmic);
     const place = h("div", { class: "chart" }, head);
     const after = this.charts.slice(this.charts.findIndex((chart) => chart.key === key) + 1).map((chart) => this.plots.get(chart.key)).find(Boolean);
@@ -343,6 +332,20 @@ export class Charts {
     }, [[]], place);
     plot.over.addEventListener("click", () => this.clicked(plot));
     return { plot, values };
+  }
+
+  /** Whether some ticks have no point. */
+  thinned() {
+    return this.ticks.some((tick, i) => i > 0 && tick > this.ticks[i - 1] + 1);
+  }
+
+  /** The unit of a line in a file; genes and reporters have the unit of their values, or none. @param {string} key @param {string} title @param {string} name @param {string} [heading] */
+  heading(key, title, name, heading) {
+    if (heading?.endsWith("per tick") && this.thinned()) return `${heading} since the previous row`;
+    if (key !== "genes") return heading ?? title.match(/\[(.+)\]$/)?.[1] ?? title;
+    const [species, gene] = [name.slice(0, name.indexOf(".")), name.slice(name.indexOf(".") + 1)];
+    const unit = this.hello.species.find((kind) => kind.name === species)?.units?.[gene];
+    return unit && unit !== "1" ? `mean, ${unit}` : "mean";
   }
 
   /** Zooms to a range selected by dragging. @param {uPlot} plot */

@@ -5,7 +5,7 @@ import { kindsOf } from "./marks.js";
 import { saves } from "./print.js";
 import { csv } from "./series.js";
 import { css } from "./theme.js";
-import { levels } from "./world.js";
+import { eats, levels } from "./world.js";
 
 /** @typedef {import("./charts.js").Charts} Charts */
 /** @typedef {{from: string, to: string, energy: number, meals: number | null}} Meal */
@@ -59,41 +59,41 @@ export class Flows {
     this.draw();
   }
 
-  /** The mean per tick over the period displayed in the charts. @param {(number | null)[] | undefined} line rates since the previous point */
+  /** How many ticks the number of a point is ahead of the last tick that it includes. */
+  get ahead() {
+    return this.charts.hello.mode === "replay" ? 0 : 1;
+  }
+
+  /** First and last tick of the displayed period. @returns {[number, number]} */
+  period() {
+    const [from, to] = this.charts.range().map(Math.round);
+    return [Math.max(0, from), Math.min(to, this.charts.ticks.at(-1) ?? 0) - this.ahead];
+  }
+
+  /** The mean per tick over the displayed period. @param {(number | null)[] | undefined} line rates since the previous point, at the first point of one tick; null before the first event */
   mean(line) {
-    const { ticks } = this.charts, [from, to] = this.charts.range();
+    const [from, to] = this.period(), ends = this.charts.ticks.map((tick) => tick - this.ahead);
     let sum = 0, span = 0;
-    for (let i = 1; line && i < line.length; i++) {
-      const value = line[i], length = ticks[i] - ticks[i - 1];
-      if (value === null || ticks[i] <= from || ticks[i] > to) continue;
-      sum += value * length;
+    for (let i = line?.[0] == null ? 1 : 0; line && i < line.length; i++) {
+      const length = Math.min(ends[i], to) - Math.max(ends[i - 1] ?? ends[0] - 1, from - 1);
+      if (length <= 0) continue;
+      sum += (line[i] ?? 0) * length;
       span += length;
     }
     return span ? sum / span : null;
   }
 
-  /** The foods of each species: its diet, and anything else that it has eaten. @returns {Record<string, string[]>} */
-  foods() {
-    /** @type {Record<string, Set<string>>} */
-    const foods = Object.fromEntries(Object.entries(this.charts.hello.foods ?? {}).map(([eater, all]) => [eater, new Set(all)]));
-    for (const key of Object.keys(this.charts.lines.causes)) {
-      const [food, eater] = key.split(": eaten by ");
-      if (eater) (foods[eater] ??= new Set()).add(food);
-    }
-    return Object.fromEntries(Object.entries(foods).map(([eater, all]) => [eater, [...all]]));
-  }
-
   /** The species and the flows between them. @returns {{nodes: Node[], meals: Meal[]}} */
   found() {
-    const { charts } = this, foods = this.foods();
+    const { charts } = this, foods = eats(charts.hello, Object.keys(charts.lines.causes));
     const eaten = new Set(Object.values(foods).flat());
-    const kinds = kindsOf(charts.hello).filter(({ name, inanimate }) => !charts.away.has(name) && (eaten.has(name) || (!inanimate && foods[name]?.length)));
-    const names = kinds.map(({ name }) => name), level = levels(names, foods);
+    const kinds = kindsOf(charts.hello).filter(({ name, inanimate }) => eaten.has(name) || (!inanimate && foods[name]?.length));
+    const names = kinds.map(({ name }) => name), shown = names.filter((name) => !charts.away.has(name)), level = levels(shown, foods);
     const flow = (/** @type {string} */ name, /** @type {string} */ what) => this.mean(charts.lines.flows[`${name}: ${what}`]);
     const meals = names.flatMap((to) => names.filter((food) => foods[to]?.includes(food)).map((from) => ({
       from, to, energy: flow(to, `eaten: ${from}`) ?? 0, meals: this.mean(charts.lines.causes[`${from}: eaten by ${to}`]),
     })));
-    const nodes = names.map((name) => {
+    const nodes = shown.map((name) => {
       const all = meals.filter(({ to }) => to === name).reduce((sum, { energy }) => sum + energy, 0);
       const passed = meals.filter(({ from }) => from === name).reduce((sum, { energy }) => sum + Math.max(0, energy), 0);
       const taken = flow(name, "taken in") ?? 0, rest = Math.max(0, taken - all) > 1e-6 * Math.max(taken, 1e-9) ? taken - all : 0;
@@ -102,21 +102,20 @@ export class Flows {
         burnt: flow(name, "burnt") ?? 0, given: flow(name, "given") ?? 0, dead: Math.max(0, (flow(name, "lost") ?? 0) - passed),
         died: died.reduce((sum, key) => sum + (this.mean(charts.lines.causes[key]) ?? 0), 0) };
     });
-    return { nodes, meals };
+    return { nodes, meals: meals.filter(({ from, to }) => shown.includes(from) && shown.includes(to)) };
   }
 
   draw() {
     if (!this.place?.isConnected) return;
     const { nodes, meals } = this.found();
-    const [from, to] = this.charts.range().map(Math.round);
-    const now = this.charts.ticks[this.charts.ticks.length - 1] ?? 0;
+    const [from, to] = this.period();
     const words = sentences(nodes, meals);
     this.wide = this.place.clientWidth;
     const svg = picture(nodes, meals, this.unit === "energy", Math.max(260, this.wide || 300));
-    svg.setAttribute("aria-label", `Who eats whom, ticks ${from} to ${Math.min(to, now)}: ${words.join("; ") || "no organism was eaten"}`);
+    svg.setAttribute("aria-label", `Who eats whom, ticks ${from} to ${to}: ${words.join("; ") || "no organism was eaten"}`);
     this.place.replaceChildren(svg);
     const shared = this.charts.shared ? " Energy per food was not recorded, so it is divided among foods by the number eaten." : "";
-    if (this.about) this.about.textContent = `Means of ticks ${number(Math.max(0, from))} to ${number(Math.min(to, now))}. Energy is what eaters gain; energy left over at death is what dead organisms still had, minus what eaters gained from them.${shared}`;
+    if (this.about) this.about.textContent = `Means of ticks ${number(from)} to ${number(to)}. Energy is what eaters gain; energy left over at death is what dead organisms still had, minus what eaters gained from them.${shared}`;
     this.keys?.replaceChildren(...keysOf(nodes, meals, this.unit === "energy"));
     this.table?.replaceChildren(...rows(nodes, meals).map((row) => h("tr", {}, ...row.map((cell, i) => (i < 2 ? h("th", { scope: "row", text: cell }) : h("td", { text: typeof cell === "number" ? number(cell) : cell ?? "–" }))))));
   }

@@ -68,7 +68,9 @@ connection.on("hello", (hello) => {
 });
 connection.on("state", show);
 connection.on("series", (series) => {
+  const causes = page?.charts.causes().length;
   page?.charts.add(series);
+  if (page?.charts.causes().length !== causes) tell();
   if (page) soon(page.timeline.redraw);
   if (kinds) soon(kinds.look);
 });
@@ -199,7 +201,12 @@ function paint(dark) {
   page.panel.redraw();
   story.draw();
   timeline.draw();
-  world(page.hello, charts.colourOf), picker(page.hello, connection);
+  tell(), picker(page.hello, connection);
+}
+
+/** Fills the World tab. */
+function tell() {
+  if (page) world(page.hello, page.charts.colourOf, page.charts.causes());
 }
 
 /** @param {State} now */

@@ -20,8 +20,9 @@ export const DOTS = (300 / 25.4) * MM; // [px] of a picture, for 300 dots per in
  * @param {string} title
  * @param {(() => string) | null} table the numbers
  * @param {() => Omit<Drawn, "title" | "body"> & {body: SVGElement | null | undefined}} drawn
+ * @param {() => string} ending of the name of the file of numbers
  */
-export function saves(title, table, drawn) {
+export function saves(title, table, drawn, ending = () => "") {
   const button = (/** @type {string} */ text, /** @type {string} */ label, /** @type {() => void} */ does) =>
     h("button", { class: "mini", type: "button", text, title: label, "aria-label": label, onclick: does });
   const printed = (/** @type {"svg" | "png"} */ kind) => () => {
@@ -29,7 +30,7 @@ export function saves(title, table, drawn) {
     if (body) print(slug(title), { title, body, legend: legend ?? kindsIn(body), ...more }, kind);
   };
   return h("span", { class: "saves" },
-    ...(table ? [button("csv", `Save the numbers: ${title}`, () => save(`${slug(title)}.csv`, new Blob([table()], { type: "text/csv" })))] : []),
+    ...(table ? [button("csv", `Save the numbers: ${title}`, () => save(`${slug(title)}${ending()}.csv`, new Blob([table()], { type: "text/csv" })))] : []),
     button("png", `Save the picture: ${title}`, printed("png")),
     button("svg", `Save the drawing: ${title}`, printed("svg")),
   );

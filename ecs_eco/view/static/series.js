@@ -36,10 +36,10 @@ export function nights(u, ticks, light) {
  * @param {number[]} ticks
  * @param {string[]} names of columns
  * @param {Record<string, Line>} lines
- * @param {string} [unit]
+ * @param {(name: string) => string} unit
  */
 export function table(ticks, names, lines, unit) {
-  const heads = names.map((name) => (name || "the world") + (unit ? ` [${unit}]` : ""));
+  const heads = names.map((name) => `${name || "the world"} [${unit(name)}]`);
   return csv([["tick", ...heads], ...ticks.map((tick, i) => [tick, ...names.map((name) => lines[name][i])])]);
 }
 
@@ -62,38 +62,6 @@ export function append(line, values, length, n) {
     const value = values?.[i] ?? null;
     line.push(value === null || Number.isNaN(value) ? null : value);
   }
-}
-
-/**
- * About `most` of the first n points to keep: of equal stretches, those in which a line is lowest and highest, and the first and last point.
- * @param {Line[]} lines
- * @param {number} n
- * @param {number} most
- */
-export function extremes(lines, n, most) {
-  const stretches = Math.max(1, Math.floor((most - 2) / Math.max(1, 2 * lines.length))), kept = new Set([0, n - 1]);
-  for (let k = 0; k < stretches; k++) {
-    const from = Math.floor((n * k) / stretches), to = Math.floor((n * (k + 1)) / stretches);
-    for (const line of lines) {
-      let [low, high] = [from, from];
-      for (let i = from; i < to; i++) {
-        if ((line[i] ?? 0) < (line[low] ?? 0)) low = i;
-        if ((line[i] ?? 0) > (line[high] ?? 0)) high = i;
-      }
-      if (from < to) kept.add(low).add(high);
-    }
-  }
-  return [...kept].sort((a, b) => a - b);
-}
-
-/** The mean of a rate over the ticks from one point to a later one; null if it is unknown. @param {Line} line @param {number[]} ticks @param {number} from @param {number} to */
-export function meanRate(line, ticks, from, to) {
-  let sum = 0, known = false;
-  for (let i = from + 1; i <= to; i++) {
-    known ||= line[i] !== null;
-    sum += (line[i] ?? 0) * (ticks[i] - ticks[i - 1]);
-  }
-  return known ? sum / (ticks[to] - ticks[from]) : null;
 }
 
 export const REPORT = "report "; // prefix of reporter names; each reporter has its own chart

@@ -31,12 +31,30 @@ export function levels(names, foods) {
 }
 
 /**
- * The food web: arrows point from food to eater.
+ * All foods of each species: its diet, including food that harms it, and anything else that it has eaten.
+ * @param {import("./protocol.js").Hello} hello
+ * @param {string[]} causes of death so far, as "deer: eaten by wolf"
+ * @returns {Record<string, string[]>}
+ */
+export function eats({ eats, foods }, causes) {
+  /** @type {Record<string, Set<string>>} */
+  const all = Object.fromEntries(Object.entries(eats ?? foods ?? {}).map(([eater, diet]) => [eater, new Set(diet)]));
+  for (const cause of causes) {
+    const [food, eater] = cause.split(": eaten by ");
+    if (eater) (all[eater] ??= new Set()).add(food);
+  }
+  return Object.fromEntries(Object.entries(all).map(([eater, diet]) => [eater, [...diet]]));
+}
+
+/**
+ * The food web: arrows point from food to eater, dashed if the food harms it.
  * @param {import("./protocol.js").Hello} hello
  * @param {(name: string) => string} colourOf
+ * @param {string[]} causes
  */
-function web(hello, colourOf) {
-  const foods = hello.foods ?? {}, eaten = Object.values(foods).flat();
+function web(hello, colourOf, causes) {
+  const foods = eats(hello, causes), eaten = Object.values(foods).flat();
+  const harms = (/** @type {string} */ food, /** @type {string} */ eater) => hello.eats?.[eater]?.includes(food) && !hello.foods?.[eater]?.includes(food);
   const kinds = kindsOf(hello).filter(({ inanimate, name }) => !inanimate || eaten.includes(name));
   const names = kinds.map(({ name }) => name);
   const level = levels(names, foods);
@@ -46,13 +64,13 @@ function web(hello, colourOf) {
   const at = {};
   rows.forEach((row, r) => row.forEach(({ name }, i) => (at[name] = [(WIDE * (i + 1)) / (row.length + 1), r * ROW + GAP])));
   const meals = names.flatMap((eater) => (foods[eater] ?? []).filter((food) => food in at).map((food) => /** @type {[string, string]} */ ([food, eater])));
-  const words = meals.map(([food, eater]) => `${eater} eats ${food}`).join("; ");
+  const words = meals.map(([food, eater]) => `${eater} eats ${food}${harms(food, eater) ? ", which harms it" : ""}`).join("; ");
   const root = s("svg", { viewBox: `0 0 ${WIDE} ${high}`, class: "web", role: "img", "aria-label": `Who eats whom: ${words || "no species eats another"}` });
   for (const [food, eater] of meals) {
     const [[x0, y0], [x1, y1]] = [at[food], at[eater]];
     const own = food === eater;
     const d = own ? `M${x1 + 16},${y1 - 6}c26,-18 26,30 2,18` : `M${x0},${y0 - 20}C${x0},${(y0 + y1) / 2} ${x1},${(y0 + y1) / 2} ${x1},${y1 + 26}`;
-    root.append(s("path", { d, class: "meal", "data-meal": `${food} ${eater}` }));
+    root.append(s("path", { d, class: harms(food, eater) ? "meal harms" : "meal", "data-meal": `${food} ${eater}` }));
     if (!own) root.append(s("path", { d: `M${x1},${y1 + 19}l-5,9h10z`, class: "meal-head" }));
   }
   for (const kind of kinds) {
@@ -68,15 +86,16 @@ function web(hello, colourOf) {
  * Fills the "World" tab.
  * @param {import("./protocol.js").Hello} hello
  * @param {(name: string) => string} colourOf
+ * @param {string[]} causes of death so far, as "deer: eaten by wolf"
  */
-export function world(hello, colourOf) {
+export function world(hello, colourOf, causes) {
   const size = hello.size.map((side) => number(side)).join(" × ");
   const facts = [["size", `${size} m, ${hello.edges === "torus" ? "torus: organisms that leave on one side enter on the opposite side" : "with walls"}`], ["tick length", `${number(hello.dt)} s`],
     ["seed", String(hello.seed ?? "–")], ["species", hello.species.map(({ name }) => name).join(", ")]];
   $("world").replaceChildren(h("h2", { text: hello.title || hello.world }),
     ...(hello.about ?? "").split(/\n\s*\n/).filter(Boolean).map((text) => h("p", { class: "tale", text })),
     h("dl", { class: "facts" }, ...facts.map(([name, text]) => h("div", { class: "wide" }, h("dt", { text: name }), h("dd", { class: "wraps", text })))),
-    h("h2", { text: "Who eats whom" }), web(hello, colourOf),
+    h("h2", { text: "Who eats whom" }), web(hello, colourOf, causes),
     ...(hello.file ? [h("h2", { text: "This file" }), ...hello.file.map((text) => h("p", { class: "tale", text }))] : []));
 }
 

@@ -16,10 +16,11 @@ from ecs_eco.config.measurements import Outside
 from ecs_eco.engine.errors import ConfigError, ForeignFile
 from ecs_eco.lab import search
 from ecs_eco.lab.searching.evaluate import likeness
+from ecs_eco.lab.searching.figures import pairs, scatter
 from ecs_eco.lab.searching.journal import Journal
 from ecs_eco.lab.searching.plan import Fit, Plan, plan_of, sampled, statistics
 from ecs_eco.lab.searching.report import posterior_blocks, posterior_opening
-from ecs_eco.lab.searching.sampler import Sampler, summary, weighted_quantiles
+from ecs_eco.lab.searching.sampler import Population, Sampler, summary, weighted_quantiles
 from tests.analysis.test_against import waves
 
 COUNT, BASAL = "species.mite.count", "species.mite.metabolism.basal"
@@ -112,6 +113,19 @@ def test_a_measured_value_that_the_posterior_does_not_predict_is_flagged(
     said = "".join(posterior_blocks(sampler, told, tmp_path / "figures"))
     assert ("does not predict mean mite" in posterior_opening(told)[1]) == bool(place)
     assert (f">{place}</td>" in said) or not place
+
+
+def test_dots_at_the_ends_of_the_ranges_are_drawn_whole(world: Path) -> None:
+    parameters, one = sampler_of(world, "abc").plan.parameters, np.ones(2)
+    kept = Population(np.arange(2), np.array([[0.0, 1.0], [1.0, 0.5]]), one, one)
+    (ax,) = [ax for ax in pairs(parameters, kept).axes if ax.collections]
+    (dots,) = ax.collections
+    assert sorted(dots.get_offsets()[:, 0]) == [parameters[0].low, parameters[0].high] == [*ax.get_xlim()]
+    assert not dots.get_clip_on()
+    entries = [{"values": {p.name: p.low for p in parameters}}]
+    values = {p.name: p.high for p in parameters}
+    for ax in scatter(parameters, entries, np.ones(1), [0, 1], values, values).axes:
+        assert not any(dots.get_clip_on() for dots in ax.collections)
 
 
 def test_the_narrowest_parameters_open_the_page() -> None:
@@ -207,6 +221,9 @@ def test_a_search_that_samples_writes_a_posterior_and_goes_on(world: Path, tmp_p
     assert float(rows[0]["distance"]) <= float(rows[-1]["distance"])
     assert set(rows[0]) == {"candidate", "generation", "weight", "distance", COUNT, BASAL, "mean mite"}
     page = (tmp_path / "s" / "search.html").read_text()
+    lines = [json.loads(line) for line in (tmp_path / "s" / "journal.jsonl").read_text().splitlines()]
+    reached = [e["stage"] for e in lines if e.get("stage") == len(result["stages"]) - 1 and "candidate" in e]
+    assert f"; {len(reached)} reached the last stage." in page
     assert "<h2>Posterior</h2>" in page
     assert page.count('class="plot') >= 2
     assert (tmp_path / "s" / "figures" / "posterior-pairs.svg").is_file()
