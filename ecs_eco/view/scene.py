@@ -182,6 +182,7 @@ def describe(
     world: World, species: list[str], objects: list[str], genes: dict[str, dict[str, Any]]
 ) -> dict[str, Any]:
     """Return the part of hello that depends on the world: names, sizes, kinds, ground, day."""
+    left = {world.tables[name].species.remains for name in species if Velocity in world.tables[name]}
     return {
         "world": world.name,
         "title": getattr(world.config, "title", "") or world.name,
@@ -193,7 +194,9 @@ def describe(
         "day": day(world),
         "usual_speed": 10.0,
         "species": [_kind(world, name, genes.get(name, {})) for name in species],
-        "objects": [_kind(world, name, {}) | {"inanimate": True} for name in objects],
+        "objects": [
+            _kind(world, name, {}) | {"inanimate": True, "remains": name in left} for name in objects
+        ],
         "terrain": ground(world),
         "fields": names_of(world),
     }
@@ -231,10 +234,9 @@ def _kind(world: World, name: str, genes: Mapping[str, Any]) -> dict[str, Any]:
         "solid": table.species.body.solid,
         "genes": list(genes),
         "learns": bool(nerves is not None and nerves.learning),
+        **({} if table.species.body.opaque else {"opaque": False}),
     }
     config = None if world.config is None else {**world.config.objects, **world.config.species}.get(name)
-    if not table.species.body.opaque:
-        kind["opaque"] = False
     if config is None:
         return kind
     sees = eyes_of([sensor.model_dump() for sensor in getattr(config, "sensors", ())])

@@ -145,7 +145,7 @@ def test_who_lies_still_is_an_animal_and_no_tuft(page):
       const kinds = kindsOf({size: [9, 9], foods: {deer: ['grass']}, species});
       return kinds.map((kind) => [Boolean(kind.rests), sign(kind, '#123456').firstChild.tagName]);
     }""")
-    assert drawn == [[False, "circle"], [True, "polygon"], [False, "polygon"]]
+    assert drawn == [[False, "ellipse"], [True, "polygon"], [False, "polygon"]]
 
 
 def test_shapes_follow_names_or_diet_place_and_size_and_differ(page):
@@ -181,6 +181,48 @@ def test_shapes_follow_names_or_diet_place_and_size_and_differ(page):
     assert len({corners for corners, *_ in forms}) == len({sign for _, sign, *_ in forms}) == 10
     assert {(left, other) for *_, left, other in forms} == {(0, 0)}
     assert page.locator("#legend .legend-row svg:first-child polygon").count() >= 4
+
+
+def test_the_legend_shows_every_kind_as_the_scene_does(page):
+    drawn = page.evaluate(
+        """async (looks) => {
+      const {kindsOf, sign} = await import('/marks.js'), {Layer} = await import('/layer.js');
+      const species = looks.map((look) => ({name: look, look, moves: true}));
+      species.push({name: 'eel', look: 'worm', shape: 'capsule', size: [5, 1, 1], moves: true});
+      species.push({name: 'grass', sessile: true});
+      const fence = {name: 'fence', shape: 'box', size: [1, 1, 1]};
+      const objects = [fence, {name: 'dead', remains: true}, {name: 'carcass'}, {name: 'hay'}];
+      objects.push({name: 'stone', solid: true});
+      const shared = {size: {value: {z: 0}}}, group = {add() {}, remove() {}};
+      const block = {n: 1, words: new Uint16Array(6), longs: new Uint32Array(3), upper: null, genes: null};
+      return kindsOf({size: [9, 9], foods: {}, species, objects}).map((kind) => {
+        const layer = new Layer(kind, group, shared), icon = sign(kind, '#123456');
+        layer.take(block, 1, true);
+        const corners = layer.form.darts ? [...layer.form.geometry.getAttribute('corner').array] : null;
+        const points = [...icon.querySelectorAll('polygon')].flatMap((p) => p.getAttribute('points').split(' '));
+        const [rx, ry] = ['rx', 'ry'].map((key) => Number(icon.firstChild.getAttribute(key)));
+        const {lying} = layer.own;
+        return {name: kind.name, corners, lying: lying.value, tag: icon.firstChild.tagName, flat: ry < rx,
+          points: points.map((point) => point.split(',').map(Number))};
+      });
+    }""",
+        list(get_args(Look)),
+    )
+    flat = {}
+    for kind in drawn:
+        if kind["points"]:  # the silhouette from the right: its length and height are those of the body
+            corners, points = np.array(kind["corners"]).reshape(-1, 3), np.array(kind["points"])
+            length, _, height = np.ptp(corners, axis=0)
+            assert np.ptp(points, axis=0) / 3.6 == pytest.approx([length, height], abs=0.35), kind["name"]
+        else:
+            flat[kind["name"]] = kind["tag"], kind["flat"], kind["lying"], kind["corners"] is not None
+    assert flat == {
+        "eel": ("ellipse", True, 0, True),
+        "grass": ("ellipse", False, 0, False),
+        "fence": ("rect", False, 0, True),
+        "hay": ("ellipse", True, 1, False),
+        "stone": ("ellipse", False, 0, False),
+    }
 
 
 def test_the_shapes_of_the_page_are_those_of_world_files(page):

@@ -15,6 +15,7 @@ export interface Kind {
   opaque?: boolean; // false: does not hide objects behind it
   sees?: SeeingEye[]; // sensors that reach beyond its body
   solid?: boolean;
+  remains?: boolean; // of an object type: dead animals become it
   wiring?: Wiring;
   learns?: boolean;
   genes?: string[];

@@ -5,7 +5,7 @@ import {
   BufferAttribute, BufferGeometry, DoubleSide, DynamicDrawUsage, InstancedBufferGeometry, InstancedInterleavedBuffer, InterleavedBuffer,
   InterleavedBufferAttribute, Mesh, Points, ShaderMaterial,
 } from "./vendor.js";
-import { animal, box, capsule, gaitOf, shadow } from "./body.js";
+import { animal, box, capsule, formOf, gaitOf, shadow } from "./body.js";
 import { WORDS, rowOf, uidOf } from "./frame.js";
 import { match, still } from "./match.js";
 import { BODY_FRAGMENT, BODY_VERTEX, POINT_FRAGMENT, POINT_VERTEX, SHADOW_FRAGMENT, SHADOW_VERTEX, SOLID_VERTEX } from "./shaders.js";
@@ -52,7 +52,7 @@ export class Layer {
       gait: { value: kind.build ? gaitOf(kind.build) : 0 },
       drifts: { value: kind.sessile && !kind.inanimate && this.sea ? 1 : 0 },
       grows: { value: kind.sessile && !kind.inanimate && !this.sea ? 1 : 0 },
-      lying: { value: kind.inanimate && !kind.solid && !this.sea ? 1 : 0 },
+      lying: { value: formOf(kind) === "plate" && !this.sea ? 1 : 0 },
     };
     const uniforms = { ...shared, ...this.own };
     this.pointed = new ShaderMaterial({ uniforms, vertexShader: POINT_VERTEX, fragmentShader: POINT_FRAGMENT, transparent: true });
@@ -141,7 +141,7 @@ export class Layer {
     }
     shade.setAttribute("position", shade.getAttribute("corner"));
     if (darts) {
-      const form = this.kind.shape === "box" ? box() : this.kind.shape ? capsule() : animal(this.kind.build ?? "deer", this.kind.variant);
+      const form = this.kind.shape === "box" ? box() : this.kind.shape ? capsule() : animal(formOf(this.kind), this.kind.variant);
       if (this.kind.shape) {
         const forms = new InstancedInterleavedBuffer(new Float32Array(4 * this.room), 4);
         geometry.setAttribute("form", new InterleavedBufferAttribute(forms, 4, 0));
