@@ -160,6 +160,7 @@ export class Stage {
     this.layers.forEach((layer, k) => (layer.own.plain.value = rgb(this.colours[k]).map((part) => part / 255)));
     this.shine(this.light, this.elevation);
     this.meadow.draw(true);
+    this.field.again();
   }
 
   /** Sets the quantity by which organisms are colored. @param {string} by */
