@@ -50,7 +50,7 @@ export class Layer {
       rim: { value: 0 }, // size of the dark copy behind the body; 0: none
       nearer: { value: kind.hunts ? 2e-5 : 1e-5 }, // hunters are drawn in front of other animals
       pointed: { value: kind.moves || kind.rests ? 1 : 0 },
-      sizes: { value: (!kind.shape && kind.shows?.size?.slice(1)) || [1, 1] },
+      sizes: { value: kind.shape ? [1, 1] : kind.shows?.size?.slice(1) ?? [kind.shows?.grows?.[2] ?? 1, 1] },
       striped: { value: stripesOf(kind) },
       gait: { value: kind.build ? gaitOf(kind.build) : 0 },
       drifts: { value: kind.sessile && !kind.inanimate && this.sea ? 1 : 0 },
