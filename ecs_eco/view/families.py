@@ -51,8 +51,7 @@ class Families:
             if int(founders[i]) not in slots:
                 slots[int(founders[i])] = free.pop(0)
         self._slots[name] = slots
-        value = np.array([_shade(slots.get(root)) for root in founders.tolist()], np.uint8)
-        return value[family]
+        return np.array([_shade(slots.get(root)) for root in founders.tolist()], np.uint8)[family]
 
     def clades(self, colour: object, names: Sequence[str | None], uid: np.ndarray) -> list[int | None]:
         """Return each organism's value for a color by descent, as last set by `values`; None for other colors."""

@@ -6,8 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from ecs_eco.components import Biology, Genome, Metabolism, Nervous, Position, Velocity
-from ecs_eco.config import WorldConfig
+from ecs_eco.components import Biology, Body, Genome, Metabolism, Nervous, Position, Velocity
 from ecs_eco.config.knobs import offered
 from ecs_eco.config.models.interventions import describe as in_words
 from ecs_eco.config.models.reporters import DIED
@@ -30,7 +29,7 @@ from ecs_eco.view.watched import Crowd, Watched, tick_of
 TRACED = 600  # maximum number of points in an organism's trace
 FOLLOWED = 16  # organisms whose traces are stored
 KEPT = 64  # dead organisms whose last states are stored
-STATES = {"energy": Metabolism, "happiness": Nervous, "age": Biology}
+STATES = {"energy": Metabolism, "happiness": Nervous, "age": Biology, "radius": Body}
 
 
 class Live(Watched):
@@ -77,10 +76,6 @@ class Live(Watched):
     @property
     def earliest(self) -> int:
         return self.ring.first
-
-    @property
-    def config(self) -> WorldConfig | None:
-        return self.world.config
 
     @property
     def done(self) -> bool:

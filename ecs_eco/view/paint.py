@@ -342,8 +342,7 @@ class Painter:
         x, y = (
             np.stack(axis, axis=1)[:, None] * DART[None, :, i, None] for i, axis in enumerate((ahead, aside))
         )
-        turned = x + y
-        body.set_verts(places[:, None] + size * turned)
+        body.set_verts(places[:, None] + size * (x + y))
 
     def _light(self, tick: int, light: float) -> None:
         if self.shade is not None:

@@ -56,8 +56,7 @@ class Picker:
                 "or null for the seed in the world file"
             )
         self.wanted = world, seed
-        words = f"starting {self.titles[world] or world} …"
-        return said("info", words, "begin")
+        return said("info", f"starting {self.titles[world] or world} …", "begin")
 
     def begin(self) -> Any:
         """Return the source of the requested world, or an explanation of why it cannot be started."""

@@ -58,8 +58,7 @@ class Past:
         steps = EVERY * max(1, -(-len(n) // (EVERY * STEPS)))
         gone = np.diff(n == 0, axis=0, prepend=(start == 0)[None]).any(axis=1)
         for i in np.flatnonzero(gone | ((r.first + np.arange(len(n))) % steps == 0)).tolist():
-            bred = self._first_young <= r.first + i
-            story.note(r.first + i, n[i], births[i], deaths[i], bred)
+            story.note(r.first + i, n[i], births[i], deaths[i], self._first_young <= r.first + i)
         return story.entries
 
     @cached_property

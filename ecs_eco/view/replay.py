@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.analysis.style import own_colors
-from ecs_eco.config import WorldConfig
 from ecs_eco.ecosystem import World
 from ecs_eco.view.account import of_run
 from ecs_eco.view.curves import series
@@ -88,10 +87,6 @@ class Replay(Watched):
     @property
     def earliest(self) -> int:
         return self.recording.first
-
-    @property
-    def config(self) -> WorldConfig | None:
-        return None if self.recording.scene is None else self.recording.scene.config
 
     @property
     def done(self) -> bool:

@@ -67,8 +67,7 @@ def compute(
     with turn:
         world = near(path, manifest, tick)
     at = world.tick
-    living = sum(n for n in recorded(tick)["n"].tolist())
-    room = max(10, ROWS // max(1, living))
+    room = max(10, ROWS // max(1, sum(recorded(tick)["n"].tolist())))
     first, last = max(at, tick - min(BEFORE, room // 4)), min(end, tick + min(AFTER, room // 2))
 
     def look() -> None:
@@ -183,8 +182,7 @@ class Rerun:
 def stretches(recording: Recording, again: Sequence[Stretch]) -> list[dict[str, Any]]:
     """Return the stretches for `marks`: kind ("full", "focal" or "filled"), first and last tick, species,
     number of focal organisms, and the first tick at which a filled stretch differs from the record."""
-    record = str(recording.manifest.get("record") or "")
-    kind, _, most = record.partition("=")
+    kind, _, most = str(recording.manifest.get("record") or "").partition("=")
     known: dict[tuple[int, int], list[str]] = {}
     for name in recording.species:
         for span in spans(recording, name):

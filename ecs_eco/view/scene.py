@@ -13,6 +13,7 @@ from ecs_eco.analysis.relief import Relief
 from ecs_eco.components import Position, Senses, Shape, Velocity
 from ecs_eco.config import WorldConfig
 from ecs_eco.config.models.body import Body
+from ecs_eco.config.models.species import Species
 from ecs_eco.ecosystem import World
 from ecs_eco.engine.table import Table
 from ecs_eco.space.bodies import extents
@@ -182,6 +183,7 @@ def describe(
     world: World, species: list[str], objects: list[str], genes: dict[str, dict[str, Any]]
 ) -> dict[str, Any]:
     """Return the part of hello that depends on the world: names, sizes, kinds, ground, day."""
+    left = {world.tables[name].species.remains for name in species if Velocity in world.tables[name]}
     return {
         "world": world.name,
         "title": getattr(world.config, "title", "") or world.name,
@@ -193,7 +195,9 @@ def describe(
         "day": day(world),
         "usual_speed": 10.0,
         "species": [_kind(world, name, genes.get(name, {})) for name in species],
-        "objects": [_kind(world, name, {}) | {"inanimate": True} for name in objects],
+        "objects": [
+            _kind(world, name, {}) | {"inanimate": True, "remains": name in left} for name in objects
+        ],
         "terrain": ground(world),
         "fields": names_of(world),
     }
@@ -232,23 +236,40 @@ def _kind(world: World, name: str, genes: Mapping[str, Any]) -> dict[str, Any]:
         "genes": list(genes),
         "units": {gene: code.trait.unit for gene, code in genes.items()},
         "learns": bool(nerves is not None and nerves.learning),
+        **({} if table.species.body.opaque else {"opaque": False}),
     }
     config = None if world.config is None else {**world.config.objects, **world.config.species}.get(name)
-    if not table.species.body.opaque:
-        kind["opaque"] = False
     if config is None:
         return kind
     sees = eyes_of([sensor.model_dump() for sensor in getattr(config, "sensors", ())])
-    wired = wiring(world.config, name)
     own = {key: value for key, value in (("sees", sees), ("look", getattr(config, "look", None))) if value}
-    own |= _shows(genes, *shown_genes(genes, moves), kind["radius"])
-    return kind | shape_of(config.body) | sizes_of(table) | wired | own
+    growth = growth_of(config) if isinstance(config, Species) and moves and not world.space.volume else None
+    own |= _shows(genes, *shown_genes(genes, moves), kind["radius"], growth)
+    return kind | shape_of(config.body) | sizes_of(table) | wiring(world.config, name) | own
 
 
-def _shows(genes: Mapping[str, Any], size: str | None, stripes: str | None, radius: float) -> dict[str, Any]:
-    """Return the genes that show in bodies: the size gene with the lowest and highest radius relative to the
-    drawn one, and the stripes gene with its values without and with full stripes (the one nearer 0 first)."""
-    shown: dict[str, Any] = {}
+def growth_of(species: Species) -> tuple[str, float, float] | None:
+    """Return the variable that sizes the young, its value at full size, and the relative size at 0: the radius,
+    or the age, with 60% of the size at birth, until they are fertile or for a tenth of the longest life."""
+    ages = [
+        getattr(species.reproduction, "age_min", 0.0),
+        getattr(species.breeding, "maturity", 0.0),
+        *(limit.max / 10 for limit in species.lethal if limit.property == "age" and limit.max),
+    ]
+    aging = (("age", age, 0.6) for age in ages if age)
+    return next(aging, None) if species.growth is None else ("radius", species.body.radius, 0.0)
+
+
+def _shows(
+    genes: Mapping[str, Any],
+    size: str | None,
+    stripes: str | None,
+    radius: float,
+    growth: tuple[str, float, float] | None,
+) -> dict[str, Any]:
+    """Return growth and the genes that show in bodies: the size gene with the lowest and highest radius relative
+    to the drawn one, and the stripes gene with its values without and with full stripes (nearer to 0 first)."""
+    shown: dict[str, Any] = {"grows": growth} if growth else {}
     if size is not None:
         shown["size"] = [size, genes[size].low / radius, genes[size].high / radius]
     if stripes is not None:

@@ -201,8 +201,7 @@ class Server:
         kind, _, word = request.headers.get("authorization", "").partition(" ")
         handed = None
         if kind == "Code":
-            handed = self.credentials.exchange(word)
-            self.came(word, handed is not None)
+            self.came(word, (handed := self.credentials.exchange(word)) is not None)
         elif kind == "Bearer" and self.credentials.admits(word):
             handed = self.credentials.credential
         if handed is None:

@@ -6,13 +6,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ecs_eco.config import WorldConfig
 from ecs_eco.ecosystem import World
 from ecs_eco.view import listing
 from ecs_eco.view.families import Families, asked, tree
 from ecs_eco.view.frames import Encoder, extent, grade
 from ecs_eco.view.genealogy import Genealogy
 from ecs_eco.view.past import Past
-from ecs_eco.view.scene import map_of, shown_genes, sky
+from ecs_eco.view.scene import growth_of, map_of, shown_genes, sky
 from ecs_eco.view.sentence import sentence
 from ecs_eco.view.source import Message, Source, said
 from ecs_eco.view.story import Story
@@ -79,6 +80,10 @@ class Watched(Source):
         """A world at this tick with the displayed light and fields, or None if there is none."""
         raise NotImplementedError
 
+    @property
+    def config(self) -> WorldConfig | None:
+        return None if self.scene is None else self.scene.config
+
     def crowd(self, name: str) -> Crowd:
         """Return the members of a species or the objects of a type."""
         raise NotImplementedError
@@ -123,12 +128,17 @@ class Watched(Source):
     def _shown(self, s: int, name: str, crowd: Crowd) -> np.ndarray | None:
         """Return the genes that show in bodies as values of colors: u16[n], size + 256 · stripes, or None."""
         genes = shown_genes(self.genes.get(name, {}), s in self.animals)
-        if genes == (None, None):
+        plain = s in self.animals and genes[0] is None and len(self.size) < 3  # no gene sizes the bodies
+        grows = growth_of(config.species[name]) if plain and (config := self.config) is not None else None
+        if genes == (None, None) and grows is None:
             return None
         low, high = (
             self._graded(name, crowd, f"gene:{gene}").astype(np.uint16) if gene else np.uint16(0)
             for gene in genes
         )
+        if grows is not None and (column := crowd.value(grows[0])) is not None:
+            low = np.zeros(column.size, np.uint8)
+            grade(np.ones(column.size, np.bool_), column, np.float32(0), np.float32(grows[1]), low)
         return np.asarray(low + 256 * high, np.uint16)
 
     def _graded(self, name: str, crowd: Crowd, colour: str) -> np.ndarray:

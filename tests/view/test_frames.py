@@ -6,7 +6,11 @@ import struct
 import numpy as np
 import pytest
 
+from ecs_eco import World
+from ecs_eco.components import Biology, Body
+from ecs_eco.config import load
 from ecs_eco.view.frames import Encoder, extent, grade
+from ecs_eco.view.live import Live
 
 
 def f32(*values):
@@ -162,3 +166,61 @@ def test_in_a_volume_genes_follow_all_kinds_after_the_upper_halves_of_uids():
         end = len(frame) - 4 * len(more)
         assert list(struct.unpack_from(f"<{len(more)}I", frame, end)) == more
         assert read(frame[:end])[1][0][0][2] == 65535  # the height of the living one
+
+
+MEADOW = """
+format = 1
+name = "meadow"
+space = {{ size = {size}, edges = "walls" }}
+[species.hare]
+count = 40
+age = [0.0, 80.0]
+body = {{ radius = 0.5, mass = 4.0 }}
+locomotion = {{ speed = {{ rest = 0.0 }} }}
+actions = {{ speed = ["rest"] }}
+automatic = ["rest"]
+metabolism = {{ energy = 1.0, energy_max = 1.0, basal = 0.0 }}
+{more}
+"""
+
+
+def hares(tmp_path, more, size=(20.0, 20.0)):
+    """Return hello's entry of the hares, the sizes in a frame, and the hares' table, by uid."""
+    (file := tmp_path / "meadow.toml").write_text(MEADOW.format(size=list(size), more=more))
+    live = Live(world := World.from_config(load(file), seed=1, policies="random", record=False))
+    table = world.tables["hare"]
+    if "growth" in more:  # founders are adults
+        table[Body].radius[table.rows()] = np.linspace(0.1, 0.5, 40)
+    rows = read(live.frame(1, "species"))[1][0]
+    return live.hello()["species"][0], {row[5]: row[2] for row in rows}, table
+
+
+@pytest.mark.parametrize(
+    ("more", "adult"),
+    [
+        (
+            'reproduction = { kind = "asexual", rate = 0.1, energy_min = 1.0, energy_given = 0.5, age_min = 20.0 }',
+            20.0,
+        ),
+        ('lethal = [{ property = "age", max = 400.0, cause_above = "too old" }]', 40.0),
+    ],
+)
+def test_the_young_are_smaller_until_they_are_fertile_or_for_a_tenth_of_a_life(tmp_path, more, adult):
+    kind, sizes, table = hares(tmp_path, more)
+    assert kind["shows"] == {"grows": ("age", adult, 0.6)}
+    rows = table.rows()
+    age = dict(zip(table.uid[rows].tolist(), table[Biology].age[rows].tolist(), strict=True))
+    assert min(age.values()) < 0.9 * adult < adult < max(age.values())
+    for uid, size in sizes.items():
+        assert size == pytest.approx(1 + 254 * min(1, age[uid] / adult), abs=0.51)
+
+
+def test_bodies_that_grow_are_as_large_as_they_are_and_in_water_none_are_scaled(tmp_path):
+    growth = "growth = { rate = 0.01 }\n"
+    kind, sizes, table = hares(tmp_path, growth)
+    assert kind["shows"] == {"grows": ("radius", 0.5, 0.0)}
+    rows = table.rows()
+    for uid, radius in zip(table.uid[rows].tolist(), table[Body].radius[rows].tolist(), strict=True):
+        assert sizes[uid] == pytest.approx(1 + 254 * radius / 0.5, abs=0.51)
+    assert "shows" not in hares(tmp_path, growth, (20.0, 20.0, 5.0))[0]
+    assert set(hares(tmp_path, "")[1].values()) == {0}

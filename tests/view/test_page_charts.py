@@ -240,7 +240,7 @@ def test_hunters_grazers_and_plants_have_signs_of_their_own(page):
         "all => all.map(svg => svg.firstChild.tagName + (svg.firstChild.getAttribute('points') ?? ''))"
     )
     assert len(set(signs)) == 3
-    assert signs[0] == "circle"
+    assert signs[0] == "ellipse"
 
 
 def shown(page, name):

@@ -36,9 +36,9 @@ def red(page):
 def yard(tmp_path, browser):
     """Show goats with a gene; return what a function of the page returns."""
 
-    def show(look, size=(20.0, 20.0), **gene):
+    def show(look, size=(20.0, 20.0), more="", **gene):
         file = tmp_path / "yard.toml"
-        file.write_text(YARD.format(size=list(size), genome=GENE.format(**gene) if gene else ""))
+        file.write_text(YARD.format(size=list(size), genome=GENE.format(**gene) if gene else more))
         with served("watch", str(file), "--seed", "1") as run, opened(browser, run.address()) as page:
             pause(page)
             page.locator("[data-eye=top]").click()
@@ -104,3 +104,13 @@ def test_a_page_that_is_a_file_has_the_genes_in_place_of_z_or_after_the_uids(pag
     )
     genes = [3 + 256 * 255, 9 + 256]
     assert frames == [[*genes, None, 8 + far, 5, None], [30, 30, genes, 8 + far, 5, [0]]]
+
+
+def test_the_young_are_drawn_smaller(yard):
+    limit = 'age = [{age}, {age}]\nlethal = [{{ property = "age", max = {max}, cause_above = "too old" }}]'
+    plain, adult, young = (
+        yard(red, more=more)
+        for more in ("", limit.format(age=50.0, max=400.0), limit.format(age=0.0, max=1e6))
+    )
+    assert adult == pytest.approx(plain, rel=0.05)
+    assert 0.3 < young / plain < 0.45  # 0.6 as long

@@ -110,7 +110,7 @@ def test_a_field_lies_over_the_ground_and_food_does_too(page):
         until(page, "ecs.still")
         assert page.evaluate("ecs.messages.field ?? 0") == before + (name == "wolf_smell")
         seen[name] = scene(page)
-        assert np.abs(seen[name] - bare).mean() > 0.05
+        assert np.abs(seen[name] - bare).mean() > 0.02
     assert np.abs(seen["wolf_smell"] - seen["food of deer"]).mean() > 0.01
     page.locator("#field").select_option("")
     assert not page.locator("#fieldRamp").is_visible()
@@ -145,7 +145,7 @@ def test_who_lies_still_is_an_animal_and_no_tuft(page):
       const kinds = kindsOf({size: [9, 9], foods: {deer: ['grass']}, species});
       return kinds.map((kind) => [Boolean(kind.rests), sign(kind, '#123456').firstChild.tagName]);
     }""")
-    assert drawn == [[False, "circle"], [True, "polygon"], [False, "polygon"]]
+    assert drawn == [[False, "ellipse"], [True, "polygon"], [False, "polygon"]]
 
 
 def test_shapes_follow_names_or_diet_place_and_size_and_differ(page):
@@ -183,6 +183,48 @@ def test_shapes_follow_names_or_diet_place_and_size_and_differ(page):
     assert page.locator("#legend .legend-row svg:first-child polygon").count() >= 4
 
 
+def test_the_legend_shows_every_kind_as_the_scene_does(page):
+    drawn = page.evaluate(
+        """async (looks) => {
+      const {kindsOf, sign} = await import('/marks.js'), {Layer} = await import('/layer.js');
+      const species = looks.map((look) => ({name: look, look, moves: true}));
+      species.push({name: 'eel', look: 'worm', shape: 'capsule', size: [5, 1, 1], moves: true});
+      species.push({name: 'grass', sessile: true});
+      const fence = {name: 'fence', shape: 'box', size: [1, 1, 1]};
+      const objects = [fence, {name: 'dead', remains: true}, {name: 'carcass'}, {name: 'hay'}];
+      objects.push({name: 'stone', solid: true});
+      const shared = {size: {value: {z: 0}}}, group = {add() {}, remove() {}};
+      const block = {n: 1, words: new Uint16Array(6), longs: new Uint32Array(3), upper: null, genes: null};
+      return kindsOf({size: [9, 9], foods: {}, species, objects}).map((kind) => {
+        const layer = new Layer(kind, group, shared), icon = sign(kind, '#123456');
+        layer.take(block, 1, true);
+        const corners = layer.form.darts ? [...layer.form.geometry.getAttribute('corner').array] : null;
+        const points = [...icon.querySelectorAll('polygon')].flatMap((p) => p.getAttribute('points').split(' '));
+        const [rx, ry] = ['rx', 'ry'].map((key) => Number(icon.firstChild.getAttribute(key)));
+        const {lying} = layer.own;
+        return {name: kind.name, corners, lying: lying.value, tag: icon.firstChild.tagName, flat: ry < rx,
+          points: points.map((point) => point.split(',').map(Number))};
+      });
+    }""",
+        list(get_args(Look)),
+    )
+    flat = {}
+    for kind in drawn:
+        if kind["points"]:  # the silhouette from the right: its length and height are those of the body
+            corners, points = np.array(kind["corners"]).reshape(-1, 3), np.array(kind["points"])
+            length, _, height = np.ptp(corners, axis=0)
+            assert np.ptp(points, axis=0) / 3.6 == pytest.approx([length, height], abs=0.35), kind["name"]
+        else:
+            flat[kind["name"]] = kind["tag"], kind["flat"], kind["lying"], kind["corners"] is not None
+    assert flat == {
+        "eel": ("ellipse", True, 0, True),
+        "grass": ("ellipse", False, 0, False),
+        "fence": ("rect", False, 0, True),
+        "hay": ("ellipse", True, 1, False),
+        "stone": ("ellipse", False, 0, False),
+    }
+
+
 def test_the_shapes_of_the_page_are_those_of_world_files(page):
     drawn = page.evaluate(
         """async (shapes) => {
@@ -205,3 +247,52 @@ def test_heights_of_light_are_those_where_it_has_fallen(page):
     assert [words.split()[0] for _, words in levels] == ["50%", "10%", "1%"]
     for (height, _), share in zip(levels, (0.5, 0.1, 0.01), strict=True):
         assert height == pytest.approx(63.5 + 10 * math.log(share), abs=2.0)
+
+
+def _lab(colors):
+    """Return colors f64[n, 3] of sRGB, 0 to 255, as L*, a* and b* (CIE 1976, D65)."""
+    c = np.asarray(colors, float) / 255
+    c = np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4)
+    xyz = c @ np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]).T
+    f = np.cbrt(xyz / (0.9505, 1, 1.089))
+    f = np.where(f > 6 / 29, f, (f**3) * 7.787 + 16 / 116)
+    x, y, z = f.T
+    return np.stack([116 * y - 16, 500 * (x - y), 200 * (y - z)], axis=1)
+
+
+@pytest.mark.parametrize("dark", [False, True])
+def test_fields_have_colors_of_their_own_in_an_order_that_shows_on_any_ground(page, dark):
+    ramp, ground, species, sequential, label = page.evaluate(
+        """async (dark) => {
+      const colours = await import('/colours.js');
+      const {FieldMap} = await import('/meadow.js'), {Ground} = await import('/ground.js');
+      let sheet;
+      const map = {stage: {dark}, sheet: {paint: (pixels) => (sheet = pixels)}};
+      FieldMap.prototype.paint.call(map, Uint8Array.from({length: 256}, (_, k) => k), 256, 1);
+      const uniforms = new Ground({size: [9, 9]}, {nx: 0}, 1);
+      uniforms.tint(dark, 1);
+      const {grassy, bare} = uniforms.flat.uniforms;
+      const kinds = Array.from({length: 7}, (_, k) => ({name: String(k), color: '#4477aa'}));
+      const between = (name) => Array.from({length: 256}, (_, k) => colours.rampColour(name, k / 255));
+      return [Array.from({length: 256}, (_, k) => [...sheet.slice(4 * k, 4 * k + 4)]),
+        [grassy.value, bare.value].map(({r, g, b}) => [255 * r, 255 * g, 255 * b]),
+        colours.safe(kinds, dark).map(colours.rgb), between('sequential'),
+        colours.gradient(colours.fieldRamp(dark)).match(/#\\w+/g)
+          .filter((_, k, all) => !k || k === all.length - 1).map(colours.rgb)];
+    }""",
+        dark,
+    )
+    ramp = np.array(ramp)
+    assert ramp[[0, -1], :3] == pytest.approx(np.array(label), abs=1)
+    share = ramp[:, 3:] / 255
+    for below in ground:
+        seen = _lab(share * ramp[:, :3] + (1 - share) * np.array(below))
+        steps = np.diff(seen[::5, 0]) * (1 if dark else -1)
+        assert steps.min() > 0.3  # lightness rises in the dark and falls in the light
+        low, high = np.linalg.norm(seen[[0, -1]] - _lab([below]), axis=1)
+        assert low < 25
+        assert high > 50
+    own = _lab(ramp[:, :3])
+    others = _lab(species)
+    assert np.linalg.norm(own[:, None] - others, axis=2).min() > 20
+    assert np.linalg.norm(own[64:, None] - _lab(sequential), axis=2).min() > 20

@@ -15,11 +15,12 @@ export interface Kind {
   opaque?: boolean; // false: does not hide objects behind it
   sees?: SeeingEye[]; // sensors that reach beyond its body
   solid?: boolean;
+  remains?: boolean; // of an object type: dead animals become it
   wiring?: Wiring;
   learns?: boolean;
   genes?: string[];
   units?: Record<string, string>; // of these genes; "1" if a gene has none
-  shows?: { size?: [string, number, number]; stripes?: [string, number, number] }; // genes that show in bodies: the radii at the lowest and highest value, relative to `radius`; the values without and with full stripes
+  shows?: { grows?: ["age" | "radius", number, number]; size?: [string, number, number]; stripes?: [string, number, number] }; // what shows in bodies: the variable that sizes the young, its value at full size and the relative size at 0; genes: the radii at the lowest and highest value, relative to `radius`; the values without and with full stripes
   every?: number; // in a file: of how many organisms one is included
   shape?: "capsule" | "box"; // absent: a sphere
   size?: number[]; // length, width and height of a capsule or box [m]

@@ -116,6 +116,13 @@ const SHAPES = {
     clump(0, 0, 0.55, 0.45), clump(0.55, 0, 0.2, 0.4, 0.85), clump(-0.55, 0.05, 0.3, 0.42, 1.15), { ...clump(0.1, 0.5, 0.15, 0.4, 1.08), pair: true }, { ...clump(-0.4, 0.6, -0.1, 0.32, 0.8), pair: true }, clump(0.75, 0.3, -0.15, 0.3, 1.2),
     ...[[0.55, 0], [-0.5, 0.05], [0.1, 0.5], [-0.4, 0.55]].map(([x, y]) => ({ spine: [[0.2 * x, 0.2 * y, -1, 0.09], [x, y, 0.1, 0.05]], tone: 0.45, pair: y > 0.2 })),
   ],
+  carcass: [ // on its side, with legs to the left, bare ribs and a skull
+    { spine: [[-1.3, 0.1, -0.85, 0.1], [-1, 0.05, -0.7, 0.36], [-0.6, 0, -0.72, 0.3], [0, -0.1, -0.85, 0.18], [0.5, 0, -0.68, 0.34], [0.8, 0.05, -0.7, 0.26], [1.1, 0, -0.8, 0.15]], wide: 1.2 },
+    { spine: [[1.05, 0, -0.8, 0.14], [1.3, 0.1, -0.74, 0.26], [1.55, 0.22, -0.8, 0.2], [1.95, 0.4, -0.88, 0.07]], tone: 1.85 },
+    { spine: [[1.3, 0, -0.6, 0.07], [1.2, -0.3, -0.3, 0.05], [1, -0.5, -0.1, 0.02]], tone: 1.5 },
+    ...[-0.62, -0.32, -0.02, 0.28].map((x) => ({ spine: [[x, -0.45, -0.8, 0.06], [x + 0.03, -0.42, -0.35, 0.07], [x + 0.05, -0.1, 0.02, 0.07], [x + 0.05, 0.3, -0.08, 0.06], [x + 0.03, 0.55, -0.45, 0.03]], tone: 1.8 })),
+    ...[[0.62, 0.9, -0.9], [0.35, 0.25, -0.68], [-0.85, -0.6, -0.9], [-1.1, -1.35, -0.62]].map(([x, to, z]) => ({ spine: [[x, 0.2, -0.7, 0.2], [0.6 * x + 0.4 * to, 0.85, z, 0.11], [to, 1.5, z - 0.02, 0.07]], tone: 0.7 })),
+  ],
 };
 SHAPES.doe = SHAPES.deer.slice(0, -2); // without antlers
 
@@ -125,7 +132,7 @@ const NAMED = {
   rabbit: "hare vole mouse rat lemming squirrel marmot", wolf: "fox dog coyote hyena lion lioness lynx cat tiger leopard cheetah jackal weasel stoat bear predator",
   bird: "raven crow gull kite hawk eagle owl vulture finch sparrow tit robin penguin duck goose swallow", fish: "eel cod herring trout salmon perch pike sardine anchovy shark tuna minnow guppy stickleback",
   krill: "shrimp prawn", copepod: "daphnia zooplankton rotifer", insect: "ant bee aphid fly moth butterfly grasshopper locust wasp mosquito cricket", beetle: "bug ladybird", worm: "earthworm nematode",
-  tree: "oak beech birch maple ash acacia", conifer: "pine spruce fir", shrub: "bush heather", clover: "trefoil",
+  tree: "oak beech birch maple ash acacia", conifer: "pine spruce fir", carcass: "corpse carrion", shrub: "bush heather", clover: "trefoil",
 };
 
 /** @type {Record<string, string>} */
@@ -138,7 +145,13 @@ export const lookOf = (name) => {
 };
 
 /** How a shape moves: 1 with legs, 2 with wings, 3 with its tail, 0 rigidly. @param {string} shape */
-export const gaitOf = (shape) => (shape === "bird" ? 2 : ["fish", "krill", "copepod", "worm"].includes(shape) ? 3 : ["tree", "conifer", "shrub", "clover", "insect", "beetle"].includes(shape) ? 0 : 1);
+export const gaitOf = (shape) => (shape === "bird" ? 2 : ["fish", "krill", "copepod", "worm"].includes(shape) ? 3 : ["tree", "conifer", "shrub", "clover", "carcass", "insect", "beetle"].includes(shape) ? 0 : 1);
+
+/**
+ * How a kind is drawn, in the scene and as an icon: "box", "capsule", a shape of this file or, for plants and objects, "disc" or (lying flat) "plate".
+ * @param {import("./protocol.js").Kind} kind
+ */
+export const formOf = ({ shape, build, inanimate, solid }) => shape ?? build ?? (inanimate && !solid ? "plate" : "disc");
 
 const AROUND = 7;
 
@@ -148,9 +161,10 @@ const VARIANTS = [[1, 1], [1.25, 0.78], [0.82, 1.18], [1.4, 0.62]];
 /** The corners of a ring of a tube. @param {number[][]} spine @param {number} i @param {number} wide @param {number[]} angles */
 function ring(spine, i, wide, angles) {
   const [a, b] = [spine[Math.max(0, i - 1)], spine[Math.min(spine.length - 1, i + 1)]];
-  const [dx, dz] = [b[0] - a[0], b[2] - a[2]], length = Math.hypot(dx, dz) || 1;
+  const [dx, dy, dz] = [b[0] - a[0], b[1] - a[1], b[2] - a[2]], length = Math.hypot(dx, dy, dz) || 1, flat = Math.hypot(dx, dz);
+  const up = flat ? [-dz / flat, 0, dx / flat] : [0, 0, 1], left = flat ? [(-dx * dy) / (flat * length), flat / length, (-dz * dy) / (flat * length)] : [1, 0, 0];
   const [x, y, z, r] = spine[i];
-  return angles.map((angle) => [x - (dz / length) * r * Math.sin(angle), y + wide * r * Math.cos(angle), z + (dx / length) * r * Math.sin(angle)]);
+  return angles.map((angle) => [x, y, z].map((middle, axis) => middle + r * (Math.sin(angle) * up[axis] + wide * Math.cos(angle) * left[axis])));
 }
 
 const mirrored = (/** @type {Corner[]} */ corners) => corners.map(([x, y, z]) => [x, -y, z]).toReversed();

@@ -16,6 +16,8 @@ export const genes = (dark) => GENES[Number(dark)];
 const RAMPS = {
   // like viridis, but without the dark end, which would be invisible on a dark background
   sequential: ["#6247a8", "#5558ab", "#3f6fa0", "#2a8093", "#21918c", "#28ae80", "#5ec962", "#addc30", "#fde725"],
+  // hues that no species has
+  field: ["#f7e9ec", "#efc3cd", "#e5939d", "#d05e6e", "#b02c4d", "#7d0539"], fieldInDark: ["#2b1a20", "#55203a", "#8c2447", "#c43c58", "#ec737c", "#ffb6b4"],
   diverging: ["#b35806", "#e08214", "#fdb863", "#e9e2d6", "#b2c7e0", "#6f9fd0", "#2166ac"],
 };
 
@@ -73,13 +75,20 @@ export function legible(hex, dark) {
 }
 
 /**
+ * The ramp of fields: the highest value differs most from the ground.
+ * @param {boolean} dark
+ * @returns {"field" | "fieldInDark"}
+ */
+export const fieldRamp = (dark) => (dark ? "fieldInDark" : "field");
+
+/**
  * The color ramp for a quantity by which organisms are colored.
  * @param {string} by
  * @returns {"sequential" | "diverging" | "families" | "kin"}
  */
 export const rampOf = (by) => (by === "happiness" ? "diverging" : by === "family" ? "families" : by.startsWith("kin:") ? "kin" : "sequential");
 
-/** @param {ReturnType<typeof rampOf>} name */
+/** @param {ReturnType<typeof rampOf> | ReturnType<typeof fieldRamp>} name */
 export const gradient = (name) => {
   const stops = name === "families" ? FAMILIES.map((hex, i) => `${hex} ${(100 * i) / 12}% ${(100 * (i + 1)) / 12}%`) : name === "kin" ? [DESCENDANT, DESCENDANT] : RAMPS[name];
   return `linear-gradient(90deg, ${stops.join(", ")})`;

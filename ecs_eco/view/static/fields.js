@@ -1,7 +1,7 @@
 // The menu of fields shown over the scene, and a legend of their colors.
 
 import { $, h, number } from "./dom.js";
-import { gradient } from "./colours.js";
+import { fieldRamp, gradient } from "./colours.js";
 
 const FOOD = "food of ";
 
@@ -18,9 +18,11 @@ export function fields(stage, ask) {
   const words = (/** @type {string} */ name) => name.replaceAll("_", " ");
   choice.replaceChildren(h("option", { value: "", text: "none" }), ...names.map((name) => h("option", { value: name, text: words(name) })));
   $("fieldLabel").hidden = !names.length;
+  let shade = () => {}; // draws the caption in the colors of another theme
   const caption = (/** @type {string} */ low, /** @type {string} */ high, /** @type {string} */ unit) => {
+    shade = () => caption(low, high, unit);
     $("fieldRamp").hidden = false;
-    $("fieldRamp").replaceChildren(words(choice.value), h("i", { style: `background:${gradient("sequential")}` }), h("div", {}, h("span", { text: low }), h("em", { text: unit }), h("span", { text: high })));
+    $("fieldRamp").replaceChildren(words(choice.value), h("i", { style: `background:${gradient(fieldRamp(stage.dark))}` }), h("div", {}, h("span", { text: low }), h("em", { text: unit }), h("span", { text: high })));
   };
   const choose = () => {
     const name = choice.value;
@@ -28,6 +30,7 @@ export function fields(stage, ask) {
     stage.field.choose(name, eaten);
     stage.over.levels = [];
     $("fieldRamp").hidden = true;
+    shade = () => {};
     ask(eaten.length || !name ? null : name);
     if (eaten.length) caption("none", "most", eaten.join(", "));
   };
@@ -38,6 +41,7 @@ export function fields(stage, ask) {
       choice.value = name;
       choose();
     },
+    shade: () => shade(),
     again: () => choice.value && choose(),
     take: (/** @type {import("./protocol.js").FieldMessage} */ message) => {
       if (!stage.field.take(message)) return;

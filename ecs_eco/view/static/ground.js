@@ -119,13 +119,10 @@ export class Ground {
 
   land() {
     const [x, y] = this.hello.size;
-    if (this.relief.nx) this.group.add(this.hills(), this.cut());
-    else {
-      const plane = new Mesh(new PlaneGeometry(9 * x, 9 * y), this.flat); // the land around the world fades into the distance
-      plane.position.set(x / 2, y / 2, -0.02 * Math.min(1, x / 100));
-      plane.renderOrder = -1;
-      this.group.add(plane, this.grid());
-    }
+    const plane = new Mesh(new PlaneGeometry(9 * x, 9 * y), this.flat); // the land around the world fades into the distance
+    plane.position.set(x / 2, y / 2, this.relief.nx ? this.relief.lowest - 0.03 * Math.max(x, y) : -0.02 * Math.min(1, x / 100));
+    plane.renderOrder = -1;
+    this.group.add(plane, ...(this.relief.nx ? [this.hills(), this.cut()] : [this.grid()]));
     for (const [i, lake] of (this.hello.terrain?.lakes ?? []).entries()) this.group.add(this.disc(lake, this.relief.levels[i]));
     for (const [i, rock] of (this.hello.terrain?.rocks ?? []).entries()) this.group.add(this.rock(rock, i));
   }

@@ -6,6 +6,7 @@ import { sign } from "./marks.js";
 /** @typedef {import("./stage.js").Stage} Stage */
 /** @typedef {{line: number[], births: number | null, deaths: number | null, extinct: number | null, causes: [string, number][], learns: boolean}} Brief current data of a kind from the charts; causes of death with deaths per tick, most frequent first */
 
+const narrow = matchMedia("(max-width: 860px), (max-height: 520px)"); // as in style.css
 const WIDE = 54, HIGH = 16; // size of a sparkline [px]
 const NAMED = 0.15; // minimum share of deaths for a cause to be named
 const STEADY = 0.03; // maximum relative change over the last third of the sparkline that counts as steady
@@ -30,12 +31,17 @@ export function legend(stage, calls) {
   const rows = stage.kinds.map((kind, k) => row(stage, k, () => show(k, !stage.layers[k].shown), () => solo(k), () => calls.find(kind.name)));
   const box = h("input", { type: "checkbox", checked: calls.own, onchange: () => calls.onown(box.checked) });
   const note = h("label", { class: "legend-note", title: "Use the colors from the world file instead of a color-blind-safe palette" }, box, "colors from the world file");
-  const more = h("button", { class: "plain legend-more", type: "button", onclick: () => open($("legend").classList.toggle("full")) }); // on narrow pages
+  const more = h("button", { class: "plain legend-more", type: "button", onclick: () => {
+    open(!$("legend").classList.contains("full"));
+    if (!stage.eye.touched) stage.eye.look(stage.eye.preset); // uses the free space
+  } });
   const open = (/** @type {boolean} */ full) => {
+    for (const [name, on] of /** @type {[string, boolean][]} */ ([["full", full], ["folded", !full]])) $("legend").classList.toggle(name, on);
     more.setAttribute("aria-expanded", String(full));
     more.textContent = full ? "less" : "births, deaths, causes";
   };
-  open($("legend").classList.contains("full"));
+  open($("legend").classList.contains("full") || (!narrow.matches && !$("legend").classList.contains("folded"))); // at first, unfolded on wide pages
+  narrow.onchange = () => open(!narrow.matches);
   $("legend").replaceChildren(...rows.map(({ root }) => root), ...marks(stage), note, more);
   const size = (/** @type {number} */ k) => ((stage.kinds[k].every ?? 1) > 1 && calls.all(stage.kinds[k].name)) || stage.layers[k].block.n;
   const count = () => rows.forEach((one, k) => {

@@ -183,6 +183,7 @@ function begin(hello) {
 function paint(dark) {
   if (!page) return;
   page.stage.theme(dark, own);
+  field?.shade();
   const { stage, charts, story, timeline } = page;
   two.paint(dark);
   kinds = legend(stage, {

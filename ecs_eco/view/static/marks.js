@@ -1,6 +1,6 @@
 // Icons of kinds (the silhouette of an animal or tree, a disc for other plants, the form of objects), and line samples for charts.
 
-import { lookOf, outline } from "./body.js";
+import { formOf, lookOf, outline } from "./body.js";
 import { s } from "./dom.js";
 
 /**
@@ -8,11 +8,12 @@ import { s } from "./dom.js";
  * @param {string} colour
  */
 export function sign(kind, colour) {
-  const shapes = kind.inanimate
-    ? [kind.shape === "box" ? s("rect", { x: 3, y: 4, width: 10, height: 8, fill: colour }) : s("ellipse", { cx: 8, cy: 8, rx: 6, ry: kind.solid && !kind.shape ? 6 : 3.6, fill: colour })]
-    : kind.build
-      ? outline(kind.build, kind.variant).map((polygon) => s("polygon", { points: polygon.map(([x, y]) => `${(7.8 + 3.6 * x).toFixed(1)},${(10.6 - 3.6 * y).toFixed(1)}`).join(" "), fill: colour }))
-      : [s("circle", { cx: 8, cy: 8, r: 4.6, fill: colour })];
+  const form = formOf(kind), round = { disc: [5, 5], plate: [6, 3.6], capsule: [6.5, 2.8] }[form];
+  const shapes = form === "box"
+    ? [s("rect", { x: 3, y: 4, width: 10, height: 8, fill: colour })]
+    : round
+      ? [s("ellipse", { cx: 8, cy: 8, rx: round[0], ry: round[1], fill: colour })]
+      : outline(form, kind.variant).map((polygon) => s("polygon", { points: polygon.map(([x, y]) => `${(7.8 + 3.6 * x).toFixed(1)},${(10.6 - 3.6 * y).toFixed(1)}`).join(" "), fill: colour }));
   return s("svg", { viewBox: "0 0 16 16", "aria-hidden": "true" }, ...shapes);
 }
 
@@ -40,7 +41,7 @@ export function kindsOf({ species, objects, foods, size }) {
     const variant = build && build !== (kind.look ?? named) ? (like[build] = (like[build] ?? -1) + 1) : 0;
     return { ...kind, rests, hunts: hunts(kind.name), build, variant };
   });
-  return [...animals, ...(objects ?? []).map((kind) => ({ ...kind, inanimate: true }))];
+  return [...animals, ...(objects ?? []).map((kind) => ({ ...kind, inanimate: true, build: kind.remains || lookOf(kind.name) === "carcass" ? "carcass" : undefined }))];
 }
 
 /** Dash patterns, which distinguish lines when colors do not. */

@@ -1,7 +1,7 @@
 // Maps laid over the ground: densities of plants or food, computed from the positions in a frame, and fields from the server.
 
 import { BufferAttribute, DataTexture, LinearFilter, Mesh, MeshBasicMaterial, NoColorSpace, PlaneGeometry, RGBAFormat, UnsignedByteType } from "./vendor.js";
-import { rampColour, rgb } from "./colours.js";
+import { fieldRamp, rampColour, rgb } from "./colours.js";
 import { WORDS } from "./frame.js";
 
 /** @typedef {import("./stage.js").Stage} Stage */
@@ -11,6 +11,7 @@ const ALONG = 72; // number of cells along the longer side
 const PACE = 250; // minimum time between updates [ms]
 const SHARE = 0.02; // maximum share of the time spent on updates
 const THICK = 0.34; // maximum opacity
+const FIELD = 220; // opacity of a field, out of 255; the same for all values, so that their order shows on any ground
 
 /**
  * The smoothed number of organisms from selected layers in each cell of the ground or, in a volume, of its
@@ -145,12 +146,14 @@ export class FieldMap {
     /** @type {import("./protocol.js").FieldMessage | null} */
     this.message = null;
     this.at = -Infinity;
+    this.again = () => {}; // draws the same values in the colors of another theme
   }
 
   /** @param {string} name "" for none @param {string[]} foods kinds whose density is shown; empty for a field from the server */
   choose(name, foods) {
     this.name = name;
     this.message = null;
+    this.again = () => {};
     this.foods = this.stage.layers.filter(({ kind }) => foods.includes(kind.name));
     this.sheet.mesh.visible = false;
     this.stage.dirty = true;
@@ -179,11 +182,12 @@ export class FieldMap {
 
   /** @param {Uint8Array} values @param {number} nx @param {number} ny */
   paint(values, nx, ny) {
-    const wide = Math.max(2, nx); // stretches a single column of depths across the width of the water
+    this.again = () => this.paint(values, nx, ny);
+    const ramp = fieldRamp(this.stage.dark), wide = Math.max(2, nx); // stretches a single column of depths across the width of the water
     const pixels = new Uint8Array(4 * wide * ny);
     for (let c = 0; c < wide * ny; c++) {
       const value = nx === 1 ? values[Math.floor(c / wide)] : values[c];
-      pixels.set([...rampColour("sequential", value / 255), 110 + 0.5 * value], 4 * c);
+      pixels.set([...rampColour(ramp, value / 255), FIELD], 4 * c);
     }
     this.sheet.paint(pixels, wide, ny);
   }

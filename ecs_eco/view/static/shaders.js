@@ -55,7 +55,8 @@ float heading() {
 float gene(float value, vec2 ends, float unknown) { return value < 0.5 ? unknown : mix(ends.x, ends.y, (value - 1.0) / 254.0); }
 
 float shown() { return size.z > 0.0 ? genes : now.z; }
-float grown() { return (before.w > 255.5 ? 0.25 + 0.75 * alpha : 1.0) * gene(mod(shown(), 256.0), sizes, 1.0); }
+float entered() { return before.w > 255.5 ? 0.25 + 0.75 * alpha : 1.0; }
+float grown() { return radius * gene(mod(shown(), 256.0), sizes, 1.0); } // [m]
 
 // Water between the camera and an organism makes it paler.
 vec3 through(vec3 own, vec3 at) {
@@ -94,7 +95,7 @@ void main() {
   vColour = through(colour(at), at);
   vec4 seen = modelViewMatrix * vec4(at, 1.0);
   gl_Position = projectionMatrix * seen;
-  float pixels = max(radius * lens / -seen.z, least) * grown() * (1.0 + 0.45 * pointed);
+  float pixels = max(grown() * lens / -seen.z, least) * entered() * (1.0 + 0.45 * pointed);
   vGrows = grows, vDrifts = drifts * (1.0 - byValue) * smoothstep(4.0, 9.0, pixels);
   vTuft = grows * smoothstep(3.5, 6.0, pixels);
   vWay = fract(sin(dot(now.xy, vec2(0.0129898, 0.078233))) * 43758.5453);
@@ -180,7 +181,7 @@ void main() {
 /** The pose of a body on land: enlarged bodies stand on the ground. */
 const POSE = /* glsl */ `
 float scaled(inout vec3 at) {
-  float scale = max(radius, least * -(viewMatrix * vec4(at, 1.0)).z / lens) * grown();
+  float scale = max(grown(), least * -(viewMatrix * vec4(at, 1.0)).z / lens) * entered();
   scale *= max(0.001, smoothstep(2.5, 4.0, distance(at, cameraPosition) / scale)); // the camera enters no body
   if (size.z <= 0.0) at.z += scale - radius;
   return scale;
@@ -276,7 +277,7 @@ void main() {
   vOwn = 0.0, vStripes = vec2(0.0);
   vec4 centre = viewMatrix * vec4(at, 1.0);
   float most = max(form.x, max(form.y, form.z)) + form.w;
-  float scale = max(1.0, least * -centre.z / lens / most) * grown();
+  float scale = max(1.0, least * -centre.z / lens / most) * entered();
   float h = heading(), c = cos(h), s = sin(h);
   mat3 turn = mat3(c, s, 0.0, -s, c, 0.0, 0.0, 0.0, 1.0);
   vec3 light = turn * facing;
@@ -406,6 +407,8 @@ vec3 textured(vec3 own) {
   vec2 p = vOver / span, stray = vec2(patches(1.3 * vOver / unit), patches(1.3 * vOver / unit + 37.0)) - 0.5;
   float kind = floor(255.0 * texture2D(cover, (vOver + unit * stray) / size).r + 0.5);
   float tint = patches(9.0 * p) + 0.6 * patches(31.0 * p) + 0.4 * patches(140.0 * p) - 1.0;
+  float bright = dot(own, vec3(0.3, 0.59, 0.11));
+  if (kind >= 1.0 && kind < 4.0) own = mix(own, bright * (kind == 1.0 ? vec3(0.6, 1.15, 0.62) : kind == 2.0 ? vec3(1.35, 1.05, 0.5) : vec3(1.02, 1.0, 1.0)), 0.6); // green woods, yellow crops, gray rock
   if (kind == 1.0) {
     vec2 q = 2.6 * vOver / unit + 1.2 * stray;
     float far = smoothstep(0.3, 0.9, length(fwidth(q)));

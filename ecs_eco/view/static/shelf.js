@@ -58,6 +58,7 @@ class Lives {
     this.wraps = hello.edges === "torus";
     const shows = hello.species.find(({ name }) => name === kind.name)?.shows;
     this.size = shows?.size && `gene:${shows.size[0]}`; // columns of genes that show in bodies
+    this.adult = shows?.grows?.[0] === "age" && !this.size ? shows.grows[1] : 0; // age [s] of full size
     this.stripes = shows?.stripes && `gene:${shows.stripes[0]}`;
     /** @type {Record<string, [number, number]>} */
     this.scales = { ...kind.scales, age: [0, kind.oldest * hello.dt] };
@@ -302,8 +303,8 @@ export class Shelf {
     const words = new Uint32Array(buffer, HEAD + 4 * counts.length);
     let next = 0, upper = WORDS * all, shown = (WORDS + wide) * all;
     rows.forEach((some, k) => some.forEach((i) => {
-      const state = lives[k].state(i, tick), { columns, size, stripes } = lives[k];
-      const genes = (size ? columns[size][i] : 0) | (stripes ? columns[stripes][i] << 8 : 0);
+      const state = lives[k].state(i, tick), { columns, size, stripes, adult } = lives[k];
+      const genes = (size ? columns[size][i] : adult ? graded((tick - lives[k].born[i]) * head.hello.dt, [0, adult]) : 0) | (stripes ? columns[stripes][i] << 8 : 0);
       words[next++] = Math.round(state[0]) | (Math.round(state[1]) << 16);
       words[next++] = (deep ? Math.round(state[2]) : genes) | ((Math.round(state[3] || 0) & 255) << 16) | (lives[k].colour(i, tick, by, state) << 24);
       words[next++] = lives[k].uid[i] % HALF;

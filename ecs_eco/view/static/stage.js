@@ -160,6 +160,7 @@ export class Stage {
     this.layers.forEach((layer, k) => (layer.own.plain.value = rgb(this.colours[k]).map((part) => part / 255)));
     this.shine(this.light, this.elevation);
     this.meadow.draw(true);
+    this.field.again();
   }
 
   /** Sets the quantity by which organisms are colored. @param {string} by */
@@ -214,6 +215,7 @@ export class Stage {
     this.eye.rise(this.relief);
     clear(this, place);
     const start = performance.now();
+    for (const layer of this.layers) layer.choose(this);
     this.renderer.render(this.scene, this.eye.camera);
     this.renderMs += (performance.now() - start - this.renderMs) * (this.renders < 10 ? 1 : 0.1);
     this.renders++;

@@ -287,7 +287,8 @@ def test_an_entry_of_a_wrong_type_is_refused_by_its_line_and_key(tmp_path: Path)
 
 def test_a_search_of_an_older_version_is_refused_with_what_to_do(tmp_path: Path) -> None:
     Journal(tmp_path, {"world": "fell"}).add("candidate", candidate=0)
-    with pytest.raises(RecordingError, match=r"journal\.jsonl: was begun by ecs-eco 0\.2\.0 or an older version.* release 0\.2\.0"):
+    refused = r"journal\.jsonl: was begun by ecs-eco 0\.2\.0 or an older version.* release 0\.2\.0"
+    with pytest.raises(RecordingError, match=refused):
         begin(tmp_path, PLANNED)
 
 
