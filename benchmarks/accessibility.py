@@ -40,7 +40,7 @@ COMMANDS = (
     "sweep collect sweep",
     "search predator-prey --range species.wolf.count=10:30 --trials 3 --ticks 20 --policies untrained"
     " --world-seeds 1 --training-seeds 1 --confirm-world-seeds 1 --confirm-training-seeds 1 --confirm-ticks 20"
-    " --workers 1 --optimiser random --out search",
+    " --workers 1 --out search",
     "run reflexes --seed 1 --ticks 320 --policies untrained --set species.goat.policy.learn=false --out goats",
     "explain goats --species goat --forks 2 --ticks 8 --workers 1",
 )
