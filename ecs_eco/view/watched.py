@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ecs_eco.analysis.palette import SAFE
 from ecs_eco.ecosystem import World
 from ecs_eco.view import listing
 from ecs_eco.view.families import Families, asked, tree
@@ -94,8 +95,13 @@ class Watched(Source):
 
     def hello(self) -> Message:
         genes = dict.fromkeys(f"gene:{gene}" for names in self.genes.values() for gene in names)
-        colours = ["species", "energy", "happiness", "age", "family", *genes]
-        return {"kind": "hello", "mode": self.mode, "foods": self.foods, "colours": colours}
+        return {
+            "kind": "hello",
+            "mode": self.mode,
+            "foods": self.foods,
+            "colours": ["species", "energy", "happiness", "age", "family", *genes],
+            "palette": SAFE,
+        }
 
     def sky(self) -> tuple[float, float]:
         """Return the light at the surface (0 to 1) and the sun's elevation [rad]."""
