@@ -9,8 +9,8 @@ check resumes; a page that has changed since is checked again. Exits with code 1
 """
 
 import argparse
+import contextlib
 import json
-import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
@@ -20,8 +20,10 @@ from typing import Any
 ROOT = Path(__file__).parents[1]
 sys.path[:0] = [str(Path(__file__).parent), str(ROOT)]
 import _bench
+from typer.testing import CliRunner
 
-from ecs_eco.testing.browser import COMMAND, launched
+from ecs_eco.cli import app
+from ecs_eco.testing.browser import launched
 from tests.view.pages import violations
 
 KEPT, SHADES = ROOT / "build" / "accessibility.jsonl", ("light", "dark")
@@ -30,15 +32,15 @@ world = "predator-prey"
 ticks = 20
 world_seeds = 2
 [grid]
-species.wolf.count = [10, 30]
+species.wolf.count = [100, 250]
 """
 COMMANDS = (
-    "run predator-prey --seed 1 --ticks 200 --policies untrained --out run",
+    "run predator-prey --seed 1 --ticks 100 --policies untrained --out run",
     "why run",
-    "compare predator-prey --treatment no-wolf --seeds 3 --ticks 40 --workers 1 --out compare",
+    "compare predator-prey --treatment no-wolf --seeds 2 --ticks 20 --workers 1 --out compare",
     "sweep plan.toml --workers 1 --out sweep",
     "sweep collect sweep",
-    "search predator-prey --range species.wolf.count=10:30 --trials 3 --ticks 20 --policies untrained"
+    "search predator-prey --range species.wolf.count=100:400 --trials 3 --ticks 20 --policies untrained"
     " --world-seeds 1 --training-seeds 1 --confirm-world-seeds 1 --confirm-training-seeds 1 --confirm-ticks 20"
     " --workers 1 --out search",
     "run reflexes --seed 1 --ticks 320 --policies untrained --set species.goat.policy.learn=false --out goats",
@@ -90,8 +92,11 @@ def rows(what: str, pages: list[Path], kept: Path | None = None) -> list[dict[st
 def written(folder: Path) -> list[Path]:
     """Run short versions of all commands that write a page; return the pages."""
     (folder / "plan.toml").write_text(PLAN)
-    for line in COMMANDS:
-        subprocess.run([*COMMAND, *line.split()], cwd=folder, check=True, stdout=subprocess.DEVNULL)
+    with contextlib.chdir(folder):
+        for line in COMMANDS:
+            done = CliRunner().invoke(app, line.split(), catch_exceptions=False)
+            if done.exit_code:
+                raise SystemExit(f"ecs-eco {line}: {done.output}")
     return [folder / f"{name}.html" for name in WRITTEN]
 
 
