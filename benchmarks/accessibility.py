@@ -40,7 +40,7 @@ COMMANDS = (
     "compare predator-prey --treatment no-wolf --seeds 2 --ticks 20 --workers 1 --out compare",
     "sweep plan.toml --workers 1 --out sweep",
     "sweep collect sweep",
-    "search predator-prey --range species.wolf.count=100:400 --trials 3 --ticks 20 --policies untrained"
+    "search predator-prey --range species.wolf.count=150:300 --trials 3 --ticks 20 --policies untrained"
     " --world-seeds 1 --training-seeds 1 --confirm-world-seeds 1 --confirm-training-seeds 1 --confirm-ticks 20"
     " --workers 1 --out search",
     "run reflexes --seed 1 --ticks 320 --policies untrained --set species.goat.policy.learn=false --out goats",
