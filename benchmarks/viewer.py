@@ -1,7 +1,8 @@
-"""Measure the cost of a viewer during a run, the time to encode a frame, and the cost of a stalled page.
+"""Measure the cost of a viewer during a run, the time to encode a frame, the cost of a stalled page, and the
+time and size of a recorded run saved as one file.
 
 python benchmarks/viewer.py [--organisms 11000] [--pairs 40] [--processes 5] [--minutes 0.33]
-                            [--only cost|frames|stall|rewind]
+                            [--only cost|frames|stall|rewind|export] [--ticks 10000]
 """
 
 import argparse
@@ -12,6 +13,7 @@ import statistics
 import struct
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 from contextlib import contextmanager
@@ -24,6 +26,7 @@ import _bench
 _bench.pin_threads()
 
 from ecs_eco import World
+from ecs_eco.testing.browser import COMMAND
 from ecs_eco.view.guard import SUBPROTOCOL
 from ecs_eco.view.live import Live
 from ecs_eco.view.player import Player
@@ -328,6 +331,28 @@ def rewinds(times: int = 5) -> list[dict[str, Any]]:
     ]
 
 
+def exports(ticks: int) -> tuple[list[dict[str, Any]], dict[str, Any]]:
+    """Record predator-prey and save it as one file, each by its command in a process of its own."""
+    with tempfile.TemporaryDirectory() as folder:
+        run, html = str(Path(folder) / "run"), Path(folder) / "run.html"
+        words = ("run", "predator-prey", "--seed", "1", "--ticks", str(ticks), "--out", run)
+        subprocess.run([*COMMAND, *words], check=True, stdout=subprocess.DEVNULL)
+        wall, spent = time.perf_counter(), os.times()
+        words = ("export", run, "--html", str(html))
+        subprocess.run([*COMMAND, *words], check=True, stdout=subprocess.DEVNULL)
+        wall, after, size = time.perf_counter() - wall, os.times(), html.stat().st_size
+    work = sum(after[2:4]) - sum(spent[2:4])
+    rows = [
+        {"one file": "wall time [s]", "measured": wall, "goal": 20.0},
+        {"one file": "processor time [s]", "measured": work, "goal": None},
+        {"one file": "size [MB]", "measured": size / 1e6, "goal": 10.0},
+    ]
+    return rows, {
+        "run": f"predator-prey, seed 1, {ticks:,} ticks",
+        "command": "ecs-eco export RUN --html FILE",
+    }
+
+
 def main() -> None:
     """Measure the cases that the options select."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
@@ -335,7 +360,8 @@ def main() -> None:
     parser.add_argument("--pairs", type=int, default=40)
     parser.add_argument("--processes", type=int, default=5)
     parser.add_argument("--minutes", type=float, default=1 / 3)
-    parser.add_argument("--only", choices=("cost", "frames", "stall", "rewind"))
+    parser.add_argument("--only", choices=("cost", "frames", "stall", "rewind", "export"))
+    parser.add_argument("--ticks", type=int, default=10_000)
     parser.add_argument("--page", nargs=2, help=argparse.SUPPRESS)
     parser.add_argument("--cost", nargs=2, type=int, help=argparse.SUPPRESS)
     asked = parser.parse_args()
@@ -352,6 +378,9 @@ def main() -> None:
         _bench.save("viewer_frames", "Encoding one frame, on one core", encoding([asked.organisms, 55_000]))
     if asked.only in (None, "rewind"):
         _bench.save("viewer_rewind", "Rewinding a live predator-prey to its earlier digest", rewinds())
+    if asked.only in (None, "export"):
+        question = "A recorded run saved as one file"
+        _bench.save("viewer_export", question, *exports(asked.ticks))
     if asked.only in (None, "stall"):
         _bench.save(
             "viewer_stall",

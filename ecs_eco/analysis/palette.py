@@ -1,4 +1,4 @@
-"""Colors of species and object types in pictures, reports and the viewer (`ecs_eco/view/static/colours.js`).
+"""Colors of species and object types in pictures, reports and the viewer; its pages receive them from here.
 
 The palette of Okabe and Ito (2008) is shifted as little as necessary for a contrast of 3:1 with the
 background and a CIELAB distance of 20, also for people with deuteranopia (Machado et al. 2009)."""

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from ecs_eco.analysis.archipelago import Islands, load_islands, places
+from ecs_eco.analysis.palette import SAFE
 from ecs_eco.analysis.style import own_colors
 from ecs_eco.config.models.archipelago import Archipelago
 from ecs_eco.engine.errors import ConfigError, RecordingError, nearest
@@ -42,8 +43,9 @@ def describe(folder: Path) -> Message:
     named = [(name, values) for name, values in config["species"].items()]
     at = places(plan)
     island = folder / ISLANDS / plan.names[0]
-    begun = (island / "manifest.json").is_file()
-    colours = own_colors(read_manifest(island).get("colors") if begun else None)
+    colours = own_colors(
+        read_manifest(island).get("colors") if (island / "manifest.json").is_file() else None
+    )
     message: Message = {
         "kind": "islands",
         "title": manifest.get("title") or manifest["world"],
@@ -53,6 +55,7 @@ def describe(folder: Path) -> Message:
         "finished": manifest["finished"],
         "every": plan.migration_interval,
         "graph": plan.graph,
+        "palette": SAFE,
         "species": [
             {
                 "name": name,

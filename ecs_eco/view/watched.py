@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ecs_eco.analysis.palette import SAFE
 from ecs_eco.config import WorldConfig
 from ecs_eco.ecosystem import World
 from ecs_eco.view import listing
@@ -100,13 +101,13 @@ class Watched(Source):
 
     def hello(self) -> Message:
         genes = dict.fromkeys(f"gene:{gene}" for names in self.genes.values() for gene in names)
-        colours = ["species", "energy", "happiness", "age", "family", *genes]
         return {
             "kind": "hello",
             "mode": self.mode,
             "foods": self.foods,
             "eats": self.eats,
-            "colours": colours,
+            "colours": ["species", "energy", "happiness", "age", "family", *genes],
+            "palette": SAFE,
         }
 
     def sky(self) -> tuple[float, float]:

@@ -205,7 +205,9 @@ def test_a_flipped_bit_and_a_wrong_type_in_a_result_are_refused_by_name(tmp_path
 
 def test_a_sweep_of_an_older_version_is_refused_with_what_to_do(tmp_path: Path) -> None:
     (tmp_path / "sweep.json").write_text('{"format": 1, "hash": "", "jobs": []}')
-    refused = r"sweep\.json: was begun by ecs-eco 0\.2\.0 or an older version.* release 0\.2\.0.* another folder"
+    refused = (
+        r"sweep\.json: was begun by ecs-eco 0\.2\.0 or an older version.* release 0\.2\.0.* another folder"
+    )
     with pytest.raises(RecordingError, match=refused):
         read_sweep(tmp_path)
 

@@ -3,10 +3,11 @@
 import io
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 
 from ecs_eco.testing.browser import until
-from tests.view.pages import IN_A_BROWSER, pause, play
+from tests.view.pages import IN_A_BROWSER, passed, pause, play
 
 pytestmark = IN_A_BROWSER
 
@@ -30,6 +31,30 @@ def test_a_picture_of_the_scene_has_its_animals_on_its_ground(page):
     assert brown.mean() > 0.002  # deer
 
 
+DRAWN = """() => {
+  const address = URL.createObjectURL.bind(URL);
+  URL.createObjectURL = (blob) => {
+    if (blob.type === "image/svg+xml") blob.text().then((text) => (window.drawn = text));
+    return address(blob);
+  };
+}"""
+
+
+def test_a_picture_has_title_legend_world_seed_and_tick(page):
+    from matplotlib.image import imread
+
+    pause(page)
+    page.evaluate(DRAWN)
+    _, data = saved(page, page.get_by_role("button", name="Picture", exact=True).click)
+    words, counts = words_of(ElementTree.fromstring(page.evaluate("drawn"))), page.evaluate("ecs.counts")
+    assert words[0] == "Grass, deer and wolves"
+    assert words[1:4] == [f"{counts[kind]} {kind}" for kind in ("grass", "deer", "wolf")]
+    assert words[-1] == origin(page)
+    picture = imread(io.BytesIO(data))[..., :3]
+    for rows in (picture[20:75, :600], picture[-60:, :600]):  # the letters of the first and the last line
+        assert (np.abs(rows - rows[0, 0]).max(axis=2) > 0.2).mean() > 0.01
+
+
 def test_a_video_is_saved_at_the_second_click(page):
     button = page.get_by_role("button", name="Video", exact=True)
     if not button.count():
@@ -44,6 +69,43 @@ def test_a_video_is_saved_at_the_second_click(page):
     assert data[:4] == b"\x1aE\xdf\xa3"  # EBML
     assert len(data) > 2000
     assert button.get_attribute("aria-pressed") == "false"
+
+
+FILMED = """() => {
+  const { fillText } = CanvasRenderingContext2D.prototype, { captureStream } = HTMLCanvasElement.prototype;
+  CanvasRenderingContext2D.prototype.fillText = function (text, ...at) {
+    if (this.canvas === window.filmed) window.caption = text;
+    return fillText.call(this, text, ...at);
+  };
+  HTMLCanvasElement.prototype.captureStream = function (...rate) {
+    window.filmed = this;
+    return captureStream.apply(this, rate);
+  };
+}"""
+LETTERS = """() => { // pixels of letters in the last line of a frame, at both ends, and the height of that line
+  const { width, height } = filmed, high = height - document.querySelector("#stage").clientHeight;
+  const { data } = filmed.getContext("2d").getImageData(0, height - high, width, high);
+  const inked = (x) => Math.abs(data[4 * x] - data[0]) > 60;
+  const ink = (from) => Array.from({ length: 300 * high }, (_, i) => inked(width * (i % high) + from + Math.floor(i / high))).filter(Boolean).length;
+  return [ink(0), ink(width - 300), high];
+}"""  # noqa: E501
+
+
+def test_frames_of_a_video_have_the_last_line_of_a_picture(page):
+    button = page.get_by_role("button", name="Video", exact=True)
+    if not button.count():
+        pytest.skip("this browser films no webm")
+    page.evaluate(FILMED)
+    pause(page)
+    button.click()
+    passed(page)
+    until(page, "window.caption")
+    assert page.evaluate("caption") == origin(page)
+    left, right, high = page.evaluate(LETTERS)
+    assert left > 200
+    assert right == 0
+    assert high == 22
+    saved(page, button.click)
 
 
 def test_a_video_stopped_at_once_still_has_a_picture(page):

@@ -5,7 +5,7 @@ from io import StringIO
 
 import pytest
 
-from ecs_eco.analysis.palette import safe
+from ecs_eco.analysis.palette import SAFE, safe
 from ecs_eco.testing.browser import until
 from tests.view.pages import IN_A_BROWSER, pause, play, select
 
@@ -230,7 +230,8 @@ def test_the_page_has_the_colours_of_pictures_and_reports(page, kinds, dark):
     named = [{"name": name, "color": colour} for name, colour in kinds.items()]
     named += [{"name": name, "color": colour, "inanimate": True} for name, colour in things.items()]
     chosen = page.evaluate(
-        "([kinds, dark]) => import('/colours.js').then(it => it.safe(kinds, dark))", [named, dark]
+        "([kinds, dark, palette]) => import('/colours.js').then(it => it.safe(kinds, dark, palette))",
+        [named, dark, SAFE],
     )
     assert chosen == list(safe(kinds, things, dark).values())
 

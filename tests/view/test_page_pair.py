@@ -1,10 +1,14 @@
 """What if: the world twice on one page, as it was and with a change; and two worlds beside each other."""
 
+import io
+from xml.etree import ElementTree
+
 import pytest
 
 from ecs_eco.testing.browser import served, until
 from tests.view.pages import IN_A_BROWSER, PHONE, SMALL, WIDE, opened, pause, play, violations
 from tests.view.test_page_access import CONTRAST
+from tests.view.test_page_capture import DRAWN, saved, words_of
 from tests.view.test_page_time import go
 
 pytestmark = IN_A_BROWSER
@@ -89,6 +93,31 @@ def test_without_wolves_the_world_goes_on_beside_the_one_with_wolves(forked):
     )
     page.locator("#tab-why").click()
     assert "what if: cull 100% of wolf" in page.locator("#why").inner_text()
+
+
+def test_a_picture_shows_both_worlds_with_their_names_and_counts(forked):
+    from matplotlib.image import imread
+
+    page = forked
+    steps(page, 1)
+    page.locator("[data-eye=top]").click()
+    until(page, "ecs.still && ecs.second.still")
+    page.evaluate(DRAWN)
+    _, data = saved(page, page.get_by_role("button", name="Picture", exact=True).click)
+    drawing = ElementTree.fromstring(page.evaluate("drawn"))
+    counts, there = page.evaluate("[ecs.counts, ecs.second.counts]")
+    assert words_of(drawing)[1:4] == [
+        f"{counts[kind]} and {there[kind]} {kind}" for kind in ("grass", "deer", "wolf")
+    ]
+    about = drawing.find(".//{http://www.w3.org/2000/svg}tspan")
+    assert about.text == page.locator("#pairWhat").inner_text()
+    assert there["wolf"] == 0 < counts["wolf"]
+    picture = imread(io.BytesIO(data))
+    assert picture.shape[1] == 2008
+    brown = (picture[..., 0] > picture[..., 2] + 0.2) & (picture[..., 0] < 0.7)  # deer, as many in both
+    left, right = brown[:, :1004].mean(), brown[:, 1004:].mean()
+    assert left > 0.001
+    assert right == pytest.approx(left, rel=0.5)
 
 
 def test_bodies_look_alike_however_full_each_world_is(page):

@@ -6,7 +6,8 @@ from ecs_eco.testing.browser import served, until
 from tests.view.pages import IN_A_BROWSER, PHONE, SMALL, opened, pause, play
 
 pytestmark = IN_A_BROWSER
-SIZES = [(844, 390), (640, 400), (640, 360), (390, 844), (320, 568)]
+ENLARGED = (320, 256)  # a window of 1280 x 1024 pixels, enlarged to 400%
+SIZES = [(844, 390), (640, 400), (640, 360), (390, 844), (320, 568), ENLARGED]
 BEYOND = """() => {
   const {scrollWidth, scrollHeight} = document.documentElement;
   const seen = (tab) => {
@@ -78,6 +79,21 @@ def test_panels_of_a_small_phone_have_room_below(page):
     assert box["height"] > 300
     page.locator("#act").get_by_role("slider").first.scroll_into_view_if_needed()
     assert page.locator("#act").bounding_box()["y"] < 400
+
+
+def test_at_400_percent_the_scene_keeps_its_place_and_controls_are_within_reach(page):
+    page.set_viewport_size(dict(zip(("width", "height"), ENLARGED, strict=True)))
+    until(page, "innerHeight === 256")
+    stage = page.locator("#stage").bounding_box()
+    assert (stage["width"], stage["height"] >= 100) == (320, True)
+    for control in ("#play", "#step", "#speed", "#tab-charts", "#tab-act", "#helpOpen"):
+        page.locator(control).scroll_into_view_if_needed()
+        box = page.locator(control).bounding_box()
+        ends = box["x"], box["y"], 320 - box["x"] - box["width"], 256 - box["y"] - box["height"]
+        assert min(ends) >= 0, control
+        middle = [box["x"] + box["width"] / 2, box["y"] + box["height"] / 2]
+        hit = "([x, y, id]) => document.querySelector(id).contains(document.elementFromPoint(x, y))"
+        assert page.evaluate(hit, [*middle, control]), control
 
 
 def test_on_a_laptop_time_is_one_row_and_buttons_of_a_timeline_stay_beside_it(page):

@@ -4,6 +4,7 @@ import pytest
 
 from ecs_eco.testing.browser import served, until
 from tests.view.pages import IN_A_BROWSER, PARK, SMALL, opened, pause, play, select
+from tests.view.test_page_time import go
 
 pytestmark = IN_A_BROWSER
 END = "species.wolf.lethal.1.max=400"  # [s]: all wolves die of age at tick 400, after the page was opened
@@ -104,3 +105,9 @@ def test_the_story_of_a_recorded_run_is_played(browser, tmp_path):
         until(page, "!ecs.playing && ecs.still")
         assert page.locator("#playStory").get_attribute("aria-pressed") == "false"
         assert "10 ticks/s" in page.locator("#speedText").inner_text()  # as before
+        page.get_by_role("button", name="Play the story").click()
+        until(page, f"ecs.playing && {notice}.includes(' grass, 80 deer, 12 wolf.')")
+        go(page, 55)  # the user drags the timeline: the story must not go on elsewhere
+        until(page, "ecs.tick === 55 && !ecs.playing && ecs.still")
+        assert page.locator("#playStory").get_attribute("aria-pressed") == "false"
+        assert not page.locator("#notice").is_visible()

@@ -70,6 +70,9 @@ export interface Terrain {
   lakes?: Landmark[];
 }
 
+/** A color on light and on dark backgrounds, and the hue [degrees] that it represents. */
+export type Swatch = [string, string, number];
+
 export interface Hello {
   kind: "hello";
   mode: "live" | "replay";
@@ -89,6 +92,7 @@ export interface Hello {
   objects?: Kind[];
   terrain: Terrain | null;
   colours: string[];
+  palette: Swatch[]; // colors of kinds that color-blind people can distinguish
   acts: boolean;
   rewinds?: boolean; // whether a live world can go back in time
   stays?: string; // why it cannot
@@ -476,6 +480,7 @@ export interface Islands {
   finished: boolean;
   every: number;
   graph: string;
+  palette: Swatch[];
   species: (Kind & { wanders: boolean })[];
   islands: { name: string; at: [number, number]; own: string }[];
   ways: [number, number][];

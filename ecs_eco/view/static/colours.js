@@ -2,8 +2,6 @@
 
 import { DataTexture, LinearFilter, NoColorSpace, RGBAFormat, UnsignedByteType } from "./vendor.js";
 
-/** Colors on light and dark backgrounds, with the hue [degrees] that each represents, as in ecs_eco/analysis/palette.py. @type {[string, string, number][]} */
-const SAFE = [["#069b6d", "#049662", 125], ["#6f3e00", "#e7a002", 38], ["#de640a", "#c85300", 2], ["#2992c2", "#60bef2", 198], ["#bd6fa5", "#cc79a7", 308], ["#888e3b", "#fffa5f", 58], ["#005396", "#0072b2", 225]];
 const GREY = "#7f888d", UNSET = "#4477aa"; // the default of `color` in world files
 
 /** Gene colors on light and dark backgrounds, distinct from all species colors (Tol 2021, "muted", and its grays). */
@@ -32,12 +30,13 @@ const hexOf = (colour) => "#" + colour.map((part) => Math.round(part).toString(1
  * Kinds with the default color take the remaining ones in order, green first. If there are more kinds than colors, repeated colors are shifted toward the ink color.
  * @param {import("./protocol.js").Kind[]} kinds
  * @param {boolean} dark
+ * @param {import("./protocol.js").Swatch[]} palette
  * @returns {string[]}
  */
-export function safe(kinds, dark) {
+export function safe(kinds, dark, palette) {
   /** @type {string[]} */
   const found = kinds.map((kind) => (nearGrey(rgb(kind.color)) ? GREY : ""));
-  const choice = SAFE.map((colour) => ({ hex: dark ? colour[1] : colour[0], hue: colour[2] }));
+  const choice = palette.map((colour) => ({ hex: dark ? colour[1] : colour[0], hue: colour[2] }));
   let offers = [...choice];
   for (const things of [false, true]) {
     const wanting = () => kinds.map((_, k) => k).filter((k) => !found[k] && Boolean(kinds[k].inanimate) === things);

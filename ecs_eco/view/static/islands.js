@@ -74,7 +74,7 @@ function begin(islands) {
 
 function paint() {
   if (!shown) return;
-  colours = safe(shown.species, isDark());
+  colours = safe(shown.species, isDark(), shown.palette);
   draw();
 }
 

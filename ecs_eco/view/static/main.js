@@ -123,15 +123,15 @@ function begin(hello) {
   document.title = `${hello.title || hello.world} · ecs-eco`;
   $("title").textContent = hello.title || hello.world;
   $("mode").hidden = false;
-  $("mode").textContent = hello.mode;
+  $("mode").textContent = hello.mode === "live" ? "simulation" : "recording"; // paused or not
   const map = cameFrom();
   if (map) $("mode").before(h("a", { class: "chip", href: map, text: "← map" }));
   const stage = new Stage($("canvas"), hello, $("over"));
   const colourOf = (/** @type {string} */ name) => stage.colours[stage.kinds.findIndex((kind) => kind.name === name)] ?? two.colourOf(name) ?? "#888888";
-  const charts = new Charts(hello, colourOf, (tick) => connection.send({ kind: "seek", tick }),
+  const charts = new Charts(hello, colourOf, seek,
     { layers: () => stage.layers, scales: () => state?.scales ?? {}, by: () => by, colours: hello.colours.filter((name) => name !== "family"), colour, select, ask: (x, y) => connection.send({ kind: "scatter", x, y }) });
   const panel = new Panel(hello, { select: (uid) => select(uid, chosen.second), other: () => two.stage?.hello ?? null, fill: () => connection.send({ kind: "fill", ...chosen.asked }), follow: () => look("follow"), track: (uid) => colour(`kin:${uid}`), tree: () => connection.send({ kind: "tree", ...chosen.asked, by }), clade: (life) => cladeOf(by, life), colourOf });
-  const timeline = new Timeline(hello, (tick) => connection.send({ kind: "seek", tick }), charts.lanes());
+  const timeline = new Timeline(hello, seek, charts.lanes());
   const loop = new Loop(hello, timeline, (request) => connection.send(request));
   const story = new Story(hello, { jump, without, colourOf, ask: () => connection.send({ kind: "why" }), play: () => tour.toggle(), tell: (entry) =>
     tour.tell(entry) || overlay.flash(`${entry.text}.`, { text: "Why?", does: () => open("why") }) });
@@ -223,6 +223,12 @@ function show(now) {
 
 // ---- user actions
 
+/** Goes to a tick; a story that is playing stops. @param {number} tick */
+function seek(tick) {
+  tour.stop();
+  connection.send({ kind: "seek", tick });
+}
+
 /** @param {number | null} uid @param {boolean} [second] whether it belongs to the second world */
 function select(uid, second = false) {
   if (!page || (uid === null && chosen.uid === null)) return;
@@ -296,7 +302,7 @@ function colour(name) {
 
 /** Shows an event: goes to its tick if that is possible, and otherwise points at it in the charts. @param {import("./protocol.js").Entry} entry */
 function jump(entry) {
-  if (page?.hello.mode === "replay") connection.send({ kind: "seek", tick: Math.min(entry.tick, page.hello.last ?? entry.tick) });
+  if (page?.hello.mode === "replay") seek(Math.min(entry.tick, page.hello.last ?? entry.tick));
   else {
     open("charts");
     page?.charts.point(entry.tick);

@@ -41,6 +41,7 @@ const kindsIn = (body) => /** @type {SVGElement[]} */ ([...body.querySelectorAll
   ({ name: one.dataset.kind ?? "", mark: s("svg", { viewBox: "0 0 18 12" }, s("rect", { x: 3, width: 12, height: 12, rx: 2, fill: one.getAttribute("fill") })) }));
 
 let origin = () => ""; // the world, seed and tick
+const CAPTION = { high: 22, up: 8, size: 10 }; // the last line of drawings: space for it, its distance from the edge, size of its letters
 
 /** Sets the last line of drawings. @param {() => string} from */
 export const originates = (from) => (origin = from);
@@ -65,12 +66,26 @@ export function sheet({ title, unit, body, legend = [] }) {
     marks.push(mark, s("text", { x: x + 23, y: y + 2, fill: ink }, name));
     x += length;
   }
-  const top = marks.length ? y + 12 : 34, across = wide + 2 * MARGIN, down = top + high + 22;
+  const top = marks.length ? y + 12 : 34, across = wide + 2 * MARGIN, down = top + high + CAPTION.high;
   for (const [key, value] of Object.entries({ x: MARGIN, y: top, width: wide, height: high })) /** @type {SVGElement} */ (inner).setAttribute(key, String(value));
   return s("svg", { viewBox: `0 0 ${across} ${down}`, width: `${MM * across}mm`, height: `${MM * down}mm`, "font-family": "sans-serif", "font-size": 11 },
     s("rect", { width: across, height: down, fill: css("--card") }),
     s("text", { x: MARGIN, y: 22, fill: ink, "font-size": 15, "font-weight": 600 }, title, ...(unit ? [s("tspan", { dx: 8, fill: soft, "font-size": 11, "font-weight": 400 }, unit)] : [])),
-    ...marks, inner, s("text", { x: MARGIN, y: down - 8, fill: soft, "font-size": 10 }, origin()));
+    ...marks, inner, s("text", { x: MARGIN, y: down - CAPTION.up, fill: soft, "font-size": CAPTION.size }, origin()));
+}
+
+/** Adds the last line of drawings below a picture, at a number of pixels per unit; both are drawn into `canvas`. @param {HTMLCanvasElement} picture @param {HTMLCanvasElement} canvas @param {number} ratio */
+export function caption(picture, canvas, ratio) {
+  const { width, height } = picture, [high, up, size, left] = [CAPTION.high, CAPTION.up, CAPTION.size, MARGIN].map((units) => Math.round(units * ratio));
+  if (canvas.width !== width || canvas.height !== height + high) [canvas.width, canvas.height] = [width, height + high];
+  const pen = canvas.getContext("2d");
+  if (!pen) return;
+  pen.fillStyle = css("--card");
+  pen.fillRect(0, height, width, high);
+  pen.drawImage(picture, 0, 0);
+  pen.fillStyle = css("--soft");
+  pen.font = `${size}px sans-serif`;
+  pen.fillText(origin(), left, height + high - up);
 }
 
 /** Saves a drawing as SVG or as PNG. @param {string} name @param {Drawn} drawn @param {"svg" | "png"} kind */

@@ -156,7 +156,7 @@ export class Stage {
     this.dark = dark;
     this.shared.mute.value = dark ? [0.27, 0.31, 0.33] : [0.74, 0.77, 0.78];
     this.shared.edge.value = Array(3).fill(dark || this.hello.size.length > 2 ? 0.88 : 0.1); // rims: pale on dark land and in water
-    this.colours = own ? this.kinds.map((kind) => legible(kind.color, dark)) : safe(this.kinds, dark);
+    this.colours = own ? this.kinds.map((kind) => legible(kind.color, dark)) : safe(this.kinds, dark, this.hello.palette);
     this.layers.forEach((layer, k) => (layer.own.plain.value = rgb(this.colours[k]).map((part) => part / 255)));
     this.shine(this.light, this.elevation);
     this.meadow.draw(true);
