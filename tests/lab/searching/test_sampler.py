@@ -16,7 +16,7 @@ from ecs_eco.config.measurements import Outside
 from ecs_eco.engine.errors import ConfigError, ForeignFile
 from ecs_eco.lab import search
 from ecs_eco.lab.searching.evaluate import likeness
-from ecs_eco.lab.searching.figures import pairs, scatter
+from ecs_eco.lab.searching.figures import posterior_pairs, scatter
 from ecs_eco.lab.searching.journal import Journal
 from ecs_eco.lab.searching.plan import Fit, Plan, plan_of, sampled, statistics
 from ecs_eco.lab.searching.report import posterior_blocks, posterior_opening
@@ -118,13 +118,13 @@ def test_a_measured_value_that_the_posterior_does_not_predict_is_flagged(
 def test_dots_at_the_ends_of_the_ranges_are_drawn_whole(world: Path) -> None:
     parameters, one = sampler_of(world, "abc").plan.parameters, np.ones(2)
     kept = Population(np.arange(2), np.array([[0.0, 1.0], [1.0, 0.5]]), one, one)
-    (ax,) = [ax for ax in pairs(parameters, kept).axes if ax.collections]
+    (ax,) = [ax for ax in posterior_pairs(parameters, kept).axes if ax.collections]
     (dots,) = ax.collections
     assert sorted(dots.get_offsets()[:, 0]) == [parameters[0].low, parameters[0].high] == [*ax.get_xlim()]
     assert not dots.get_clip_on()
     entries = [{"values": {p.name: p.low for p in parameters}}]
     values = {p.name: p.high for p in parameters}
-    for ax in scatter(parameters, entries, np.ones(1), [0, 1], values, values).axes:
+    for ax in scatter(parameters, entries, np.ones(1), values, values).axes:
         assert not any(dots.get_clip_on() for dots in ax.collections)
 
 
