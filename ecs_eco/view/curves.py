@@ -95,7 +95,7 @@ class Curves:
 
 def stretch(ticks: int, species: int, most: int) -> int:
     """Return the shortest stretch [ticks], a power of 2, of which `extremes` keeps no more than `most` points."""
-    *some, longest = (2**k for k in range(ticks.bit_length() + 1))
+    *some, longest = (1 << k for k in range(ticks.bit_length() + 1))
     return next((w for w in some if -(-ticks // w) * min(w, 2 * species) <= most), longest)
 
 

@@ -48,7 +48,7 @@ class Live(Watched):
         self.journal = Journal(world, self.species)
         self.genealogy = Genealogy(self.journal)
         self.foods, self.eats = (
-            foods_of(world.config and world.config.model_dump(include={"species"}), harmful)
+            foods_of(None if world.config is None else world.config.model_dump(include={"species"}), harmful)
             for harmful in (False, True)
         )
         self.story = Story(self.species, self.foods, self.journal.cause, self._half)

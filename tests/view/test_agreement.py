@@ -213,7 +213,7 @@ def page(run, browser):
     with served("watch", str(run)) as command, opened(browser, command.address()) as page:
         page.evaluate("localStorage.setItem('ecs-eco-charts-2', '[]')")
         page.reload()
-        page.locator("#charts .saves").last.wait_for()
+        page.get_by_label("Save the numbers: Births").wait_for()
         yield page
 
 
