@@ -269,7 +269,7 @@ def _shows(
 ) -> dict[str, Any]:
     """Return growth and the genes that show in bodies: the size gene with the lowest and highest radius relative
     to the drawn one, and the stripes gene with its values without and with full stripes (nearer to 0 first)."""
-    shown: dict[str, Any] = {"grows": growth} if growth else {}
+    shown: dict[str, Any] = {"grows": growth} if growth and size is None else {}
     if size is not None:
         shown["size"] = [size, genes[size].low / radius, genes[size].high / radius]
     if stripes is not None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ecs_eco import World
-from ecs_eco.components import Genome, Metabolism, Position
+from ecs_eco.components import Biology, Genome, Metabolism, Position
 from ecs_eco.config import load
 from ecs_eco.view.live import Live
 from tests.view.parks import SMALL, small, watched
@@ -297,16 +297,19 @@ def test_genes_show_in_bodies_as_size_and_stripes():
     world = World.from_config("reflexes", policies="random", record=False)
     live, table = Live(world), world.tables["goat"]
     shows = {kind["name"]: kind.get("shows") for kind in live.hello()["species"]}
-    assert shows == dict.fromkeys(("red", "yellow", "green")) | {"goat": {"stripes": ["red", 0.0, -1.0]}}
+    assert shows == dict.fromkeys(("red", "yellow", "green")) | {
+        "goat": {"grows": ("age", 100.0, 0.6), "stripes": ["red", 0.0, -1.0]}
+    }
     frame = np.frombuffer(live.frame(1, "species"), "<u4")[7 + len(live.species) :].reshape(-1, 3)[-table.n :]
     codes = dict(zip(frame[:, 2].tolist(), (frame[:, 1] & 65535).tolist(), strict=True))
     rows = table.rows()
     red = table.species.heredity.layout.decode(table[Genome].loci[rows], ["red"])["red"]
+    size = np.floor(1.5 + 2.54 * np.minimum(100.0, table[Biology].age[rows])).astype(int).tolist()
     assert codes == {
-        uid: 256 * (1 if value == -1 else 255)
-        for uid, value in zip(table.uid[rows].tolist(), red, strict=True)
+        uid: young + 256 * (1 if value == -1 else 255)
+        for uid, value, young in zip(table.uid[rows].tolist(), red, size, strict=True)
     }
-    assert len(set(codes.values())) == 2
+    assert len({code // 256 for code in codes.values()}) == 2
     fish = World.from_config("studies/data/silversides.toml", record=False)
     (kind,) = Live(fish).hello()["species"]
     assert kind["shows"] == {"size": ["size", pytest.approx(0.00585 / 0.0171), 1.0]}  # of the largest
