@@ -71,9 +71,9 @@ def compile_kernels(config: WorldConfig) -> None:
     built(config).run(TICKS)
 
 
-def built(config: WorldConfig) -> World:
+def built(world: WorldConfig) -> World:
     """Return a world to be examined, which records nothing."""
     from ecs_eco.ecosystem import World
 
-    config._code.pass_on()
-    return World.from_config(config, seed=1, record=False)
+    world._code.pass_on()
+    return World.from_config(world, seed=1, record=False)
