@@ -69,7 +69,7 @@ class Key(NamedTuple):
         return text if self.training_seed is None else f"{text}, training seed {self.training_seed}"
 
 
-Run = tuple[Arm, int, int, Path]  # arguments of `runs.run_arm`
+Run = tuple[Arm, int, int, Path]  # arguments of `jobs.run_arm`
 Training = tuple[Path, WorldConfig, int]  # arguments of `trained.train_or_find`
 
 

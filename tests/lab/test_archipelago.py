@@ -13,7 +13,7 @@ from ecs_eco import World
 from ecs_eco.analysis.lineage import Lineage
 from ecs_eco.analysis.runs import load_series
 from ecs_eco.engine.errors import CheckpointError, ConfigError, RecordingError
-from ecs_eco.lab import island
+from ecs_eco.lab import archipelago as lab
 from ecs_eco.lab.archipelago import Archipelago
 from ecs_eco.lab.pool import Pool
 from ecs_eco.record import container, resume
@@ -111,7 +111,7 @@ def test_it_goes_on_where_a_shorter_one_ended_and_after_a_stop_anywhere(
     archipelago = Archipelago.from_config(config(menagerie), out=tmp_path / "run", **OPTIONS)
     archipelago.run(until=7, report=False)
     assert archipelago.tick == 7
-    advance, calls = island.advance, []
+    advance, calls = lab.advance, []
 
     def failing(folder, name, start, until, *more):
         calls.append(name)
@@ -120,7 +120,7 @@ def test_it_goes_on_where_a_shorter_one_ended_and_after_a_stop_anywhere(
         return advance(folder, name, start, until, *more)
 
     with monkeypatch.context() as m:
-        m.setattr(island, "advance", failing)
+        m.setattr(lab, "advance", failing)
         with pytest.raises(KeyboardInterrupt):
             Archipelago(tmp_path / "run").run(until=TICKS, report=False)
     halted = Archipelago(tmp_path / "run")

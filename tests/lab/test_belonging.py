@@ -11,8 +11,7 @@ import pytest
 
 from ecs_eco.analysis.archipelago import load_islands, write_archipelago
 from ecs_eco.engine.errors import ForeignFile, RecordingError
-from ecs_eco.lab.archipelago import Archipelago
-from ecs_eco.lab.island import advance
+from ecs_eco.lab.archipelago import Archipelago, advance
 from ecs_eco.record import container, seal
 from ecs_eco.record.archipelago import FILE, Manifest
 from tests.lab.newts import written
