@@ -109,7 +109,7 @@ def test_a_page_that_is_a_file_has_the_genes_in_place_of_z_or_after_the_uids(pag
 def test_the_young_are_drawn_smaller(yard):
     limit = 'age = [{age}, {age}]\nlethal = [{{ property = "age", max = {max}, cause_above = "too old" }}]'
     plain, adult, young = (
-        yard(red, more=more)
+        yard(red, (12.0, 12.0), more=more)  # larger than the minimum on the screen
         for more in ("", limit.format(age=50.0, max=400.0), limit.format(age=0.0, max=1e6))
     )
     assert adult == pytest.approx(plain, rel=0.05)
