@@ -3,9 +3,9 @@
 Each world runs once, with seed 41, chosen before the first run. For each gene named in a claim, the allele of the
 clearest sweep is taken out of a random half of its carriers, in forks at half of the rise. One run cannot show that
 a gene spreads, which the worlds' own studies test: it shows what the allele did in this run. arms_race is the world
-of its study with genes and with the frozen policies of `predator-prey`; "arms_race, learning" is `predator-prey`
-with the same genes, and its animals learn in life. The only goal was set before the first run: without the reflex
-against red grass, more goats die by it, and they have fewer young.
+of its study's first registration, with genes and with the frozen policies of `predator-prey`; "arms_race, learning"
+is the world of the second, `predator-prey` with the same genes, whose animals learn in life. The only goal was set
+before the first run: without the reflex against red grass, more goats die by it, and they have fewer young.
 """
 
 import tempfile
@@ -28,6 +28,18 @@ WORLDS: dict[str, dict[str, Any]] = {  # length of the run [ticks], and the gene
     "innate": {"ticks": 2500, "genes": {"goat": ["brain"]}},
     "arms_race, learning": {"ticks": 6000, "genes": {"deer": ["sight", "pace"], "wolf": ["sight", "pace"]}},
 }
+FIRST_RACE = {
+    "space.size": [170.0, 170.0],
+    "species.grass.count": 2150,
+    "species.deer.count": 350,
+    "species.wolf.count": 60,
+    "species.deer.locomotion.cost.run": 0.008,
+    "species.wolf.locomotion.speed.run": 1.2,
+    "species.wolf.locomotion.cost.run": 0.008,
+    "species.wolf.diet.0.chance": 0.5,
+    "species.wolf.diet.0.gain": 0.6,
+    "species.wolf.reproduction.spacing": 12.0,
+}
 LONGER = {"gene_duplication": 5000, "arms_race": 6000}  # [ticks]
 
 
@@ -37,7 +49,7 @@ def world(name: str) -> Any:
 
     if not name.startswith("arms_race"):
         return GENE_DUPLICATION if name == "gene_duplication" else name
-    base = frozen(ARMS_RACE.config["world"]) if name == "arms_race" else load("predator-prey")
+    base = frozen(FIRST_RACE) if name == "arms_race" else load("predator-prey")
     content = base.resolved()
     for species in ("deer", "wolf"):
         content["species"][species]["genome"] = genome(ARMS_RACE.config["genes"], species)

@@ -48,8 +48,9 @@ def test_a_registration_is_older_than_its_first_result(name):
     registered = result["registration"]["commit"]
     if shutil.which("git") is None or not _in_history(registered):
         pytest.skip("no history of the sources is here, or none that goes back so far")
-    # in this history, whatever became of the branch on which a case was run
-    brought = _git("log", "--diff-filter=A", "--format=%H", "--", f"{name}.json").stdout.split()
+    # in this history, whatever became of the branch on which a case was run; a study may have been registered anew
+    of = result["registration"]["sha256"]
+    brought = _git("log", f"-S{of}", "--format=%H", "--", f"{name}.json").stdout.split()
     for commit in [*filter(_in_history, result["commits"]), *brought]:
         assert not _git("merge-base", "--is-ancestor", registered, commit).returncode, commit
 
