@@ -43,7 +43,7 @@ def test_populations_give_the_numerous_species_its_own_axis(run: Series) -> None
 def test_a_spectrum_has_a_p_value_only_if_its_period_recurs(recurs: bool) -> None:
     peak = spectral_peak(9 + np.sin(2 * np.pi * np.arange(600) / 30), n_boot=99)
     assert (peak.recurs, peak.p <= 0.01) == (True, True)
-    title = figures.spectra({"hare": peak if recurs else replace(peak, held=2.0)}).axes[0].get_title()
+    title = figures.spectra({"hare": peak if recurs else replace(peak, held=2.0)}).axes[0].get_title("left")
     assert title == ("hare: 30 ticks, p = 0.01" if recurs else "hare: no recurring period")
 
 

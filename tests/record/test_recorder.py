@@ -65,7 +65,7 @@ def test_a_tick_of_two_deer_by_hand(meadow):
     grass, deer = ({k: v[i] for k, v in series.items()} for i in (0, 1))
     assert [grass[k] for k in ("species", "n", "births", "deaths")] == ["grass", 1, 0, 1]
     assert [deer[k] for k in ("species", "n", "births", "deaths")] == ["deer", 2, 1, 1]
-    assert [deer[k] for k in LEDGER] == [0.5625, 0.75, 0.25, 0.375, 0, -0.0625, 1.25]
+    assert [deer[k] for k in LEDGER] == [0.5625, 0.75, 0.25, 0.3125, 0, 0, 1.25]
     assert [grass[k] for k in LEDGER] == [1.0, 0, 0, 0, 0, 0.5, 0.5]
     assert (deer["energy_mean"], grass["energy_mean"]) == (0.625, 0.5)
     assert deer["happiness_mean"] == pytest.approx((0.5 + 0.75) / 2)  # felt before the meal
