@@ -6,6 +6,7 @@ from typing import get_args
 import numpy as np
 import pytest
 
+from ecs_eco.analysis.palette import SAFE
 from ecs_eco.config.models.species import Look
 from ecs_eco.testing.browser import until
 from tests.view.pages import IN_A_BROWSER, pause, scene, select
@@ -263,7 +264,7 @@ def _lab(colors):
 @pytest.mark.parametrize("dark", [False, True])
 def test_fields_have_colors_of_their_own_in_an_order_that_shows_on_any_ground(page, dark):
     ramp, ground, species, sequential, label = page.evaluate(
-        """async (dark) => {
+        """async ([dark, palette]) => {
       const colours = await import('/colours.js');
       const {FieldMap} = await import('/meadow.js'), {Ground} = await import('/ground.js');
       let sheet;
@@ -276,11 +277,11 @@ def test_fields_have_colors_of_their_own_in_an_order_that_shows_on_any_ground(pa
       const between = (name) => Array.from({length: 256}, (_, k) => colours.rampColour(name, k / 255));
       return [Array.from({length: 256}, (_, k) => [...sheet.slice(4 * k, 4 * k + 4)]),
         [grassy.value, bare.value].map(({r, g, b}) => [255 * r, 255 * g, 255 * b]),
-        colours.safe(kinds, dark).map(colours.rgb), between('sequential'),
+        colours.safe(kinds, dark, palette).map(colours.rgb), between('sequential'),
         colours.gradient(colours.fieldRamp(dark)).match(/#\\w+/g)
           .filter((_, k, all) => !k || k === all.length - 1).map(colours.rgb)];
     }""",
-        dark,
+        [dark, SAFE],
     )
     ramp = np.array(ramp)
     assert ramp[[0, -1], :3] == pytest.approx(np.array(label), abs=1)
