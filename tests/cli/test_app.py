@@ -285,7 +285,7 @@ def test_ctrl_c_ends_a_run_and_keeps_what_was_recorded(here: Path) -> None:
 @pytest.mark.slow
 def test_ctrl_c_ends_a_comparison_and_keeps_what_was_recorded(here: Path) -> None:
     output = interrupt(here / "out", "compare", "predator-prey", "--seeds", "3", runs=2)
-    assert "Stopped after 0 of 6 runs; finished recordings are in " in output
+    assert "Stopped after 0 of 6 jobs; finished recordings are in " in output
     manifests = [json.loads(p.read_text()) for p in (here / "out").glob("*/*/manifest.json")]
     assert len(manifests) == 2
     assert max(m["done"] for m in manifests) > 0

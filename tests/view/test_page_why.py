@@ -110,4 +110,4 @@ def test_the_story_of_a_recorded_run_is_played(browser, tmp_path):
         go(page, 55)  # the user drags the timeline: the story must not go on elsewhere
         until(page, "ecs.tick === 55 && !ecs.playing && ecs.still")
         assert page.locator("#playStory").get_attribute("aria-pressed") == "false"
-        assert not page.locator("#notice").is_visible()
+        page.locator("#notice").wait_for(state="hidden")

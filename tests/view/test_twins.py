@@ -45,6 +45,7 @@ def twins(request, tmp_path_factory):
         config, seed=5, ticks=TICKS, out=out, policies="random", record="full", snapshot_every=1, report=False
     )
     live, replay = Live(World.from_config(config, seed=5, policies="random")), Replay(out)
+    live.sample()  # as for a page that is open before the first tick
     seen, organisms = {}, sorted(read_parts(out / "births")["uid"].to_pylist())
     for tick in range(TICKS):
         live.passed()
@@ -105,7 +106,12 @@ def test_frames_are_the_same_in_all_colours(twins):
         assert live["frames"].keys() == replay["frames"].keys()
         for colour, frame in live["frames"].items():
             if colour != "age":  # founders were there before the first tick; their record begins with it
-                assert frame == replay["frames"][colour], colour
+                assert unsized(frame) == unsized(replay["frames"][colour]), colour
+
+
+def unsized(frame):
+    """A frame without the sizes of the young, which depend on their age: the lowest byte of the second word."""
+    return [[[first, second & ~255, *more] for first, second, *more in rows] for rows in frame]
 
 
 def test_tables_are_the_same(twins):
@@ -149,12 +155,15 @@ def test_trees_stories_and_accounts_are_the_same_in_the_end(twins):
 
 def test_curves_are_the_same_in_the_end(twins):
     live, replay = (shown["series"] for shown in twins[TICKS - 1])
-    assert [tick - 1 for tick in live.pop("tick")] == replay.pop("tick")
+    assert [tick - 1 for tick in live.pop("tick")[1:]] == replay.pop(
+        "tick"
+    )  # a recording has no state before
     live.pop("light", None), replay.pop("light", None)  # at the next tick, and at this one
     lines, again = dict(curves(live)), dict(curves(replay))
     assert lines.keys() == again.keys()
     for name, values in lines.items():
-        known = [(a, b) for a, b in zip(values, again[name], strict=True) if a is not None or b is not None]
+        pairs = zip(values[1:], again[name], strict=True)
+        known = [(a, b) for a, b in pairs if a is not None or b is not None]
         assert [a is None for a, _ in known] == [b is None for _, b in known], name
         assert [a for a, _ in known] == pytest.approx([b for _, b in known], rel=2e-3, abs=1e-5), name
 

@@ -36,7 +36,7 @@ import { Timeline } from "./timeline.js";
 import { Tour } from "./tour.js";
 import { Transport } from "./transport.js";
 import { WhatIf } from "./whatif.js";
-import { hints, world } from "./world.js";
+import { hints, meals, world } from "./world.js";
 
 /** @typedef {import("./protocol.js").Hello} Hello @typedef {import("./protocol.js").State} State */
 
@@ -70,7 +70,7 @@ connection.on("state", show);
 connection.on("series", (series) => {
   const causes = page?.charts.causes().length;
   page?.charts.add(series);
-  if (page?.charts.causes().length !== causes) tell();
+  if (page && page.charts.causes().length !== causes) meals(page.hello, page.charts.colourOf, page.charts.causes());
   if (page) soon(page.timeline.redraw);
   if (kinds) soon(kinds.look);
 });
@@ -202,12 +202,7 @@ function paint(dark) {
   page.panel.redraw();
   story.draw();
   timeline.draw();
-  tell(), picker(page.hello, connection);
-}
-
-/** Fills the World tab. */
-function tell() {
-  if (page) world(page.hello, page.charts.colourOf, page.charts.causes());
+  world(page.hello, page.charts.colourOf, page.charts.causes()), picker(page.hello, connection);
 }
 
 /** @param {State} now */

@@ -95,9 +95,12 @@ export function world(hello, colourOf, causes) {
   $("world").replaceChildren(h("h2", { text: hello.title || hello.world }),
     ...(hello.about ?? "").split(/\n\s*\n/).filter(Boolean).map((text) => h("p", { class: "tale", text })),
     h("dl", { class: "facts" }, ...facts.map(([name, text]) => h("div", { class: "wide" }, h("dt", { text: name }), h("dd", { class: "wraps", text })))),
-    h("h2", { text: "Who eats whom" }), web(hello, colourOf, causes),
+    h("h2", { text: "Who eats whom" }), h("div", { class: "meals" }, web(hello, colourOf, causes)),
     ...(hello.file ? [h("h2", { text: "This file" }), ...hello.file.map((text) => h("p", { class: "tale", text }))] : []));
 }
+
+/** Draws the food web again, for new causes of death. @type {typeof world} */
+export const meals = (hello, colourOf, causes) => document.querySelector("#world .meals")?.replaceChildren(web(hello, colourOf, causes));
 
 /** Hints that disappear when they are closed or the user has followed them. @returns {(name: string) => void} call this with the user's action */
 export function hints() {
