@@ -44,6 +44,7 @@ def test_a_picture_has_title_legend_world_seed_and_tick(page):
     from matplotlib.image import imread
 
     pause(page)
+    page.locator("#colour").select_option("species")  # another test may have left another color
     page.evaluate(DRAWN)
     _, data = saved(page, page.get_by_role("button", name="Picture", exact=True).click)
     words, counts = words_of(ElementTree.fromstring(page.evaluate("drawn"))), page.evaluate("ecs.counts")
