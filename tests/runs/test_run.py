@@ -115,6 +115,8 @@ def test_a_run_ends_when_a_mean_has_settled_however_it_was_resumed(tmp_path, of,
         assert (again["digest"], again["ended"]) == (whole["digest"], whole["ended"])
     with pytest.raises(ConfigError, match=r"not a rule of convergence.*settled\(NUMBER, TICKS, SHARE\)"):
         _run(moss, tmp_path / "no", until=["settled(moss, 0.1)"])
+    with pytest.raises(ConfigError, match="not a rule of convergence"):
+        _run(moss, tmp_path / "no", until=[f"settled(moss, {10**30}, 0.1)"])
 
 
 def test_checkpoints_change_nothing_and_the_last_ones_stay(menagerie, tmp_path, whole):

@@ -22,7 +22,7 @@ from ecs_eco.inputs.parameters import problems_of_parameters
 from ecs_eco.inputs.section import Use, function_name
 
 MOST_REPORTERS = 64
-SETTLED = re.compile(r"settled\((.+),\s*([1-9]\d*)\s*,\s*(\d*\.?\d+)\s*\)")
+SETTLED = re.compile(r"settled\((.+),\s*([1-9]\d{0,8})\s*,\s*(\d*\.?\d+)\s*\)")
 NAME = re.compile(r"[^\W\d_][\w \-/%()]{0,39}")
 
 
