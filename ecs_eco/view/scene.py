@@ -245,7 +245,7 @@ def _kind(world: World, name: str, genes: Mapping[str, Any]) -> dict[str, Any]:
     own = {key: value for key, value in (("sees", sees), ("look", getattr(config, "look", None))) if value}
     growth = growth_of(config) if isinstance(config, Species) and moves and not world.space.volume else None
     own |= _shows(genes, *shown_genes(genes, moves), kind["radius"], growth)
-    return kind | shape_of(config.body) | sizes_of(table) | wiring(world.config, name) | own
+    return kind | shape_of(config.body) | sizes_of(table, config.body) | wiring(world.config, name) | own
 
 
 def growth_of(species: Species) -> tuple[str, float, float] | None:
@@ -302,13 +302,13 @@ def sized(kinds: list[dict[str, Any]], objects: Mapping[str, np.ndarray], first:
     return out
 
 
-def sizes_of(table: Table) -> dict[str, Any]:
-    """Return the sizes [m] of a type's objects by uid, if they differ from each other."""
+def sizes_of(table: Table, body: Body) -> dict[str, Any]:
+    """Return the sizes [m] of a type's objects by uid, if one differs from the declared size."""
     if Shape not in table or not table.species.is_object or not table.n:
         return {}
     rows = table.by_uid()
     size = np.stack(extents(table)[:3], 1)[rows] + 2 * extents(table)[3][rows, None]
-    if np.ptp(size, axis=0).max() <= 1e-3 * size.max():
+    if np.abs(size - body.extents).max() <= 1e-3 * size.max():
         return {}
     return {"sizes": dict(zip(map(str, table.uid[rows].tolist()), size.round(4).tolist(), strict=True))}
 

@@ -70,6 +70,9 @@ def test_the_page_is_told_shapes_and_sizes():
     long, short = fence.uid[fence.by_uid()].tolist()
     assert kinds["fence"]["sizes"] == {str(long): [16, 1, 2], str(short): [10, 1, 2]}
     assert "sizes" not in kinds["log"]
+    alone = {**YARD, "objects": {"fence": {**YARD["objects"]["fence"], "between": [[9.0, 10.0, 11.0, 10.0]]}}}
+    short = _kinds(Live(World.from_config(alone, seed=1, policies="random")).hello())["fence"]
+    assert (short["size"], *short["sizes"].values()) == ([1, 1, 2], [2, 1, 2])
     assert "shape" not in kinds["stone"]
     eel = world.tables["eel"]
     assert state_of(world, int(eel.uid[eel.rows()[0]]))["size"] == pytest.approx([5, 1, 1])
