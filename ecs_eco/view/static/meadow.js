@@ -10,7 +10,7 @@ import { WORDS } from "./frame.js";
 const ALONG = 72; // number of cells along the longer side
 const PACE = 250; // minimum time between updates [ms]
 const SHARE = 0.02; // maximum share of the time spent on updates
-const THICK = 0.7, WOODEN = 0.8; // maximum opacity of meadows and of woods
+const THICK = [0.5, 0.7], WOODEN = 0.8; // maximum opacity of meadows on flat land and on hills, and of woods
 const LEAF = [140, 200, 80];
 const FIELD = 220; // opacity of a field, out of 255; the same for all values, so that their order shows on any ground
 
@@ -122,18 +122,18 @@ export class Meadow {
     const maps = shown.map((layer) => { // woods shade the ground below their crowns
       const wood = ["tree", "conifer"].includes(layer.kind.build ?? ""), tone = wood ? (stage.dark ? 0.3 : 0.62) : stage.dark ? 0.65 : 1;
       const colour = rgb(stage.colours[stage.layers.indexOf(layer)]).map((part, k) => (tone * (part + 2 * LEAF[k])) / 3);
-      const map = density(stage, [layer], wood ? 6 : 2), radius = layer.own.radius.value * (wood ? 3 : 1);
+      const map = density(stage, [layer], wood ? 6 : 3), radius = layer.own.radius.value * (wood ? 3 : 1);
       const cell = (stage.hello.size[0] / map.nx) * (stage.hello.size[1] / map.ny), [sum, squares] = map.cells.reduce(([a, b], n) => [a + n, b + n * n], [0, 0]);
-      return { ...map, colour, wood, full: Math.max(squares / sum, (0.01 * cell) / (radius * radius + 0.02)) }; // the density around a plant
+      return { ...map, colour, wood, full: Math.max(squares / sum, (0.015 * cell) / (radius * radius + 0.02)) }; // the density around a plant
     });
     const { nx, ny } = maps[0];
-    const pixels = new Uint8Array(4 * nx * ny);
+    const pixels = new Uint8Array(4 * nx * ny), thick = THICK[stage.relief.nx ? 1 : 0];
     for (let c = 0; c < nx * ny; c++) {
       let [r, g, b, sum, cover] = [0, 0, 0, 0, 0];
       for (const { cells, colour, wood, full } of maps) {
         const share = Math.min(1, cells[c] / full), weight = wood ? 8 * Math.max(0, share - 0.6) : share;
         [r, g, b] = [r + colour[0] * weight, g + colour[1] * weight, b + colour[2] * weight];
-        [sum, cover] = [sum + weight, Math.max(cover, wood ? WOODEN * Math.min(1, weight) : THICK * Math.sqrt(share))];
+        [sum, cover] = [sum + weight, Math.max(cover, wood ? WOODEN * Math.min(1, weight) : thick * Math.sqrt(share))];
       }
       if (sum) pixels.set([r / sum, g / sum, b / sum, 255 * cover], 4 * c);
     }
