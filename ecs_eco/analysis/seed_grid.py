@@ -209,6 +209,14 @@ def mean_interval(table: np.ndarray, level: float = 0.95) -> Interval:
     return Interval(float(y.mean()), float(y.mean()) - half, float(y.mean()) + half)
 
 
+def mean_of_known(table: np.ndarray) -> Interval:
+    """Return `mean_interval`; known values of a table with gaps form one row, and without values, it is NaN."""
+    known = np.isfinite(table)
+    if not known.any():
+        return Interval(np.nan, np.nan, np.nan)
+    return mean_interval(table if known.all() else table[known][None])
+
+
 def mean_of_seeds(values: np.ndarray) -> Interval | None:
     """Return `mean_interval` or, for a table with gaps, the interval over means of training (or world) seeds."""
     if np.isfinite(values).all():

@@ -22,7 +22,7 @@ from safetensors.numpy import load_file
 
 from ecs_eco.analysis.compare import clean
 from ecs_eco.analysis.runs import load_series
-from ecs_eco.analysis.seed_grid import mean_interval
+from ecs_eco.analysis.seed_grid import mean_of_known
 from ecs_eco.analysis.survival import Interval
 from ecs_eco.components import Policy
 from ecs_eco.ecosystem import World
@@ -120,11 +120,11 @@ class TakenOut:
         (-0.6, -1.871)
         """
         weights = np.array(CONTRASTS[self.n.shape[1]][of], np.float64)
-        return _interval(self._of(dose)[measure] @ weights)
+        return mean_of_known((self._of(dose)[measure] @ weights)[None])
 
     def control(self, measure: str = "births", dose: int | None = None) -> Interval:
         """Return the mean of the unchanged organisms over forks, with its 95% interval."""
-        return _interval(self._of(dose)[measure][:, 0])
+        return mean_of_known(self._of(dose)[measure][None, :, 0])
 
     def to_pandas(self) -> Any:
         """Return a pandas.DataFrame with a row for each measure, contrast and dose (0: all organisms)."""
@@ -312,8 +312,8 @@ def _manifest(run: Path) -> dict[str, Any]:
 
 def _tick(run: Path, manifest: dict[str, Any], tick: int | None) -> int:
     if tick is None:
-        known = run.glob(f"checkpoints/tick-*{checkpoint.SUFFIX}")
-        return max(map(checkpoint.tick_of, known), default=manifest["done"])
+        known = map(checkpoint.tick_of, checkpoint.files_in(run / "checkpoints"))
+        return max(known, default=manifest["done"])
     return whole_number("tick", tick, 0, manifest["done"])
 
 
@@ -515,10 +515,3 @@ def _collected(edits: tuple[Edit, ...], tick: int, forks: Sequence[dict[str, Any
 
 def _order(name: str) -> int:
     return ("births", "survival", "alive", "died", "energy", "meals", "action").index(name.partition(":")[0])
-
-
-def _interval(values: np.ndarray) -> Interval:
-    known = values[np.isfinite(values)]
-    if known.size < 2:
-        return Interval(float(known.mean()) if known.size else np.nan, np.nan, np.nan)
-    return mean_interval(known[None])

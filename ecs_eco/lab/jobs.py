@@ -2,11 +2,13 @@
 resumes it, or returns its result."""
 
 import json
+import math
 import os
 import socket
 import time
 import traceback
 from collections.abc import Callable, Collection, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
@@ -20,8 +22,8 @@ from ecs_eco.analysis.extinction import lifetime
 from ecs_eco.analysis.measures import course, measured, run_mean
 from ecs_eco.analysis.runs import DIED, load_series
 from ecs_eco.compiled import portable
-from ecs_eco.engine.errors import FolderInUse, ForeignFile, RecordingError
-from ecs_eco.engine.files import write_json
+from ecs_eco.engine.errors import ForeignFile, RecordingError
+from ecs_eco.engine.files import write, write_json
 from ecs_eco.inputs.section import Section
 from ecs_eco.inputs.trust import allow
 from ecs_eco.lab.arm import Arm
@@ -30,6 +32,7 @@ from ecs_eco.lab.folder import DONE, FAILED, PROGRESS, RUN, Sweep, read_sweep
 from ecs_eco.lab.pool import PATIENCE, finishing, once_free
 from ecs_eco.lab.trained import is_trained, train_or_find
 from ecs_eco.learning.weights import hash_of
+from ecs_eco.record import checkpoint
 from ecs_eco.record.claim import Claim, ours
 from ecs_eco.record.container import inside
 from ecs_eco.record.manifest import Seed, Sha, Tick
@@ -102,12 +105,9 @@ def train(folder: str | Path, name: str, allowed: Collection[str] = ()) -> str:
     """Train the policies of one of a sweep's training runs unless they exist, after waiting for any process that
     is training them; return their folder."""
     place, config, seed = _opened(folder, allowed).training(name)
-    while not is_trained(place, config, seed):
-        try:
-            with ours(place.with_name(f"{place.name}.training")):
-                return str(train_or_find(place, config, seed))
-        except FolderInUse:
-            time.sleep(PACE)
+    if not is_trained(place, config, seed):
+        with once_free(lambda: ours(place.with_name(f"{place.name}.training")), math.inf, PACE):
+            train_or_find(place, config, seed)
     return str(place)
 
 
@@ -186,7 +186,9 @@ def _identity(sweep: Sweep, job: Job) -> dict[str, Any]:
 
 def _do(sweep: Sweep, job: Job, place: Path) -> dict[str, Any]:
     note = _noting(place / PROGRESS, sweep.ticks)
-    note(_tick_of(place / RUN), sweep.ticks)
+    note(
+        max(map(checkpoint.tick_of, checkpoint.files_in(place / RUN / "checkpoints")), default=0), sweep.ticks
+    )
     if job.training is not None:
         train(sweep.folder, job.training)
     arm = sweep.arm(job)
@@ -270,21 +272,10 @@ def _noting(path: Path, ticks: int) -> Callable[[int, int], None]:
             begin.setdefault("from", done)
             begin.setdefault("began", time.time())
         last = now
-        beside = path.with_name(f".{path.name}.{os.getpid()}")
-        try:
-            beside.write_text(json.dumps(begin | {"done": done, "at": time.time()}), encoding="utf-8")
-            os.replace(beside, path)
-        except OSError:
-            beside.unlink(missing_ok=True)
+        with suppress(OSError):
+            write(path, json.dumps(begin | {"done": done, "at": time.time()}))
 
     return note
-
-
-def _tick_of(run: Path) -> int:
-    """Return the tick of a run's last checkpoint, or 0 if there is none."""
-    from ecs_eco.record.checkpoint import SUFFIX, tick_of
-
-    return max((tick_of(file) for file in (run / "checkpoints").glob(f"tick-*{SUFFIX}")), default=0)
 
 
 def run_arm(

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from ecs_eco.analysis.palette import AXIS, INK, ON_CELL
-from ecs_eco.analysis.seed_grid import mean_interval, share_interval
+from ecs_eco.analysis.seed_grid import mean_of_known, share_interval
 from ecs_eco.analysis.style import DASHES, PALETTE, Axes, Figure, panels, styled
 from ecs_eco.analysis.survival import Interval, wilson
 from ecs_eco.lab.plan import Sample
@@ -64,37 +64,24 @@ def values_of(rows: Iterable[Row], key: str) -> list[Any]:
     return sorted(values) if _are_numbers(values) else values
 
 
-def answers(rows: Sequence[Row], key: str, outcome: Outcome) -> list[Answer]:
-    """Return an outcome at each value of a key: its mean over all other varied values, averaged over seeds."""
-    parts = ([row for row in rows if row[key] == value] for value in values_of(rows, key))
-    return [_answer(part, key, outcome) for part in parts]
-
-
-def by_point(rows: Sequence[Row], key: str, outcome: Outcome) -> list[Answer]:
-    """Return an outcome at each point, sorted by the value of a key."""
-    return sorted(
-        (_answer(part, key, outcome) for part in group(rows, lambda row: row["point"]).values()),
-        key=lambda answer: answer.value,
-    )
-
-
-def _answer(rows: Sequence[Row], key: str, outcome: Outcome) -> Answer:
-    runs = tuple(float(row[outcome.column]) for row in rows if row[outcome.column] is not None)
-    return Answer(rows[0][key], interval(rows, outcome), runs)
+def answers(rows: Sequence[Row], key: str, outcome: Outcome, each: str = "") -> list[Answer]:
+    """Return an outcome at each value of a key, or, if `each` is "point", at each point, ordered by this value:
+    its mean over all other varied values, averaged over seeds."""
+    found, values = [], values_of(rows, key)
+    for part in group(rows, lambda row: json.dumps(row[each or key])).values():
+        runs = tuple(float(row[outcome.column]) for row in part if row[outcome.column] is not None)
+        found.append(Answer(part[0][key], interval(part, outcome), runs))
+    return sorted(found, key=lambda answer: values.index(answer.value))
 
 
 def interval(rows: Sequence[Row], outcome: Outcome) -> Interval:
     """Return the mean of an outcome over training and world seeds with its 95% interval, NaN without values."""
     table = _table(rows, outcome.column)
-    if not np.isfinite(table).all():
-        table = table[np.isfinite(table)][None]
-    if not table.size:
-        return Interval(np.nan, np.nan, np.nan)
-    if outcome.share and np.isin(table, (0.0, 1.0)).all():
-        return share_interval(table) if len(table) > 1 else wilson(table.sum(), table.size)
-    if table.size == 1:
-        return Interval(float(table.item()), np.nan, np.nan)
-    mean = mean_interval(table)
+    known = table[np.isfinite(table)]
+    if outcome.share and known.size and np.isin(known, (0.0, 1.0)).all():
+        crossed = known.size == table.size and len(table) > 1
+        return share_interval(table) if crossed else wilson(known.sum(), known.size)
+    mean = mean_of_known(table)
     return Interval(mean.value, max(mean.low, 0.0), min(mean.high, 1.0)) if outcome.share else mean
 
 
@@ -182,11 +169,7 @@ def _response(
 ) -> None:
     """Plot the responses of one treatment, offset from those of the other treatments."""
     each = len(values) <= FEW
-    found = [
-        a
-        for a in (answers(rows, key, outcome) if each else by_point(rows, key, outcome))
-        if np.isfinite(a.mean.value)
-    ]
+    found = [a for a in answers(rows, key, outcome, "" if each else "point") if np.isfinite(a.mean.value)]
     x = _places(values, [answer.value for answer in found])
     apart = np.diff(np.unique(_places(values, values)))
     gap = float(apart.min()) if apart.size else 1.0  # smallest distance between values

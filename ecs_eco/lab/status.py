@@ -1,6 +1,5 @@
 """The progress of a sweep, read from its folder: finished, running, queued and failed jobs, speed and errors."""
 
-import json
 import math
 import socket
 import time
@@ -15,7 +14,7 @@ from typing import Any
 from ecs_eco.engine.errors import ConfigError, RecordingError
 from ecs_eco.lab.folder import FAILED, PROGRESS, Sweep
 from ecs_eco.lab.jobs import read_done
-from ecs_eco.record.claim import owner_of
+from ecs_eco.record.claim import owner_of, read_note
 
 RECENT = 5  # finished jobs from which the number of jobs at a time is estimated
 ENOUGH = 5.0  # [s] that a job must have run before its rate counts
@@ -112,7 +111,7 @@ def _look_at(status: Status, number: int, sweep: Sweep) -> None:
         status.rates += [] if rate is None else [rate]
         left = sweep.ticks - ticks
         status.left += left / rate if rate else status.each * left / sweep.ticks
-    elif failure := _read(place / FAILED):
+    elif failure := read_note(place / FAILED):
         status.failed[number] = f"{failure.get('error')}: {failure.get('text')}"
     else:
         status.waiting.append(number)
@@ -122,14 +121,6 @@ def _numbers(path: Path) -> dict[str, float]:
     """Return the numbers in a record, ignoring everything else."""
     return {
         key: value
-        for key, value in _read(path).items()
+        for key, value in read_note(path).items()
         if isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e15
     }
-
-
-def _read(path: Path) -> dict[str, Any]:
-    try:
-        content = json.loads(path.read_bytes())
-    except (OSError, ValueError, RecursionError):
-        return {}
-    return content if isinstance(content, dict) else {}

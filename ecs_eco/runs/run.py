@@ -591,7 +591,7 @@ def _state(world: World) -> dict[str, Any]:
 
 
 def _cannot_write(error: OSError, world: World, path: Path) -> str:
-    kept = sorted((path / "checkpoints").glob(f"tick-*{checkpoint.SUFFIX}"))
+    kept = checkpoint.files_in(path / "checkpoints")
     last, why = "", error.strerror or error
     if kept:
         tick = checkpoint.tick_of(kept[-1])

@@ -26,7 +26,7 @@ from ecs_eco.lab.folder import copy_file, named_files
 from ecs_eco.lab.response import group
 from ecs_eco.lab.searching import figures
 from ecs_eco.lab.searching.course import BEST, Progress, Search
-from ecs_eco.lab.searching.optimise import OPTIMISERS, Importance, importances, merit, ranks, space_of
+from ecs_eco.lab.searching.optimise import OPTIMISERS, importances, merit, ranks, space_of
 from ecs_eco.lab.searching.plan import TRAINED, Plan, plan_of
 from ecs_eco.lab.searching.sampler import SAMPLERS, Sampler, write_posterior
 from ecs_eco.lab.trained import forget_trained
@@ -259,7 +259,7 @@ def _important(search: Search, result: dict[str, Any], folder: Path) -> list[str
     if result["importance"] is None:
         return ["<p>There are too few candidates for this analysis.</p>"]
     plan, entries = search.plan, search.evaluated()
-    shares = [Importance(name, **numbers) for name, numbers in result["importance"]["numbers"].items()]
+    found = result["importance"]["numbers"]
     worse, best, start = ranks([merit(e) for e in entries]), search.best()["values"], plan.start
     text = (
         f"Based on {len(entries)} candidates. A parameter is important if the distribution of the "
@@ -269,7 +269,7 @@ def _important(search: Search, result: dict[str, Any], folder: Path) -> list[str
     blocks = [
         f"<p>{text}</p>",
         drawn(
-            figures.importance(shares),
+            figures.importance(found),
             folder / "importance.svg",
             "Share of total importance (PED-ANOVA); by chance, bars stay below the line in 19 of 20 cases.",
         ),
@@ -280,7 +280,7 @@ def _important(search: Search, result: dict[str, Any], folder: Path) -> list[str
         ),
     ]
     if len(plan.parameters) > 1:
-        order = np.argsort([-i.share for i in shares]).tolist()
+        order = np.argsort([-of["share"] for of in found.values()]).tolist()
         blocks.append(
             drawn(
                 figures.pairs(plan.parameters, entries, worse, order, best, start),
@@ -482,8 +482,7 @@ def _importance(search: Search) -> dict[str, Any] | None:
         return None
     parameters = search.plan.parameters
     values = [{p.name: p.tidy(e["values"][p.name]) for p in parameters} for e in entries]
-    shares = importances(space_of(parameters), values, [merit(e) for e in entries])
-    numbers = {i.name: {"share": i.share, "by_chance": i.by_chance} for i in shares}
+    numbers = importances(space_of(parameters), values, [merit(e) for e in entries])
     return {"candidates": len(entries), "numbers": numbers}
 
 
