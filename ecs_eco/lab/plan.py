@@ -139,11 +139,6 @@ class PlanFile:
         """The current name of each key that the file gives under a former name."""
         return [f"{now[0]} was called {old[0]}" for now, old in self.written.items() if len(now) == 1]
 
-    @property
-    def folder(self) -> Path:
-        """Folder of the plan, the base of relative file names."""
-        return self.document.folder
-
     def refused(self, problems: Iterable[Problem]) -> ConfigError:
         return _refused(self.document, self.written, problems)
 

@@ -2,11 +2,11 @@
 Sobol's or Morris's method, sensitivity indices, computed by SALib."""
 
 import json
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from itertools import combinations
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -15,9 +15,9 @@ from ecs_eco.analysis.seed_grid import mean_of_known, share_interval
 from ecs_eco.analysis.style import DASHES, PALETTE, Axes, Figure, panels, styled
 from ecs_eco.analysis.survival import Interval, wilson
 from ecs_eco.lab.plan import Sample
+from ecs_eco.lab.work import group
 
 Row = Mapping[str, Any]
-Item = TypeVar("Item")
 
 
 @dataclass(frozen=True)
@@ -101,14 +101,6 @@ def _table(rows: Sequence[Row], column: str) -> np.ndarray:
         if row[column] is not None:
             cells.setdefault((row["training_seed"] or 0, row["world_seed"]), []).append(float(row[column]))
     return np.array([[np.mean(cells[a, b]) if (a, b) in cells else np.nan for b in worlds] for a in training])
-
-
-def group(rows: Sequence[Item], of: Callable[[Item], Any]) -> dict[Any, list[Item]]:
-    """Group rows by the result of a function, keeping their order."""
-    parts: dict[Any, list[Item]] = {}
-    for row in rows:
-        parts.setdefault(of(row), []).append(row)
-    return parts
 
 
 FEW = 12  # with more values, each point is drawn instead of one point per value
@@ -367,16 +359,6 @@ def indices_of(
             y = np.array([interval(own, outcome).value for own in points])
             if len(y) == sample.size and np.isfinite(y).all() and np.ptp(y) > 0:
                 yield treatment, outcome, indices(sample, y)
-
-
-def index_rows(design: str, found: Sequence[tuple[str, Outcome, Indices]]) -> list[dict[str, Any]]:
-    """Return a table with a row for each treatment, outcome, key and index."""
-    return [
-        {"treatment": treatment, "outcome": outcome.column, "key": key, "index": name, **x._asdict()}
-        for treatment, outcome, own in found
-        for key, both in own.items()
-        for name, x in zip(INDEX_NAMES[design], both, strict=True)
-    ]
 
 
 @styled

@@ -14,13 +14,14 @@ from ecs_eco.analysis.survival import Interval
 from ecs_eco.config import WorldConfig
 from ecs_eco.engine.errors import RecordingError, listed, nearest, refusal
 from ecs_eco.lab import response
-from ecs_eco.lab.arm import UNTREATED
 from ecs_eco.lab.executors import built
 from ecs_eco.lab.folder import RUN, Sweep
 from ecs_eco.lab.jobs import read_done
 from ecs_eco.lab.plan import Sample
-from ecs_eco.lab.response import Outcome, Row, group, outcomes_of
-from ecs_eco.lab.status import Survey
+from ecs_eco.lab.response import Outcome, Row, outcomes_of
+from ecs_eco.lab.sweep import Survey
+from ecs_eco.lab.treatments import UNTREATED
+from ecs_eco.lab.work import group
 from ecs_eco.record.container import inside
 from ecs_eco.record.parquet import write_part
 from ecs_eco.record.seal import read_manifest
@@ -314,7 +315,13 @@ def _sensitivity(
         return []
     if not found:
         return ["<h2>Sensitivity</h2><p>Indices need all points, at which an outcome differs.</p>"]
-    write_table(response.index_rows(design, found), sweep.folder / "sensitivity.parquet")
+    rows = [
+        {"treatment": treatment, "outcome": outcome.column, "key": key, "index": name, **x._asdict()}
+        for treatment, outcome, own in found
+        for key, both in own.items()
+        for name, x in zip(response.INDEX_NAMES[design], both, strict=True)
+    ]
+    write_table(rows, sweep.folder / "sensitivity.parquet")
     cells = [
         [treatment, outcome.label, response.short(key), *map(_cell, both)]
         for treatment, outcome, own in found

@@ -14,12 +14,12 @@ import pytest
 from ecs_eco.analysis.runs import load_series
 from ecs_eco.engine.errors import ConfigError, ForeignFile, RecordingError
 from ecs_eco.lab import jobs
-from ecs_eco.lab.arm import Arm
 from ecs_eco.lab.design import design_of
 from ecs_eco.lab.folder import Manifest, Sweep, begin, read_sweep
 from ecs_eco.lab.jobs import read_done, run_job
 from ecs_eco.lab.plan import read_plan
 from ecs_eco.lab.table import row_of
+from ecs_eco.lab.treatments import Arm
 from ecs_eco.record import container, seal
 from ecs_eco.record.checkpoint import files_in, tick_of
 from ecs_eco.runs.run import Stopped, run_to_folder

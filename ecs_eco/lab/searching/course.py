@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.engine.errors import ForeignFile, refusal
+from ecs_eco.lab.jobs import forget_trained
 from ecs_eco.lab.searching.evaluate import Job, evaluate
 from ecs_eco.lab.searching.journal import Entry, begin
 from ecs_eco.lab.searching.optimise import Optimiser, merit
 from ecs_eco.lab.searching.plan import Cell, Plan
 from ecs_eco.lab.searching.sampler import SAMPLERS, Sampler
-from ecs_eco.lab.trained import forget_trained
 from ecs_eco.lab.work import Work
 from ecs_eco.record.container import inside
 

@@ -23,14 +23,13 @@ from ecs_eco.engine.files import write_json
 from ecs_eco.engine.versions import versions
 from ecs_eco.lab.executors import LOCAL, engine, prepare, workers_of
 from ecs_eco.lab.folder import copy_file, named_files
-from ecs_eco.lab.response import group
+from ecs_eco.lab.jobs import forget_trained
 from ecs_eco.lab.searching import figures
 from ecs_eco.lab.searching.course import BEST, Progress, Search
 from ecs_eco.lab.searching.optimise import OPTIMISERS, importances, merit, ranks, space_of
 from ecs_eco.lab.searching.plan import TRAINED, Plan, plan_of
 from ecs_eco.lab.searching.sampler import SAMPLERS, Sampler, write_posterior
-from ecs_eco.lab.trained import forget_trained
-from ecs_eco.lab.work import Work
+from ecs_eco.lab.work import Work, group
 from ecs_eco.record.claim import Claim, ours
 from ecs_eco.record.code import keep_beside
 from ecs_eco.record.container import inside
