@@ -397,6 +397,10 @@ def summary(search: Search) -> dict[str, Any]:
         role: confirmation(search, number) for role, number in (("best", best["candidate"]), ("start", 0))
     }
     finals = {e["candidate"]: e for e in search.journal.of("final")}
+    rises: list[list[float]] = []  # [seconds, merit] at each improvement
+    for e in sorted(search.journal.of("candidate"), key=lambda e: float(e["at"])):
+        if not rises or merit(e) > rises[-1][1]:
+            rises.append([e["at"], merit(e)])
     return {
         **plan.header(),
         "optimiser": search.optimiser,
@@ -419,20 +423,11 @@ def summary(search: Search) -> dict[str, Any]:
             }
             for e in ranked[:5]
         ],
-        "best_so_far": _best_so_far(search.journal.of("candidate")),
+        "best_so_far": rises,
         "confirmation": {"ticks": plan.confirmation_ticks, "cells": plan.confirmation, **confirmed},
         "versions": versions(),
         "git_commit": git_commit(),
     }
-
-
-def _best_so_far(entries: Runs) -> list[list[float]]:
-    """Return [seconds, merit] at each improvement."""
-    rises: list[list[float]] = []
-    for e in sorted(entries, key=lambda e: e["at"]):
-        if not rises or merit(e) > rises[-1][1]:
-            rises.append([e["at"], merit(e)])
-    return rises
 
 
 def confirmation(search: Search, candidate: int) -> dict[str, Any]:
