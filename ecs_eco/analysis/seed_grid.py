@@ -211,10 +211,9 @@ def mean_interval(table: np.ndarray, level: float = 0.95) -> Interval:
 
 def mean_of_known(table: np.ndarray) -> Interval:
     """Return `mean_interval`; known values of a table with gaps form one row, and without values, it is NaN."""
-    known = np.isfinite(table)
-    if not known.any():
-        return Interval(np.nan, np.nan, np.nan)
-    return mean_interval(table if known.all() else table[known][None])
+    known = table[np.isfinite(table)]
+    rows = table if known.size == table.size else known[None]
+    return mean_interval(rows) if known.size else Interval(np.nan, np.nan, np.nan)
 
 
 def mean_of_seeds(values: np.ndarray) -> Interval | None:

@@ -25,7 +25,6 @@ from ecs_eco.analysis.runs import load_series
 from ecs_eco.analysis.seed_grid import mean_of_known
 from ecs_eco.analysis.survival import Interval
 from ecs_eco.components import Policy
-from ecs_eco.config import WorldConfig
 from ecs_eco.ecosystem import World
 from ecs_eco.engine import files
 from ecs_eco.engine.arguments import whole_number
@@ -245,7 +244,7 @@ def take_out(
     with closing(
         _on_slurm(place, missing, allowed, workers)
         if engine == SLURM or not missing
-        else _on_executor(engine_of(engine, workers), place, world.config, missing, allowed)
+        else _on_executor(engine_of(engine, workers), place, world, missing, allowed)
     ) as finished:
         for done, _ in enumerate(finished, len(outs) - len(missing) + 1):
             if progress is not None:
@@ -309,8 +308,8 @@ def _manifest(run: Path) -> dict[str, Any]:
 
 def _tick(run: Path, manifest: dict[str, Any], tick: int | None) -> int:
     if tick is None:
-        known = map(checkpoint.tick_of, checkpoint.files_in(run / "checkpoints"))
-        return max(known, default=manifest["done"])
+        known = run.glob(f"checkpoints/tick-*{checkpoint.SUFFIX}")
+        return max(map(checkpoint.tick_of, known), default=manifest["done"])
     return whole_number("tick", tick, 0, manifest["done"])
 
 
@@ -417,13 +416,13 @@ def _candidates(table: Table, edits: Sequence[Edit], known: Weights | None) -> t
 def _on_executor(
     executor: AbstractContextManager[Executor],
     place: Path,
-    config: WorldConfig,
+    world: World,
     numbers: Sequence[int],
     allowed: Sequence[str],
 ) -> Generator[int, None, None]:
     """Run forks on an executor; yield their numbers as they end."""
     with executor as pool:
-        prepare(pool, place, config)
+        prepare(pool, place, world.config)
         for number, future in completed(pool, {n: (run_fork, place, n, allowed) for n in numbers}):
             future.result()
             yield number

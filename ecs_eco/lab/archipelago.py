@@ -478,7 +478,7 @@ def config_of(root: Path, plan: Mapping[str, Any], trust: bool, name: str) -> Wo
 
 def _forget_others(path: Path, start: int) -> None:
     """Remove an island's checkpoints after a tick, because they will be rewritten, and its older ones."""
-    files = checkpoint.files_in(path / "checkpoints")
+    files = sorted((path / "checkpoints").glob(f"tick-*{checkpoint.SUFFIX}"))
     before = [file for file in files if checkpoint.tick_of(file) <= start]
     for file in [file for file in files if file not in before] + before[:-KEEP]:
         file.unlink(missing_ok=True)

@@ -188,9 +188,8 @@ def _identity(sweep: Sweep, job: Job) -> dict[str, Any]:
 
 def _do(sweep: Sweep, job: Job, place: Path) -> dict[str, Any]:
     note = _noting(place / PROGRESS, sweep.ticks)
-    note(
-        max(map(checkpoint.tick_of, checkpoint.files_in(place / RUN / "checkpoints")), default=0), sweep.ticks
-    )
+    checkpoints = (place / RUN / "checkpoints").glob(f"tick-*{checkpoint.SUFFIX}")
+    note(max(map(checkpoint.tick_of, checkpoints), default=0), sweep.ticks)
     if job.training is not None:
         train(sweep.folder, job.training)
     arm = sweep.arm(job)

@@ -230,7 +230,7 @@ def latest(
 
     `check(path, meta)` raises an error if an intact checkpoint must not be used.
     """
-    for path in reversed(files_in(folder)):
+    for path in sorted(folder.glob(f"tick-*{SUFFIX}"), reverse=True):
         try:
             if before is None or tick_of(path) <= before:
                 meta, _ = read(path)
@@ -241,11 +241,6 @@ def latest(
             if complain is not None:
                 complain(f"{error}; trying the previous checkpoint")
     return None
-
-
-def files_in(folder: Path) -> list[Path]:
-    """Return the checkpoints in a folder, oldest first."""
-    return sorted(folder.glob(f"tick-*{SUFFIX}"))
 
 
 def name_of(tick: int) -> str:

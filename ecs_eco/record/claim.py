@@ -256,8 +256,7 @@ def read_note(path: Path) -> dict[str, Any]:
 
 
 def _owner(path: Path) -> str:
-    owner = read_note(path)
-    if not owner:
+    if not (owner := read_note(path)):
         return "another process"
     return f"process {owner.get('pid')} on {owner.get('host')} since {owner.get('since')}"
 

@@ -96,7 +96,7 @@ def keep_checkpoint(world: World, folder: Folder, manifest: Mapping[str, Any]) -
     if folder.claim is not None:
         folder.claim.check()
     checkpoint.write(place / checkpoint.name_of(world.tick), meta, arrays)
-    for old in checkpoint.files_in(place)[: -max(1, manifest["keep"])]:
+    for old in sorted(place.glob(f"tick-*{checkpoint.SUFFIX}"))[: -max(1, manifest["keep"])]:
         old.unlink(missing_ok=True)
 
 

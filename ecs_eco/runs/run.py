@@ -591,7 +591,7 @@ def _state(world: World) -> dict[str, Any]:
 
 
 def _cannot_write(error: OSError, world: World, path: Path) -> str:
-    kept = checkpoint.files_in(path / "checkpoints")
+    kept = sorted((path / "checkpoints").glob(f"tick-*{checkpoint.SUFFIX}"))
     last, why = "", error.strerror or error
     if kept:
         tick = checkpoint.tick_of(kept[-1])

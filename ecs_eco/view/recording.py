@@ -102,7 +102,7 @@ class Recording:
         declared = config.get("objects") or {}
         remains = {s.get("remains") for s in config["species"].values()}
         names = [name for name in declared if name not in remains]
-        kept = checkpoint.files_in(self.path / "checkpoints")
+        kept = sorted((self.path / "checkpoints").glob(f"tick-*{checkpoint.SUFFIX}"))
         if not names or not kept:
             return {
                 n: np.array(
