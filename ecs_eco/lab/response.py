@@ -58,6 +58,20 @@ def outcomes_of(rows: Sequence[Row], species: Sequence[str]) -> list[Outcome]:
     return found
 
 
+def turnover_of(rows: Sequence[Row], species: Sequence[str]) -> list[Outcome]:
+    """Return the outcomes births and deaths by cause, such as "deer: harvested" for a catch."""
+    of = [
+        (column, *column.split(".", 1))
+        for column in rows[0]
+        if ".died." in column or column.endswith(".births")
+    ]
+    return [
+        Outcome(column, f"{name}: {what.removeprefix('died.')}", name)
+        for column, name, what in of
+        if name in species
+    ]
+
+
 def values_of(rows: Iterable[Row], key: str) -> list[Any]:
     """Return the values of a key: numbers sorted, other values in order of appearance."""
     values = list({json.dumps(row[key]): row[key] for row in rows}.values())

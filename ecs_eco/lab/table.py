@@ -19,7 +19,7 @@ from ecs_eco.lab.executors import built
 from ecs_eco.lab.folder import RUN, Sweep
 from ecs_eco.lab.jobs import read_done
 from ecs_eco.lab.plan import Sample
-from ecs_eco.lab.response import Outcome, Row, group, outcomes_of
+from ecs_eco.lab.response import Outcome, Row, group, outcomes_of, turnover_of
 from ecs_eco.lab.status import Survey
 from ecs_eco.record.container import inside
 from ecs_eco.record.parquet import write_part
@@ -192,6 +192,7 @@ _RESPONSE = (
     "seed's mean over the other values is computed first."
 )
 _POINTS = "For drawn points, each point is shown: its mean with the 95% interval over seeds."
+_TURNOVER = f"Numbers per run; at most {MOST_PANELS} panels. runs.parquet contains all births and deaths."
 _HEAT = "Means over seeds and all other varied values; cells are empty if no run has a value."
 
 _INDICES = "Means over seeds, with 95% intervals over points. Variance between seeds counts as interaction."
@@ -210,6 +211,7 @@ def write_page(sweep: Sweep, rows: Sequence[Row], failed: dict[int, str]) -> Pat
     blocks = [
         *_head(sweep, rows, failed, [*_opening(rows, keys, outcomes), *_depends(design, found)]),
         *_responses(rows, keys, outcomes, hue, folder),
+        *_turnover(rows, keys, turnover_of(rows, species), hue, folder),
         *_sensitivity(sweep, design, found, folder),
         *_points(rows, keys, outcomes),
         *_seeds(rows, keys, outcomes),
@@ -288,7 +290,7 @@ def _head(sweep: Sweep, rows: Sequence[Row], failed: dict[int, str], opening: Se
 def _responses(
     rows: Sequence[Row], keys: list[str], outcomes: list[Outcome], hue: dict[str, str], folder: Path
 ) -> list[str]:
-    outcomes = [outcome for outcome in outcomes if len({row[outcome.column] for row in rows}) > 1]
+    outcomes = _differing(rows, outcomes)
     if not keys or not outcomes:
         return []
     shown = response.responses(rows, keys[:4], outcomes, hue)
@@ -304,6 +306,21 @@ def _responses(
             drawn(shown, folder / f"heat-{i + 1}.svg", _HEAT),
         ]
     return blocks
+
+
+def _turnover(
+    rows: Sequence[Row], keys: list[str], outcomes: list[Outcome], hue: dict[str, str], folder: Path
+) -> list[str]:
+    """Return the section on births and deaths by cause, the most frequent first."""
+    outcomes = sorted(_differing(rows, outcomes), key=lambda what: -sum(row[what.column] for row in rows))
+    if not keys or not outcomes:
+        return []
+    shown = response.responses(rows, keys[:4], outcomes[:MOST_PANELS], hue)
+    return ["<h2>Births and deaths</h2>", drawn(shown, folder / "turnover.svg", _TURNOVER)]
+
+
+def _differing(rows: Sequence[Row], outcomes: Sequence[Outcome]) -> list[Outcome]:
+    return [outcome for outcome in outcomes if len({row[outcome.column] for row in rows}) > 1]
 
 
 def _sensitivity(
