@@ -3,6 +3,7 @@
 from collections.abc import Container, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from itertools import islice
+from math import prod
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -14,7 +15,7 @@ from ecs_eco.config.document import Document, read_document
 from ecs_eco.config.ranges import Key, key_of
 from ecs_eco.config.shipped import named, shipped
 from ecs_eco.engine.errors import MOST, ConfigError, Problem, nearest
-from ecs_eco.lab.plan import MOST_JOBS, PlanFile, Point, number_of_points, points_of, problems_of_ranges
+from ecs_eco.lab.plan import MOST_JOBS, PlanFile, Point, points_of, problems_of_ranges
 from ecs_eco.lab.treatments import (
     UNTREATED,
     Arm,
@@ -111,7 +112,9 @@ def design_of(file: PlanFile, *, trust: bool = False) -> Design:
     plan = file.plan
     base = _base(file, trust)
     if (
-        n := number_of_points(plan)
+        n := len(plan.list or [()])
+        * (plan.sample.size if plan.sample else 1)
+        * prod(map(len, (plan.grid or {}).values()))
         * (1 + len(plan.treatments))
         * len(plan.seeds("world"))
         * max(1, len(plan.seeds("training")))

@@ -58,6 +58,16 @@ def outcomes_of(rows: Sequence[Row], species: Sequence[str]) -> list[Outcome]:
     return found
 
 
+def turnover_of(rows: Sequence[Row], species: Sequence[str]) -> list[Outcome]:
+    """Return the outcomes births and deaths by cause, such as "deer: harvested" for a catch."""
+    return [
+        Outcome(column, f"{name}: {what.removeprefix('died.')}", name)
+        for column in rows[0]
+        for name, _, what in [column.partition(".")]
+        if name in species and (what.startswith("died.") or what == "births")
+    ]
+
+
 def values_of(rows: Iterable[Row], key: str) -> list[Any]:
     """Return the values of a key: numbers sorted, other values in order of appearance."""
     values = list({json.dumps(row[key]): row[key] for row in rows}.values())

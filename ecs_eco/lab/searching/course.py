@@ -70,7 +70,7 @@ class Search:
         self.phase = "finals"
         self._test("final", [(e, self.plan.finals, self.plan.ticks) for e in self._finalists()])
         self.phase, cells = "confirming", self.plan.confirmation
-        worlds = self.best(), self.evaluated()[0]  # the best, and the world as written
+        worlds = self.ranked()[0], self.evaluated()[0]  # the best, and the world as written
         self._test(
             "confirmation", [(e, (cell,), self.plan.confirmation_ticks) for e in worlds for cell in cells]
         )
@@ -159,9 +159,6 @@ class Search:
         return sorted(
             (e for e in self.journal.of("candidate") if "refused" not in e), key=lambda e: int(e["candidate"])
         )
-
-    def best(self) -> dict[str, Any]:
-        return self.ranked()[0]
 
     @property
     def done(self) -> int:

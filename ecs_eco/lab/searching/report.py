@@ -1,6 +1,7 @@
 """A whole search and its results: the best worlds, search.json, figures and search.html."""
 
 import shutil
+from collections import Counter
 from collections.abc import Mapping
 from concurrent.futures import Executor
 from html import escape
@@ -34,8 +35,6 @@ from ecs_eco.record.claim import Claim, ours
 from ecs_eco.record.code import keep_beside
 from ecs_eco.record.container import inside
 from ecs_eco.record.folder import git_commit
-
-Runs = list[dict[str, Any]]  # journal entries, or the runs in them
 
 
 def search(
@@ -209,6 +208,7 @@ def _confirmed(result: dict[str, Any], folder: Path) -> list[str]:
         "all species, on seeds that the search did not use",
         {"best": figures.BEST, "as written": figures.START},
     )
+    lost = {world: Counter(filter(None, (r["extinct"] for r in c["lives"]))) for world, c in both.items()}
     rows = [
         [
             world,
@@ -217,7 +217,7 @@ def _confirmed(result: dict[str, Any], folder: Path) -> list[str]:
             number(c["share"]),
             f"{number(c['low'])} … {number(c['high'])}",
             ", ".join(f"{a}/{b}" for a, b in c["by_training_seed"].values()),
-            _lost(c["lives"]),
+            ", ".join(f"{name} {n}" for name, n in lost[world].items()) or "–",
         ]
         for world, c in both.items()
     ]
@@ -230,12 +230,6 @@ def _confirmed(result: dict[str, Any], folder: Path) -> list[str]:
             rows,
         ),
     ]
-
-
-def _lost(lives: Runs) -> str:
-    """Return the species that died out first, with the number of runs for each."""
-    extinct = [r["extinct"] for r in lives if r["extinct"] is not None]
-    return ", ".join(f"{name} {extinct.count(name)}" for name in dict.fromkeys(extinct)) or "–"
 
 
 def _best_table(search: Search, result: dict[str, Any]) -> str:
@@ -259,7 +253,7 @@ def _important(search: Search, result: dict[str, Any], folder: Path) -> list[str
         return ["<p>There are too few candidates for this analysis.</p>"]
     plan, entries = search.plan, search.evaluated()
     found = result["importance"]["numbers"]
-    worse, best, start = ranks([merit(e) for e in entries]), search.best()["values"], plan.start
+    worse, best, start = ranks([merit(e) for e in entries]), search.ranked()[0]["values"], plan.start
     text = (
         f"Based on {len(entries)} candidates. A parameter is important if the distribution of the "
         "best candidates over its range differs from that of all candidates. A bar that does not reach its "
