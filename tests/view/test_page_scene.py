@@ -185,12 +185,17 @@ def test_wood_meadow_and_bare_ground_differ_from_above(browser, tmp_path):
 def test_who_lies_still_is_an_animal_and_no_tuft(page):
     drawn = page.evaluate("""async () => {
       const {kindsOf, sign} = await import('/marks.js');
-      const still = [{name: 'grass', sessile: true}, {name: 'ewe', sessile: false}];
+      const still = [{name: 'grass', sessile: true}, {name: 'ewe', sessile: false}, {name: 'old oak', sessile: false}];
       const species = [...still, {name: 'deer', moves: true}];
       const kinds = kindsOf({size: [9, 9], foods: {deer: ['grass']}, species});
-      return kinds.map((kind) => [Boolean(kind.rests), sign(kind, '#123456').firstChild.tagName]);
+      return kinds.map((kind) => [Boolean(kind.rests), kind.build, sign(kind, '#123456').firstChild.tagName]);
     }""")
-    assert drawn == [[False, "ellipse"], [True, "polygon"], [False, "polygon"]]
+    assert drawn == [
+        [False, None, "ellipse"],
+        [True, "sheep", "polygon"],
+        [False, "tree", "polygon"],
+        [False, "deer", "polygon"],
+    ]
 
 
 def test_shapes_follow_names_or_diet_place_and_size_and_differ(page):
