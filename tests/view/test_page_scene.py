@@ -185,8 +185,8 @@ def test_wood_meadow_and_bare_ground_differ_from_above(browser, tmp_path):
 def test_who_lies_still_is_an_animal_and_no_tuft(page):
     drawn = page.evaluate("""async () => {
       const {kindsOf, sign} = await import('/marks.js');
-      const still = [{name: 'grass', sessile: true}, {name: 'ewe', sessile: false}, {name: 'old oak', sessile: false}];
-      const species = [...still, {name: 'deer', moves: true}];
+      const still = ['ewe', 'old oak'].map((name) => ({name, sessile: false}));
+      const species = [{name: 'grass', sessile: true}, ...still, {name: 'deer', moves: true}];
       const kinds = kindsOf({size: [9, 9], foods: {deer: ['grass']}, species});
       return kinds.map((kind) => [Boolean(kind.rests), kind.build, sign(kind, '#123456').firstChild.tagName]);
     }""")
