@@ -36,11 +36,19 @@ def test_the_legend_has_a_line_a_trend_and_births_and_deaths_of_each_species(cur
     assert "+0 −0 per tick" in rows[2]  # in this park no wolf is born or dies
 
 
-def test_the_arrow_says_where_it_went_of_late(page):
-    trend = "line => import('/legend.js').then(({ trend }) => trend(line))"
-    assert page.evaluate(trend, [100, 200, 300, 300, 270, 240, 210]) == pytest.approx(-0.22, abs=0.01)
-    assert page.evaluate(trend, [0, 0, 0]) == 0
-    assert page.evaluate(trend, [0, 0, 4]) == 1
+def test_the_arrow_shows_the_change_in_the_ticks_of_births_and_deaths(page):
+    brief = """([ticks, n]) => import('/charts.js').then(({ Charts }) => {
+      const charts = Object.create(Charts.prototype);
+      const lines = {n: {deer: n}, births: {deer: [0, 4, 1, 0]}, causes: {"deer: starved": [0, 0, 2, 3]}};
+      const { change, births, deaths } = Object.assign(charts, {tick: 100, ticks, lines}).brief("deer");
+      return [change, births, deaths];
+    })"""
+    # since tick 40: 30 births and 120 deaths
+    change, births, deaths = page.evaluate(brief, [[0, 40, 70, 100], [40, 200, 170, 80]])
+    assert change == pytest.approx(-0.6)
+    assert 60 * (births - deaths) == pytest.approx(200 * change)
+    assert page.evaluate(brief, [[97, 98, 99, 100], [0, 0, 0, 0]])[0] == 0
+    assert page.evaluate(brief, [[97, 98, 99, 100], [0, 4, 3, 1]])[0] == 1
 
 
 def test_the_legend_names_what_most_die_of(page):
@@ -63,9 +71,9 @@ def test_deaths_a_tick_are_means_over_ticks_and_a_cause_counts_for_nothing_befor
       const { causes: shares, births, deaths } = charts.brief("deer");
       return { shares, births, deaths };
     })""")
-    # causes over ticks 0 to 20; births and deaths over the last 10: 2 births and 40 deaths in one of them
+    # over ticks 0 to 20: 2 births and 69 deaths
     assert told["shares"] == [["too old", pytest.approx(40 / 21)], ["starved", pytest.approx((9 + 20) / 21)]]
-    assert (told["births"], told["deaths"]) == (0.2, 5)
+    assert (told["births"], told["deaths"]) == pytest.approx((2 / 21, 69 / 21))
 
 
 def test_sparklines_are_even_in_time_and_end_at_the_tick_shown(page):

@@ -18,7 +18,7 @@ const [PLAIN, THIN, THICK] = [1.8, 1.1, 2.6]; // line widths [px]; the last two 
 const LANE = 58; // height of each population's lane [px]
 const SPARK = 40; // number of points in a sparkline, evenly spaced in time
 const WIDE = 1500; // ticks in a sparkline
-const [RECENT, LATELY] = [10, 60]; // last ticks over which births and deaths, and causes of death, are averaged
+export const RECENT = 60; // last ticks over which the trend, births and deaths are taken
 const WINDOWS = [["last 500", 500], ["last 2,000", 2000], ["last 10,000", 10000], ["all ticks", Infinity]];
 
 /** @typedef {{key: string, title: string, unit: string, heading?: string}} Chart `heading`: unit in the headings of a file */
@@ -216,18 +216,20 @@ export class Charts {
     }
     const deaths = Object.entries(this.lines.causes).filter(([cause]) => cause.startsWith(`${name}: `));
     const born = this.lines.births[name] ?? [];
-    const mean = (/** @type {Line} */ values, recent = RECENT) => {
+    const mean = (/** @type {Line} */ values) => {
       let sum = 0, ticks = 0;
-      for (let i = at; i >= 0 && this.ticks[i] > now - recent; i--) {
+      for (let i = at; i >= 0 && this.ticks[i] > now - RECENT; i--) {
         if ((values[i] ?? born[i] ?? null) === null) continue;
-        const span = this.ticks[i] - Math.max(this.ticks[i - 1] ?? this.ticks[0] - 1, now - recent);
+        const span = this.ticks[i] - Math.max(this.ticks[i - 1] ?? this.ticks[0] - 1, now - RECENT);
         sum += span * (values[i] ?? 0); // no value if the cause has not occurred yet
         ticks += span;
       }
       return ticks ? sum / ticks : null;
     };
-    const causes = deaths.map(([cause, values]) => /** @type {[string, number]} */ ([cause.slice(name.length + 2), mean(values, LATELY) ?? 0]));
+    const causes = deaths.map(([cause, values]) => /** @type {[string, number]} */ ([cause.slice(name.length + 2), mean(values) ?? 0]));
+    const then = line[Math.max(0, this.ticks.findLastIndex((tick) => tick <= now - RECENT))];
     return {
+      change: then ? (line[at] ?? 0) / then - 1 : line[at] ? 1 : 0,
       causes: causes.filter(([, rate]) => rate > 0).sort(([, a], [, b]) => b - a),
       line: /** @type {number[]} */ (points), births: mean(born),
       deaths: deaths.length ? deaths.reduce((sum, [, values]) => sum + (mean(values) ?? 0), 0) : 0,

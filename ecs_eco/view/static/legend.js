@@ -1,15 +1,16 @@
 // The legend: each kind with its population, a sparkline on its own scale, its trend, and births and deaths per tick.
 
+import { RECENT } from "./charts.js";
 import { $, h, number, s } from "./dom.js";
 import { sign } from "./marks.js";
 
 /** @typedef {import("./stage.js").Stage} Stage */
-/** @typedef {{line: number[], births: number | null, deaths: number | null, extinct: number | null, causes: [string, number][], learns: boolean}} Brief current data of a kind from the charts; causes of death with deaths per tick, most frequent first */
+/** @typedef {{line: number[], change: number, births: number | null, deaths: number | null, extinct: number | null, causes: [string, number][], learns: boolean}} Brief current data of a kind from the charts; `change`: relative change in the last RECENT ticks; causes of death with deaths per tick, most frequent first */
 
 const narrow = matchMedia("(max-width: 860px), (max-height: 520px)"); // as in style.css
 const WIDE = 54, HIGH = 16; // size of a sparkline [px]
 const NAMED = 0.15; // minimum share of deaths for a cause to be named
-const STEADY = 0.03; // maximum relative change over the last third of the sparkline that counts as steady
+const STEADY = 0.03; // maximum relative change that counts as steady
 
 /**
  * @param {Stage} stage
@@ -102,7 +103,7 @@ function shown({ shows, build, shape }) {
  * @param {number} n current population
  * @param {number} [every] of how many organisms one is shown
  */
-function tell(one, { line, births, deaths, extinct, causes, learns }, n, every = 1) {
+function tell(one, { line, change, births, deaths, extinct, causes, learns }, n, every = 1) {
   const key = line.join();
   if (key !== one.drawn && line.length > 1) {
     one.drawn = key;
@@ -110,24 +111,17 @@ function tell(one, { line, births, deaths, extinct, causes, learns }, n, every =
     one.line.setAttribute("points", line.map((value, i) => `${((i * WIDE) / (line.length - 1)).toFixed(1)},${(HIGH - 2 - ((HIGH - 4) * (value - low)) / span).toFixed(1)}`).join(" "));
     one.spark.setAttribute("aria-label", `from ${number(line[0])} to ${number(line[line.length - 1])}`);
   }
-  const change = trend(line);
   write(one.way, !n || line.length < 2 ? "" : Math.abs(change) < STEADY ? "→" : change > 0 ? "↗" : "↘");
-  one.way.title = line.length < 2 ? "" : `${change < 0 ? "−" : "+"}${Math.round(Math.abs(100 * change))}% in the last third of the line`;
+  one.way.title = line.length < 2 ? "" : `${change < 0 ? "−" : "+"}${Math.round(Math.abs(100 * change))}% in the last ${RECENT} ticks`;
   const gone = n === 0 && extinct !== null;
   one.root.classList.toggle("gone", gone);
-  write(one.flow, gone ? `extinct at ${number(extinct)}` : n === 0 && !line.some(Boolean) ? "none so far" : [...(births === null ? [] : [`+${rate(births)} −${rate(deaths)} per tick`, ...(deaths ? whereof(causes) : []), ...(learns ? ["learning"] : [])]), ...(every > 1 ? [`1 in ${every} shown`] : [])].join(", "));
+  write(one.flow, gone ? `extinct at ${number(extinct)}` : n === 0 && !line.some(Boolean) ? "none so far" : [...(births === null ? [] : [...(learns ? ["learns"] : []), `+${rate(births)} −${rate(deaths)} per tick`, ...(deaths ? whereof(causes) : [])]), ...(every > 1 ? [`1 in ${every} shown`] : [])].join(", "));
 }
 
 /** The most frequent recent causes of death. @param {[string, number][]} causes with deaths per tick, most frequent first */
 export function whereof(causes) {
   const all = causes.reduce((sum, [, rate]) => sum + rate, 0);
   return causes.filter(([, rate]) => rate >= NAMED * all).slice(0, 3).map(([cause, rate]) => `${rate > 0.995 * all ? "all" : `${Math.round((100 * rate) / all)}%`} ${cause}`);
-}
-
-/** The relative change over the last third of a line. @param {number[]} line */
-export function trend(line) {
-  const then = line[Math.floor((2 * (line.length - 1)) / 3)], now = line[line.length - 1];
-  return then ? now / then - 1 : now ? 1 : 0;
 }
 
 /** @param {number | null} value */
