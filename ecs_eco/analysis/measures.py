@@ -13,7 +13,7 @@ from ecs_eco.analysis.figures import interventions, mark
 from ecs_eco.analysis.page import number, table
 from ecs_eco.analysis.palette import INK
 from ecs_eco.analysis.runs import Series, tables
-from ecs_eco.analysis.seed_grid import mean_interval
+from ecs_eco.analysis.seed_grid import mean_interval, mean_of_known
 from ecs_eco.analysis.style import Figure, colors_of, grid_of_arms, many_and_one, panels, styled
 from ecs_eco.analysis.survival import Interval, bootstrap_difference
 
@@ -158,8 +158,9 @@ def of_arms(arms: Mapping[str, Rows]) -> dict[str, Any]:
         for of in named:
             each = {arm: _means(rows, name, of) for arm, rows in arms.items()}
             out.setdefault(name, {})[of] = {
-                arm: {"mean": _interval(values), "n": int(np.isfinite(values).sum())}
+                arm: {"mean": mean_of_known(values) if n else None, "n": n}
                 for arm, values in each.items()
+                for n in [int(np.isfinite(values).sum())]
             }
     return out
 
@@ -186,10 +187,3 @@ def effects(arms: Mapping[str, Rows], grids: Collection[str], seed: int) -> dict
 
 def _means(rows: Rows, name: str, of: str) -> np.ndarray:
     return np.array([[run_mean(run, name, of) for run in row] for row in rows])
-
-
-def _interval(values: np.ndarray) -> Any:
-    """Return the mean and 95% interval of a table of seeds; if some runs have no value, the rest form one row."""
-    if not np.isfinite(values).all():
-        values = values[np.isfinite(values)][None]
-    return mean_interval(values) if values.size else None

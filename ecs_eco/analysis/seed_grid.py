@@ -209,6 +209,13 @@ def mean_interval(table: np.ndarray, level: float = 0.95) -> Interval:
     return Interval(float(y.mean()), float(y.mean()) - half, float(y.mean()) + half)
 
 
+def mean_of_known(table: np.ndarray) -> Interval:
+    """Return `mean_interval`; known values of a table with gaps form one row, and without values, it is NaN."""
+    known = table[np.isfinite(table)]
+    rows = table if known.size == table.size else known[None]
+    return mean_interval(rows) if known.size else Interval(np.nan, np.nan, np.nan)
+
+
 def mean_of_seeds(values: np.ndarray) -> Interval | None:
     """Return `mean_interval` or, for a table with gaps, the interval over means of training (or world) seeds."""
     if np.isfinite(values).all():

@@ -17,9 +17,9 @@ from ecs_eco.cli.folders import results
 from ecs_eco.cli.options import On, Policies, Quiet, Set, Ticks, Trust, Workers, World, new_folder, number
 from ecs_eco.cli.terminal import FAILED, INTERRUPTED, complain, exits, printable, progress, refuse, say
 from ecs_eco.cli.trust import allow
-from ecs_eco.lab.arm import arms_of, check_policies, check_training
 from ecs_eco.lab.comparison import Comparison, Key, Planned
 from ecs_eco.lab.executors import LOCAL, check_engine, engine, prepare
+from ecs_eco.lab.treatments import arms_of, check_policies, check_training
 from ecs_eco.lab.work import run_jobs
 from ecs_eco.record import container
 from ecs_eco.record.claim import Claim

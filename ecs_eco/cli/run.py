@@ -56,8 +56,8 @@ from ecs_eco.cli.trust import allow
 from ecs_eco.compiled import portable
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.ecosystem import World as Ecosystem
-from ecs_eco.lab.arm import check_policies
 from ecs_eco.lab.executors import LOCAL, check_engine
+from ecs_eco.lab.treatments import check_policies
 from ecs_eco.record.archipelago import is_archipelago
 from ecs_eco.record.details import how_many
 from ecs_eco.runs.repeat import repeat as repeat_run

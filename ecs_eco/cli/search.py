@@ -183,7 +183,7 @@ def _status(search: Search) -> str:
     if not search.done:
         return "no candidate yet"
     rate = 60 * search.done / max(e["at"] for e in search.journal.of("candidate"))
-    best = search.best()
+    best = search.ranked()[0]
     stage = f"stage {best['stage'] + 1} of {len(search.plan.stages)}"
     return f"{search.done} candidates, {rate:.1f}/min, best {best['score']:.3f} at {stage}"
 

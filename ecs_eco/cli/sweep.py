@@ -20,12 +20,11 @@ from ecs_eco.inputs import trust
 from ecs_eco.inputs.code import read
 from ecs_eco.lab.design import design_of
 from ecs_eco.lab.executors import SLURM, check_engine, engine
-from ecs_eco.lab.folder import Manifest, Sweep, begin, check_plan, read_sweep
+from ecs_eco.lab.folder import Manifest, Sweep, begin, read_sweep
 from ecs_eco.lab.jobs import UNFINISHED, run_job
 from ecs_eco.lab.plan import read_plan
 from ecs_eco.lab.slurm import Options, resume
-from ecs_eco.lab.status import Status, Survey
-from ecs_eco.lab.sweep import Outcome, do_jobs, unfinished
+from ecs_eco.lab.sweep import Outcome, Status, Survey, do_jobs, unfinished
 from ecs_eco.lab.table import check_response, collect, missing_for
 from ecs_eco.record import container
 from ecs_eco.record.claim import Claim
@@ -54,13 +53,13 @@ def sweep_plan(
     for note in [] if quiet else file.notes:
         complain(f"note: {note}")
     world = file.plan.world
-    allow(trust, world if named(world) is not None else file.folder / world)
+    allow(trust, world if named(world) is not None else file.document.folder / world)
     checked = design_of(file)
     if until is not None:
         check_response(until[0], checked.base)
     begun = out is not None and container.has(out, Manifest)
     if out is not None and begun:
-        check_plan(out, checked)
+        container.check(out, Manifest, checked.planned)
     with results(out, f"{Path(plan).stem}-sweep", begun) as claim:
         do_sweep(begin(claim.path, checked), on, workers, quiet, sbatch, until)
 

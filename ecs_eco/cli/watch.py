@@ -19,7 +19,7 @@ from ecs_eco.compiled import portable
 from ecs_eco.config import load
 from ecs_eco.ecosystem import World
 from ecs_eco.explain.viewed import sweeps_in
-from ecs_eco.lab.arm import check_policies
+from ecs_eco.lab.treatments import check_policies
 from ecs_eco.record.archipelago import is_archipelago, read
 from ecs_eco.view.branch import Start
 from ecs_eco.view.islands import watch_islands

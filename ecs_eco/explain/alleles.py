@@ -9,7 +9,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
-from ecs_eco.analysis.carriers import alleles_of, gene_of, has_few_values, words_of_strings
+from ecs_eco.analysis.carriers import alleles_of, gene_of, has_few_values
 from ecs_eco.analysis.pedigree import Pedigree
 from ecs_eco.explain.drift import Steps, steps_of
 from ecs_eco.explain.edits import limit_of
@@ -309,12 +309,7 @@ def _of_values(own: Pedigree, species: str, gene: str) -> Site:
 
 def _copies(own: Pedigree, species: str, gene: str) -> Site:
     """Return the numbers of copies of a gene in variable-length genomes."""
-    texts = pa.array(own.genome, pa.string()).dictionary_encode()
-    words = texts.dictionary.to_pylist()
-    strings = words_of_strings(words, gene_of(own, species, gene), own.genomes[species])
-    number = np.array([sum(map(len, of)) for of in strings], int)[
-        texts.indices.to_numpy(zero_copy_only=False)
-    ]
+    number = np.sum([of >= 0 for of in _of_values(own, species, gene).codes], axis=0)
     return Site("copies", gene, -1, tuple(str(k) for k in range(number.max() + 1)), [number], 1.0)
 
 

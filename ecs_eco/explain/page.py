@@ -194,7 +194,10 @@ def write_page(
                 f"<h2>Clades of {escape(name)}</h2>",
                 drawn(figures.clades(of, own), pictures / f"explain-clades-{i}.svg", caption),
             ]
-    traits = {name: traits_of(lineage.genomes.get(name, {})) for name in paths}
+    traits = {
+        name: {gene["name"]: gene.get("trait") or "" for gene in genes_in(lineage.genomes.get(name, {}))}
+        for name in paths
+    }
     for i, one in enumerate(told, 1):
         blocks += section(one, paths[one.sweep.species], traits[one.sweep.species], pictures / f"explain-{i}")
     for i, name in enumerate(paths, 1):
@@ -258,11 +261,6 @@ def bred(lineage: Lineage, species: str, place: Path) -> list[str]:
             f"<p class='under'>{more} more quantitative genes: Lineage.breeding examines any of them.</p>"
         )
     return blocks
-
-
-def traits_of(genomes: Mapping[str, Any]) -> dict[str, str]:
-    """Return what each gene codes for."""
-    return {gene["name"]: gene.get("trait") or "" for gene in genes_in(genomes)} if genomes else {}
 
 
 def headline(told: Sequence[Account]) -> list[str]:

@@ -9,9 +9,9 @@ from __future__ import annotations
 import hashlib
 import json
 import time
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Generator, Sequence
 from concurrent.futures import Executor
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager, closing
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -22,7 +22,7 @@ from safetensors.numpy import load_file
 
 from ecs_eco.analysis.compare import clean
 from ecs_eco.analysis.runs import load_series
-from ecs_eco.analysis.seed_grid import mean_interval
+from ecs_eco.analysis.seed_grid import mean_of_known
 from ecs_eco.analysis.survival import Interval
 from ecs_eco.components import Policy
 from ecs_eco.ecosystem import World
@@ -120,11 +120,11 @@ class TakenOut:
         (-0.6, -1.871)
         """
         weights = np.array(CONTRASTS[self.n.shape[1]][of], np.float64)
-        return _interval(self._of(dose)[measure] @ weights)
+        return mean_of_known((self._of(dose)[measure] @ weights)[None])
 
     def control(self, measure: str = "births", dose: int | None = None) -> Interval:
         """Return the mean of the unchanged organisms over forks, with its 95% interval."""
-        return _interval(self._of(dose)[measure][:, 0])
+        return mean_of_known(self._of(dose)[measure][None, :, 0])
 
     def to_pandas(self) -> Any:
         """Return a pandas.DataFrame with a row for each measure, contrast and dose (0: all organisms)."""
@@ -241,15 +241,11 @@ def take_out(
     outs = [_file(place, i) for i in range(whole_number("forks", forks, 1))]
     allowed = [source.sha256 for source in world.config._code.sources if world.config._code.allowed]
     missing = [i for i, out in enumerate(outs) if not out.exists()]
-    local: AbstractContextManager[Executor | None] = nullcontext()
-    if missing and engine != SLURM:
-        local = engine_of(engine, workers)
-    with local as pool:
-        if pool is None:
-            finished = _on_slurm(place, missing, allowed, workers)
-        else:
-            prepare(pool, place, world.config)
-            finished = _on_executor(pool, place, missing, allowed)
+    with closing(
+        _on_slurm(place, missing, allowed, workers)
+        if engine == SLURM or not missing
+        else _on_executor(engine_of(engine, workers), place, world, missing, allowed)
+    ) as finished:
         for done, _ in enumerate(finished, len(outs) - len(missing) + 1):
             if progress is not None:
                 progress(done, len(outs))
@@ -418,17 +414,23 @@ def _candidates(table: Table, edits: Sequence[Edit], known: Weights | None) -> t
 
 
 def _on_executor(
-    pool: Executor, place: Path, numbers: Sequence[int], allowed: Sequence[str]
-) -> Iterator[int]:
+    executor: AbstractContextManager[Executor],
+    place: Path,
+    world: World,
+    numbers: Sequence[int],
+    allowed: Sequence[str],
+) -> Generator[int, None, None]:
     """Run forks on an executor; yield their numbers as they end."""
-    for number, future in completed(pool, {n: (run_fork, place, n, allowed) for n in numbers}):
-        future.result()
-        yield number
+    with executor as pool:
+        prepare(pool, place, world.config)
+        for number, future in completed(pool, {n: (run_fork, place, n, allowed) for n in numbers}):
+            future.result()
+            yield number
 
 
 def _on_slurm(
     place: Path, numbers: Sequence[int], allowed: Sequence[str], workers: int | None
-) -> Iterator[int]:
+) -> Generator[int, None, None]:
     """Run forks as tasks of SLURM arrays; yield their numbers as they end. Tasks that an earlier call has
     submitted are not submitted again."""
     task = (  # a fork has no checkpoint: at its time limit, it fails and is not queued again
@@ -515,10 +517,3 @@ def _collected(edits: tuple[Edit, ...], tick: int, forks: Sequence[dict[str, Any
 
 def _order(name: str) -> int:
     return ("births", "survival", "alive", "died", "energy", "meals", "action").index(name.partition(":")[0])
-
-
-def _interval(values: np.ndarray) -> Interval:
-    known = values[np.isfinite(values)]
-    if known.size < 2:
-        return Interval(float(known.mean()) if known.size else np.nan, np.nan, np.nan)
-    return mean_interval(known[None])

@@ -1,8 +1,8 @@
 """Many runs, planned and executed as jobs: each job is a world with its values, seed, treatment and policies.
 
 Comparisons, sweeps, searches, archipelagos and training run in local processes, a Ray cluster or SLURM.
-`treatments` and `arm` define how runs differ; `plan` and `design` list the runs; `jobs` and `trained` execute
-one job, and `work` executes all jobs, on an executor (`pool`, `ray_executor`); `slurm` submits whole sweeps.
+`treatments` defines how runs differ; `plan` and `design` list the runs; `jobs` executes one job, and `work`
+executes all jobs, on an executor (`pool`, `ray_executor`); `slurm` submits whole sweeps.
 This package prints nothing; for single runs see `ecs_eco.runs`, for statistics `ecs_eco.analysis`, for
 terminal output `ecs_eco.cli`."""
 

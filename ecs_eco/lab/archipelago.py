@@ -257,9 +257,10 @@ class Archipelago:
             except KeyboardInterrupt:
                 raise Stopped(self.tick, self.folder) from None
             finally:
-                forget(self.folder.absolute())
+                for path in self.islands.values():
+                    _live.pop(path.absolute(), None)
             if report:
-                calls = {name: (report_of, str(self.folder.absolute()), name) for name in self.islands}
+                calls = {name: (write_report, path.absolute()) for name, path in self.islands.items()}
                 run_jobs(calls, pool, lambda *_: None, _ended, MOST_LOSSES)
                 write_archipelago(self.folder)
         return self.manifest
@@ -412,17 +413,6 @@ def advance(
             "n": {t.name: t.n for t in world.tables.values() if not t.species.is_object},
             "seconds": time.perf_counter() - begin_,
         }
-
-
-def forget(archipelago: str | Path) -> None:
-    """Drop the islands of an archipelago from this process's memory."""
-    for path in [path for path in _live if path.parent.parent == Path(archipelago)]:
-        del _live[path]
-
-
-def report_of(archipelago: str, name: str) -> str:
-    """Write the report of one island and return its path."""
-    return str(write_report(Path(archipelago) / ISLANDS / name))
 
 
 def _taken(path: Path, start: int, claim: Claim) -> Live | None:

@@ -14,12 +14,17 @@ from ecs_eco.config import WorldConfig
 from ecs_eco.config.loading import WorldSource
 from ecs_eco.engine.arguments import called_with
 from ecs_eco.inputs.section import Section
-from ecs_eco.lab.arm import Arm, arms_of, check_training, has_own_policies, replicates
 from ecs_eco.lab.executors import LOCAL, engine, prepare
-from ecs_eco.lab.jobs import has_run, run_arm
-from ecs_eco.lab.trained import is_trained, train_or_find
-from ecs_eco.lab.treatments import species_with_policy
-from ecs_eco.lab.work import evenly, run_jobs
+from ecs_eco.lab.jobs import has_run, is_trained, run_arm, train_or_find
+from ecs_eco.lab.treatments import (
+    Arm,
+    arms_of,
+    check_training,
+    has_own_policies,
+    replicates,
+    species_with_policy,
+)
+from ecs_eco.lab.work import evenly, group, run_jobs
 from ecs_eco.record import container
 from ecs_eco.record.claim import ours
 from ecs_eco.record.manifest import Filename, Sha, Tick
@@ -112,11 +117,12 @@ class Comparison:
 
     def result(self) -> dict[str, Any]:
         """Compare the arms; write compare.json, compare.html and figures; return the contents of compare.json."""
-        folders, training = dict[str, list[Path]](), dict[str, list[int]]()
-        for key, (*_, folder) in self.runs.items():
-            folders.setdefault(key.arm, []).append(folder)
-            if key.training_seed is not None:
-                training.setdefault(key.arm, []).append(key.training_seed)
+        arms = group(self.runs, lambda key: key.arm)
+        folders = {arm: [self.runs[key][-1] for key in own] for arm, own in arms.items()}
+        seeds = {
+            arm: [k.training_seed for k in own if k.training_seed is not None] for arm, own in arms.items()
+        }
+        training = {arm: own for arm, own in seeds.items() if own}
         return differences(folders, self.folder, training=training, policies=self.policies_in_words())
 
     def policies_folder(self, arm: Arm) -> Path:

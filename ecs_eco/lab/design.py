@@ -1,8 +1,9 @@
 """The design of a sweep: a fully checked plan, all of whose worlds load, with its jobs and training runs."""
 
 from collections.abc import Container, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from itertools import islice
+from math import prod
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -14,9 +15,18 @@ from ecs_eco.config.document import Document, read_document
 from ecs_eco.config.ranges import Key, key_of
 from ecs_eco.config.shipped import named, shipped
 from ecs_eco.engine.errors import MOST, ConfigError, Problem, nearest
-from ecs_eco.lab.arm import UNTREATED, Arm, arm_of, has_own_policies, problems_of_policies, replicates
-from ecs_eco.lab.plan import MOST_JOBS, PlanFile, Point, number_of_points, points_of, problems_of_ranges
-from ecs_eco.lab.treatments import NotApplicable, find, species_with_policy
+from ecs_eco.lab.plan import MOST_JOBS, PlanFile, Point, points_of, problems_of_ranges
+from ecs_eco.lab.treatments import (
+    UNTREATED,
+    Arm,
+    NotApplicable,
+    arm_of,
+    find,
+    has_own_policies,
+    problems_of_policies,
+    replicates,
+    species_with_policy,
+)
 from ecs_eco.learning.weights import hash_of
 from ecs_eco.record.manifest import Seed, Sha, Tick
 from ecs_eco.worlds.policies import POLICIES
@@ -83,8 +93,8 @@ class Design:
     trainings: tuple[Training, ...]
 
     @property
-    def settings(self) -> dict[str, Any]:
-        """The settings that affect results, as JSON; they do not depend on where the files of a plan are."""
+    def planned(self) -> dict[str, Any]:
+        """The jobs, and the settings that affect results, as JSON, wherever the files of a plan are."""
         exclude = {"title", "world", "checkpoint_every"}
         plan = self.file.plan.model_dump(mode="json", by_alias=True, exclude=exclude)
         seeds = {f"{kind}_seeds": list(self.file.plan.seeds(kind)) for kind in ("world", "training")}
@@ -92,9 +102,8 @@ class Design:
             plan["policies"] = {
                 name: hash_of(given / f"{name}.safetensors") for name in species_with_policy(self.base)
             }
-        return (
-            plan | seeds | {"ticks": self.ticks, "world": self.base.name, "world_hash": self.base.config_hash}
-        )
+        more = {"ticks": self.ticks, "world": self.base.name, "world_hash": self.base.config_hash}
+        return {"plan": plan | seeds | more, "jobs": [asdict(job) for job in self.jobs]}
 
 
 def design_of(file: PlanFile, *, trust: bool = False) -> Design:
@@ -103,7 +112,9 @@ def design_of(file: PlanFile, *, trust: bool = False) -> Design:
     plan = file.plan
     base = _base(file, trust)
     if (
-        n := number_of_points(plan)
+        n := len(plan.list or [()])
+        * (plan.sample.size if plan.sample else 1)
+        * prod(map(len, (plan.grid or {}).values()))
         * (1 + len(plan.treatments))
         * len(plan.seeds("world"))
         * max(1, len(plan.seeds("training")))
@@ -152,12 +163,12 @@ def _document(file: PlanFile) -> Document:
     if not isinstance(given, str):
         return read_document(given)
     try:
-        return read_document(world if named(world) is not None else str(file.folder / world))
+        return read_document(world if named(world) is not None else str(file.document.folder / world))
     except ConfigError as error:
         first = error.problems[0]
         if first.source != "WORLD":
             raise
-        near = nearest(world, [*shipped(), *(p.name for p in file.folder.glob("*.toml"))])
+        near = nearest(world, [*shipped(), *(p.name for p in file.document.folder.glob("*.toml"))])
         raise file.refused([first.moved(key=("world",), value=world, source="", nearest=near)]) from None
 
 
@@ -184,7 +195,7 @@ def _of_policies(file: PlanFile, base: WorldConfig) -> Iterator[Problem]:
             ("policies",), "policies are trained for this sweep", plan.policies, "policies, or training_seeds"
         )
     else:
-        yield from problems_of_policies(plan.policies, known, file.folder)
+        yield from problems_of_policies(plan.policies, known, file.document.folder)
 
 
 def _arms(
@@ -259,4 +270,4 @@ def _jobs(
 
 def plan_folder(file: PlanFile) -> Path | None:
     """Return the policy folder named in a plan, if any."""
-    return None if file.plan.policies in POLICIES else file.folder / file.plan.policies
+    return None if file.plan.policies in POLICIES else file.document.folder / file.plan.policies

@@ -14,9 +14,8 @@ from pydantic import Field, model_validator
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.document import Document
 from ecs_eco.engine.errors import ForeignFile, refusal
-from ecs_eco.lab.arm import Arm
 from ecs_eco.lab.design import Design, Job, Settings, Training, plan_folder, treated
-from ecs_eco.lab.treatments import NotApplicable, species_with_policy
+from ecs_eco.lab.treatments import Arm, NotApplicable, species_with_policy
 from ecs_eco.lab.work import evenly
 from ecs_eco.record import container
 from ecs_eco.record.code import FOLDER as CODE, check_code, keep_copies, noted, sources
@@ -185,7 +184,7 @@ def begin(folder: Path, design: Design) -> Sweep:
     """Write a design's sweep to a folder unless it is already there, and return it. Raises ForeignFile if the
     folder contains a sweep with a different plan."""
     if container.has(folder, Manifest):
-        check_plan(folder, design)
+        container.check(folder, Manifest, design.planned)
         return read_sweep(folder)
     folder.mkdir(parents=True, exist_ok=True)
     keep_copies(sources(design.base), folder)
@@ -193,7 +192,7 @@ def begin(folder: Path, design: Design) -> Sweep:
     container.begin(
         folder,
         Manifest,
-        _planned(design)
+        design.planned
         | {
             "world": design.base.name,
             "title": design.file.plan.title or design.base.title,
@@ -207,15 +206,6 @@ def begin(folder: Path, design: Design) -> Sweep:
         },
     )
     return read_sweep(folder)
-
-
-def check_plan(folder: Path, design: Design) -> None:
-    """Raise ForeignFile if a sweep has a different plan or numerical mode."""
-    container.check(folder, Manifest, _planned(design))
-
-
-def _planned(design: Design) -> dict[str, Any]:
-    return {"plan": design.settings, "jobs": [asdict(job) for job in design.jobs]}
 
 
 def _keep_files(folder: Path, design: Design) -> Path:

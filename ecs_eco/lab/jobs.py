@@ -1,12 +1,14 @@
-"""One job of a sweep, and the run of an arm in a folder. Any engine can call either repeatedly: it starts the run,
-resumes it, or returns its result."""
+"""One job of a sweep, the run of an arm in a folder, and the training of policies. Any engine can call each
+repeatedly: it starts the work, resumes it, or returns its result."""
 
 import json
+import math
 import os
 import socket
 import time
 import traceback
 from collections.abc import Callable, Collection, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
@@ -20,24 +22,27 @@ from ecs_eco.analysis.extinction import lifetime
 from ecs_eco.analysis.measures import course, measured, run_mean
 from ecs_eco.analysis.runs import DIED, load_series
 from ecs_eco.compiled import portable
-from ecs_eco.engine.errors import FolderInUse, ForeignFile, RecordingError
-from ecs_eco.engine.files import write_json
+from ecs_eco.config import WorldConfig
+from ecs_eco.engine.errors import ForeignFile, RecordingError
+from ecs_eco.engine.files import write, write_json
 from ecs_eco.inputs.section import Section
 from ecs_eco.inputs.trust import allow
-from ecs_eco.lab.arm import Arm
 from ecs_eco.lab.design import Job
 from ecs_eco.lab.folder import DONE, FAILED, PROGRESS, RUN, Sweep, read_sweep
 from ecs_eco.lab.pool import PATIENCE, finishing, once_free
-from ecs_eco.lab.trained import is_trained, train_or_find
+from ecs_eco.lab.treatments import Arm, species_with_policy
 from ecs_eco.learning.weights import hash_of
+from ecs_eco.record import checkpoint
 from ecs_eco.record.claim import Claim, ours
-from ecs_eco.record.container import inside
+from ecs_eco.record.container import inside, remove
 from ecs_eco.record.manifest import Seed, Sha, Tick
 from ecs_eco.record.seal import read_manifest, read_sealed, write_manifest
 from ecs_eco.worlds.policies import weights_files
 
 PACE = 1.0  # [s] between records of a job's progress
 BOOTSTRAPS = 99  # for the p value of a period; cycles in single runs are reported at p ≤ 0.05
+TRAINING = "training.json"
+TRAINED = (TRAINING, "*.safetensors")  # files of a training run
 EVERY = 2_000  # minimum number of ticks between the checkpoints of a run
 UNFINISHED = 75  # exit code of a process that was asked to stop and left a checkpoint: EX_TEMPFAIL
 
@@ -102,12 +107,9 @@ def train(folder: str | Path, name: str, allowed: Collection[str] = ()) -> str:
     """Train the policies of one of a sweep's training runs unless they exist, after waiting for any process that
     is training them; return their folder."""
     place, config, seed = _opened(folder, allowed).training(name)
-    while not is_trained(place, config, seed):
-        try:
-            with ours(place.with_name(f"{place.name}.training")):
-                return str(train_or_find(place, config, seed))
-        except FolderInUse:
-            time.sleep(PACE)
+    if not is_trained(place, config, seed):
+        with once_free(lambda: ours(place.with_name(f"{place.name}.training")), math.inf, PACE):
+            train_or_find(place, config, seed)
     return str(place)
 
 
@@ -186,7 +188,8 @@ def _identity(sweep: Sweep, job: Job) -> dict[str, Any]:
 
 def _do(sweep: Sweep, job: Job, place: Path) -> dict[str, Any]:
     note = _noting(place / PROGRESS, sweep.ticks)
-    note(_tick_of(place / RUN), sweep.ticks)
+    checkpoints = (place / RUN / "checkpoints").glob(f"tick-*{checkpoint.SUFFIX}")
+    note(max(map(checkpoint.tick_of, checkpoints), default=0), sweep.ticks)
     if job.training is not None:
         train(sweep.folder, job.training)
     arm = sweep.arm(job)
@@ -270,21 +273,10 @@ def _noting(path: Path, ticks: int) -> Callable[[int, int], None]:
             begin.setdefault("from", done)
             begin.setdefault("began", time.time())
         last = now
-        beside = path.with_name(f".{path.name}.{os.getpid()}")
-        try:
-            beside.write_text(json.dumps(begin | {"done": done, "at": time.time()}), encoding="utf-8")
-            os.replace(beside, path)
-        except OSError:
-            beside.unlink(missing_ok=True)
+        with suppress(OSError):
+            write(path, json.dumps(begin | {"done": done, "at": time.time()}))
 
     return note
-
-
-def _tick_of(run: Path) -> int:
-    """Return the tick of a run's last checkpoint, or 0 if there is none."""
-    from ecs_eco.record.checkpoint import SUFFIX, tick_of
-
-    return max((tick_of(file) for file in (run / "checkpoints").glob(f"tick-*{SUFFIX}")), default=0)
 
 
 def run_arm(
@@ -361,3 +353,69 @@ def check_run(folder: Path, manifest: dict[str, Any], arm: Arm, seed: int) -> No
         )
     if why := portable.other_mode(manifest):
         raise ForeignFile(f"{folder / 'manifest.json'}: {why}")
+
+
+def train_or_find(
+    folder: Path, config: WorldConfig, seed: int, ticks: int | None = None, *, verify: bool = True
+) -> Path:
+    """Return the folder with <species>.safetensors and training.json, after training if necessary. It appears
+    only when complete. Of several processes that train the same policies at once, the first keeps its result;
+    all are identical. Without `verify`, any training run is accepted, because the folder's name identifies
+    it. Raises ForeignFile if the folder contains another training run, RecordingError if it is damaged or
+    contains other files; only leftovers of a killed training run are removed."""
+    from ecs_eco.lab.pretraining import pretrain
+
+    if is_trained(folder, config, seed, ticks, verify=verify):
+        return folder
+    part = folder.with_name(f"{folder.name}.{os.getpid()}.part")
+    remove(part, TRAINED)
+    with finishing():
+        try:
+            pretrain(config, seed=seed, ticks=ticks, out=part)
+            if not is_trained(folder, config, seed, ticks, verify=verify):
+                if not remove(folder, TRAINED):
+                    raise RecordingError(
+                        f"{folder}: has no {TRAINING}, but contains files that no training run writes; move them "
+                        "away, or choose another folder"
+                    )
+                try:
+                    part.rename(folder)
+                except OSError:  # another process was faster
+                    if not (folder / TRAINING).is_file():
+                        raise
+        finally:
+            remove(part, TRAINED)
+    return folder
+
+
+def is_trained(
+    folder: Path, config: WorldConfig, seed: int, ticks: int | None = None, *, verify: bool = True
+) -> bool:
+    """Return whether a folder contains this training run. Raises ForeignFile if it contains another training
+    run, RecordingError if it is damaged."""
+    path = folder / TRAINING
+    if not verify or not path.is_file():
+        return path.is_file()
+    wanted = {"config_hash": config.config_hash, "seed": seed} | ({} if ticks is None else {"ticks": ticks})
+    training = read_manifest(folder, TRAINING)
+    different = [key for key in wanted if training.get(key) != wanted[key]]
+    if different:
+        there, here = (
+            ", ".join(f"{key} {values.get(key)}" for key in different) for values in (training, wanted)
+        )
+        raise ForeignFile(f"{path}: belongs to another training run: {there}, not {here}")
+    hashes = training.get("weights")
+    for name in species_with_policy(config):
+        file = folder / f"{name}.safetensors"
+        if not file.is_file():
+            raise RecordingError(f"{file}: is missing; remove its folder to train again")
+        if not isinstance(hashes, dict) or hashes.get(name) != hash_of(file):
+            raise ForeignFile(f"{file}: is not the policy written by this training run")
+    return True
+
+
+def forget_trained(folder: Path) -> None:
+    """Remove all training runs in a folder, and the folder if nothing else is left."""
+    for place in folder.glob("training-*"):
+        remove(place, TRAINED)
+    remove(folder, ())

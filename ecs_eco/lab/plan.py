@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from importlib import import_module
 from importlib.util import find_spec
 from itertools import product
-from math import prod
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -138,11 +137,6 @@ class PlanFile:
     def notes(self) -> list[str]:
         """The current name of each key that the file gives under a former name."""
         return [f"{now[0]} was called {old[0]}" for now, old in self.written.items() if len(now) == 1]
-
-    @property
-    def folder(self) -> Path:
-        """Folder of the plan, the base of relative file names."""
-        return self.document.folder
 
     def refused(self, problems: Iterable[Problem]) -> ConfigError:
         return _refused(self.document, self.written, problems)
@@ -311,12 +305,6 @@ def points_of(plan: Plan, base: WorldConfig) -> Iterator[Point]:
         factors.append([{name: Entry(value, ("grid", name, i))} for i, value in enumerate(values)])
     for parts in product(*factors):
         yield {name: entry for part in parts for name, entry in part.items()}
-
-
-def number_of_points(plan: Plan) -> int:
-    """Return the number of points of a plan."""
-    drawn = plan.sample.size if plan.sample else 1
-    return len(plan.list or [()]) * drawn * prod(map(len, (plan.grid or {}).values()))
 
 
 def problems_of_ranges(plan: Plan, base: WorldConfig) -> Iterator[Problem]:

@@ -36,13 +36,9 @@ def one_thread_each() -> Iterator[None]:
 
 
 def begin_worker() -> None:
-    """Leave Ctrl-C to the parent process, and end when it ends; call this when a worker starts."""
+    """Leave Ctrl-C to the parent process, and send SIGTERM to this one when its parent ends, because a pool's
+    workers would keep running queued calls; call this when a worker starts."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    end_with_parent()
-
-
-def end_with_parent() -> None:
-    """Send SIGTERM to this process when its parent ends; a pool's workers would keep running queued calls."""
     parent = multiprocessing.parent_process()
     if parent is None:
         return

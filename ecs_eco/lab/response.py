@@ -2,22 +2,22 @@
 Sobol's or Morris's method, sensitivity indices, computed by SALib."""
 
 import json
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from itertools import combinations
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
 from ecs_eco.analysis.palette import AXIS, INK, ON_CELL
-from ecs_eco.analysis.seed_grid import mean_interval, share_interval
+from ecs_eco.analysis.seed_grid import mean_of_known, share_interval
 from ecs_eco.analysis.style import DASHES, PALETTE, Axes, Figure, panels, styled
 from ecs_eco.analysis.survival import Interval, wilson
 from ecs_eco.lab.plan import Sample
+from ecs_eco.lab.work import group
 
 Row = Mapping[str, Any]
-Item = TypeVar("Item")
 
 
 @dataclass(frozen=True)
@@ -58,43 +58,40 @@ def outcomes_of(rows: Sequence[Row], species: Sequence[str]) -> list[Outcome]:
     return found
 
 
+def turnover_of(rows: Sequence[Row], species: Sequence[str]) -> list[Outcome]:
+    """Return the outcomes births and deaths by cause, such as "deer: harvested" for a catch."""
+    return [
+        Outcome(column, f"{name}: {what.removeprefix('died.')}", name)
+        for column in rows[0]
+        for name, _, what in [column.partition(".")]
+        if name in species and (what.startswith("died.") or what == "births")
+    ]
+
+
 def values_of(rows: Iterable[Row], key: str) -> list[Any]:
     """Return the values of a key: numbers sorted, other values in order of appearance."""
     values = list({json.dumps(row[key]): row[key] for row in rows}.values())
     return sorted(values) if _are_numbers(values) else values
 
 
-def answers(rows: Sequence[Row], key: str, outcome: Outcome) -> list[Answer]:
-    """Return an outcome at each value of a key: its mean over all other varied values, averaged over seeds."""
-    parts = ([row for row in rows if row[key] == value] for value in values_of(rows, key))
-    return [_answer(part, key, outcome) for part in parts]
-
-
-def by_point(rows: Sequence[Row], key: str, outcome: Outcome) -> list[Answer]:
-    """Return an outcome at each point, sorted by the value of a key."""
-    return sorted(
-        (_answer(part, key, outcome) for part in group(rows, lambda row: row["point"]).values()),
-        key=lambda answer: answer.value,
-    )
-
-
-def _answer(rows: Sequence[Row], key: str, outcome: Outcome) -> Answer:
-    runs = tuple(float(row[outcome.column]) for row in rows if row[outcome.column] is not None)
-    return Answer(rows[0][key], interval(rows, outcome), runs)
+def answers(rows: Sequence[Row], key: str, outcome: Outcome, each: str = "") -> list[Answer]:
+    """Return an outcome at each value of a key, or, if `each` is "point", at each point, ordered by this value:
+    its mean over all other varied values, averaged over seeds."""
+    found, values = [], values_of(rows, key)
+    for part in group(rows, lambda row: json.dumps(row[each or key])).values():
+        runs = tuple(float(row[outcome.column]) for row in part if row[outcome.column] is not None)
+        found.append(Answer(part[0][key], interval(part, outcome), runs))
+    return sorted(found, key=lambda answer: values.index(answer.value))
 
 
 def interval(rows: Sequence[Row], outcome: Outcome) -> Interval:
     """Return the mean of an outcome over training and world seeds with its 95% interval, NaN without values."""
     table = _table(rows, outcome.column)
-    if not np.isfinite(table).all():
-        table = table[np.isfinite(table)][None]
-    if not table.size:
-        return Interval(np.nan, np.nan, np.nan)
-    if outcome.share and np.isin(table, (0.0, 1.0)).all():
-        return share_interval(table) if len(table) > 1 else wilson(table.sum(), table.size)
-    if table.size == 1:
-        return Interval(float(table.item()), np.nan, np.nan)
-    mean = mean_interval(table)
+    known = table[np.isfinite(table)]
+    if outcome.share and known.size and np.isin(known, (0.0, 1.0)).all():
+        crossed = known.size == table.size and len(table) > 1
+        return share_interval(table) if crossed else wilson(known.sum(), known.size)
+    mean = mean_of_known(table)
     return Interval(mean.value, max(mean.low, 0.0), min(mean.high, 1.0)) if outcome.share else mean
 
 
@@ -114,14 +111,6 @@ def _table(rows: Sequence[Row], column: str) -> np.ndarray:
         if row[column] is not None:
             cells.setdefault((row["training_seed"] or 0, row["world_seed"]), []).append(float(row[column]))
     return np.array([[np.mean(cells[a, b]) if (a, b) in cells else np.nan for b in worlds] for a in training])
-
-
-def group(rows: Sequence[Item], of: Callable[[Item], Any]) -> dict[Any, list[Item]]:
-    """Group rows by the result of a function, keeping their order."""
-    parts: dict[Any, list[Item]] = {}
-    for row in rows:
-        parts.setdefault(of(row), []).append(row)
-    return parts
 
 
 FEW = 12  # with more values, each point is drawn instead of one point per value
@@ -182,11 +171,7 @@ def _response(
 ) -> None:
     """Plot the responses of one treatment, offset from those of the other treatments."""
     each = len(values) <= FEW
-    found = [
-        a
-        for a in (answers(rows, key, outcome) if each else by_point(rows, key, outcome))
-        if np.isfinite(a.mean.value)
-    ]
+    found = [a for a in answers(rows, key, outcome, "" if each else "point") if np.isfinite(a.mean.value)]
     x = _places(values, [answer.value for answer in found])
     apart = np.diff(np.unique(_places(values, values)))
     gap = float(apart.min()) if apart.size else 1.0  # smallest distance between values
@@ -384,16 +369,6 @@ def indices_of(
             y = np.array([interval(own, outcome).value for own in points])
             if len(y) == sample.size and np.isfinite(y).all() and np.ptp(y) > 0:
                 yield treatment, outcome, indices(sample, y)
-
-
-def index_rows(design: str, found: Sequence[tuple[str, Outcome, Indices]]) -> list[dict[str, Any]]:
-    """Return a table with a row for each treatment, outcome, key and index."""
-    return [
-        {"treatment": treatment, "outcome": outcome.column, "key": key, "index": name, **x._asdict()}
-        for treatment, outcome, own in found
-        for key, both in own.items()
-        for name, x in zip(INDEX_NAMES[design], both, strict=True)
-    ]
 
 
 @styled

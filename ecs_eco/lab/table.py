@@ -14,13 +14,14 @@ from ecs_eco.analysis.survival import Interval
 from ecs_eco.config import WorldConfig
 from ecs_eco.engine.errors import RecordingError, listed, nearest, refusal
 from ecs_eco.lab import response
-from ecs_eco.lab.arm import UNTREATED
 from ecs_eco.lab.executors import built
 from ecs_eco.lab.folder import RUN, Sweep
 from ecs_eco.lab.jobs import read_done
 from ecs_eco.lab.plan import Sample
-from ecs_eco.lab.response import Outcome, Row, group, outcomes_of
-from ecs_eco.lab.status import Survey
+from ecs_eco.lab.response import Outcome, Row, outcomes_of, turnover_of
+from ecs_eco.lab.sweep import Survey
+from ecs_eco.lab.treatments import UNTREATED
+from ecs_eco.lab.work import group
 from ecs_eco.record.container import inside
 from ecs_eco.record.parquet import write_part
 from ecs_eco.record.seal import read_manifest
@@ -192,6 +193,7 @@ _RESPONSE = (
     "seed's mean over the other values is computed first."
 )
 _POINTS = "For drawn points, each point is shown: its mean with the 95% interval over seeds."
+_TURNOVER = f"Numbers per run; at most {MOST_PANELS} panels. runs.parquet contains all births and deaths."
 _HEAT = "Means over seeds and all other varied values; cells are empty if no run has a value."
 
 _INDICES = "Means over seeds, with 95% intervals over points. Variance between seeds counts as interaction."
@@ -209,7 +211,7 @@ def write_page(sweep: Sweep, rows: Sequence[Row], failed: dict[int, str]) -> Pat
     found = [] if design == "lhs" else [*response.indices_of(Sample.model_validate(given), rows, outcomes)]
     blocks = [
         *_head(sweep, rows, failed, [*_opening(rows, keys, outcomes), *_depends(design, found)]),
-        *_responses(rows, keys, outcomes, hue, folder),
+        *_responses(rows, keys, outcomes, turnover_of(rows, species), hue, folder),
         *_sensitivity(sweep, design, found, folder),
         *_points(rows, keys, outcomes),
         *_seeds(rows, keys, outcomes),
@@ -286,23 +288,36 @@ def _head(sweep: Sweep, rows: Sequence[Row], failed: dict[int, str], opening: Se
 
 
 def _responses(
-    rows: Sequence[Row], keys: list[str], outcomes: list[Outcome], hue: dict[str, str], folder: Path
+    rows: Sequence[Row],
+    keys: list[str],
+    outcomes: list[Outcome],
+    turnover: list[Outcome],
+    hue: dict[str, str],
+    folder: Path,
 ) -> list[str]:
-    outcomes = [outcome for outcome in outcomes if len({row[outcome.column] for row in rows}) > 1]
-    if not keys or not outcomes:
-        return []
-    shown = response.responses(rows, keys[:4], outcomes, hue)
-    each = all(len({str(row[key]) for row in rows}) <= response.FEW for key in keys)
-    blocks = [
-        "<h2>Response</h2>",
-        drawn(shown, folder / "response.svg", _RESPONSE if each else f"{_RESPONSE} {_POINTS}"),
-    ]
-    for i, pair in enumerate(response.pairs_of(rows, keys)):
-        shown = response.heat(rows, pair, outcomes[:MOST_PANELS])
+    """Return the sections on responses, and on births and deaths by cause, the most frequent first."""
+    blocks: list[str] = []
+    outcomes, turnover = (
+        [what for what in of if keys and len({row[what.column] for row in rows}) > 1]
+        for of in (outcomes, turnover)
+    )
+    if outcomes:
+        shown = response.responses(rows, keys[:4], outcomes, hue)
+        each = all(len({str(row[key]) for row in rows}) <= response.FEW for key in keys)
         blocks += [
-            f"<h2>{escape(response.short(pair[0]))} and {escape(response.short(pair[1]))}</h2>",
-            drawn(shown, folder / f"heat-{i + 1}.svg", _HEAT),
+            "<h2>Response</h2>",
+            drawn(shown, folder / "response.svg", _RESPONSE if each else f"{_RESPONSE} {_POINTS}"),
         ]
+        for i, pair in enumerate(response.pairs_of(rows, keys)):
+            shown = response.heat(rows, pair, outcomes[:MOST_PANELS])
+            blocks += [
+                f"<h2>{escape(response.short(pair[0]))} and {escape(response.short(pair[1]))}</h2>",
+                drawn(shown, folder / f"heat-{i + 1}.svg", _HEAT),
+            ]
+    if turnover:
+        turnover.sort(key=lambda what: -sum(row[what.column] for row in rows))
+        shown = response.responses(rows, keys[:4], turnover[:MOST_PANELS], hue)
+        blocks += ["<h2>Births and deaths</h2>", drawn(shown, folder / "turnover.svg", _TURNOVER)]
     return blocks
 
 
@@ -314,7 +329,13 @@ def _sensitivity(
         return []
     if not found:
         return ["<h2>Sensitivity</h2><p>Indices need all points, at which an outcome differs.</p>"]
-    write_table(response.index_rows(design, found), sweep.folder / "sensitivity.parquet")
+    rows = [
+        {"treatment": treatment, "outcome": outcome.column, "key": key, "index": name, **x._asdict()}
+        for treatment, outcome, own in found
+        for key, both in own.items()
+        for name, x in zip(response.INDEX_NAMES[design], both, strict=True)
+    ]
+    write_table(rows, sweep.folder / "sensitivity.parquet")
     cells = [
         [treatment, outcome.label, response.short(key), *map(_cell, both)]
         for treatment, outcome, own in found

@@ -150,15 +150,20 @@ def interleaved(groups: Sequence[Sequence[Item]]) -> list[Item]:
     return [groups[i][j] for i, j in at if j < len(groups[i])]
 
 
+def group(items: Iterable[Item], of: Callable[[Item], Any]) -> dict[Any, list[Item]]:
+    """Group items by the result of a function, keeping their order."""
+    parts: dict[Any, list[Item]] = {}
+    for item in items:
+        parts.setdefault(of(item), []).append(item)
+    return parts
+
+
 def evenly(items: Iterable[Item], *keys: Callable[[Item], Hashable]) -> list[Item]:
     """Return items ordered so that groups with equal keys advance evenly: by the first key, and within its
     groups by the next."""
     if not keys:
         return list(items)
-    groups: dict[Hashable, list[Item]] = {}
-    for item in items:
-        groups.setdefault(keys[0](item), []).append(item)
-    return interleaved([evenly(own, *keys[1:]) for own in groups.values()])
+    return interleaved([evenly(own, *keys[1:]) for own in group(items, keys[0]).values()])
 
 
 def _lost_its_worker(future: Future[Any]) -> bool:

@@ -16,7 +16,7 @@ def trained(config: Any, seed: int, ticks: int | None = None) -> Path:
 
     Stored policies are keyed by configuration, seed, length and ecs_eco source code, so they are never stale.
     """
-    from ecs_eco.lab.trained import train_or_find
+    from ecs_eco.lab.jobs import train_or_find
 
     text = json.dumps([_sources(), without_policies(config), seed, ticks], sort_keys=True)
     name = hashlib.sha256(text.encode()).hexdigest()[:24]

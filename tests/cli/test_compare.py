@@ -13,8 +13,8 @@ from typer.testing import CliRunner
 from ecs_eco.cli import app
 from ecs_eco.cli.compare import claim_folder
 from ecs_eco.engine.errors import FolderInUse
-from ecs_eco.lab.arm import Arm, arms_of
 from ecs_eco.lab.comparison import Comparison
+from ecs_eco.lab.treatments import Arm, arms_of
 
 FEW = [
     "species.grass.count=60",

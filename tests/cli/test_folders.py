@@ -12,7 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 from ecs_eco.cli import app
-from ecs_eco.lab.arm import LONGEST_NAME, folder_name
+from ecs_eco.lab.treatments import LONGEST_NAME, folder_name
 from ecs_eco.record import run_to_folder
 
 WORLD = """\

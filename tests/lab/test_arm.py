@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ecs_eco.lab.arm import arms_of
+from ecs_eco.lab.treatments import arms_of
 
 
 def test_each_treatment_is_an_arm_of_its_own() -> None:

@@ -46,6 +46,6 @@ def test_a_sweep_is_collected_into_a_row_for_each_run_and_a_page(tmp_path: Path)
     assert len({row["digest"] for row in rows}) == 15
     page = result.page.read_text()
     assert "Moss &lt;in&gt; rows" in page
-    assert page.count('class="plot') == 2  # the response, and the heat map
+    assert page.count('class="plot') == 3  # the response, the heat map, and births
     assert "1 of 16 jobs are not done" in page
     assert result.lines[0] == "world: all species persist in 8 of 8 runs of 6 ticks, at 4 points"

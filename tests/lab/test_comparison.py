@@ -13,9 +13,9 @@ import pytest
 
 from ecs_eco.engine.errors import ForeignFile
 from ecs_eco.lab import work
-from ecs_eco.lab.arm import arms_of
 from ecs_eco.lab.comparison import Comparison, Key, compare
 from ecs_eco.lab.pool import Pool
+from ecs_eco.lab.treatments import arms_of
 from ecs_eco.lab.work import run_jobs
 from ecs_eco.record.seal import read_manifest
 

@@ -7,7 +7,7 @@ import pytest
 
 from ecs_eco.analysis.seed_grid import mean_interval
 from ecs_eco.analysis.survival import wilson
-from ecs_eco.lab.response import Outcome, answers, by_point, interval, outcomes_of, responses, values_of
+from ecs_eco.lab.response import Outcome, answers, interval, outcomes_of, responses, values_of
 from ecs_eco.lab.table import _opening
 
 N, KEPT = Outcome("moss.mean", "mean number of moss", "moss"), Outcome("persisted", "share", share=True)
@@ -87,7 +87,7 @@ def test_both_kinds_of_seeds_are_replicates() -> None:
 
 
 def test_points_come_in_the_order_of_the_key() -> None:
-    found = [(answer.value, answer.mean.value) for answer in by_point(ROWS, "rate", N)]
+    found = [(answer.value, answer.mean.value) for answer in answers(ROWS, "rate", N, "point")]
     assert found == [(0.1, 12.0), (0.1, 30.0), (0.2, 22.0)]
     assert values_of(ROWS, "rate") == [0.1, 0.2]
     assert values_of([{"x": "b"}, {"x": "a"}, {"x": [1]}], "x") == ["b", "a", [1]]

@@ -9,8 +9,8 @@ import pytest
 
 from ecs_eco.config import load
 from ecs_eco.engine.errors import ForeignFile, RecordingError
-from ecs_eco.lab.arm import Arm
 from ecs_eco.lab.jobs import has_run, run_arm
+from ecs_eco.lab.treatments import Arm
 from ecs_eco.record import seal
 from ecs_eco.runs.run import run_to_folder
 

@@ -15,8 +15,7 @@ from ecs_eco.lab import jobs, sweep as run
 from ecs_eco.lab.folder import read_sweep
 from ecs_eco.lab.jobs import _noting, run_job
 from ecs_eco.lab.pool import Pool
-from ecs_eco.lab.status import Survey
-from ecs_eco.lab.sweep import Outcome, do_jobs
+from ecs_eco.lab.sweep import Outcome, Survey, do_jobs
 from ecs_eco.record.claim import Claim
 from tests.lab.moss import PLAN
 from tests.lab.test_sweep import begun

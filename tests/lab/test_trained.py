@@ -10,7 +10,7 @@ import pytest
 from ecs_eco.config import load
 from ecs_eco.engine.errors import ForeignFile, RecordingError
 from ecs_eco.lab import pretraining
-from ecs_eco.lab.trained import is_trained, train_or_find
+from ecs_eco.lab.jobs import is_trained, train_or_find
 
 FEW = {
     "species.grass.count": 60,

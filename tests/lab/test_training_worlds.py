@@ -3,8 +3,7 @@ import pytest
 
 from ecs_eco.config import load
 from ecs_eco.engine.errors import ConfigError
-from ecs_eco.lab.pretraining import pretrain
-from ecs_eco.lab.training_worlds import TrainingWorlds, drawn
+from ecs_eco.lab.pretraining import TrainingWorlds, drawn, pretrain
 
 VARY = {"species.ram.count": [4, 30], "species.moss.reproduction.seed_rain": [0.1, 0.4]}
 

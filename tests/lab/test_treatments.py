@@ -11,9 +11,8 @@ from ecs_eco import World
 from ecs_eco.cli import app
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.engine.errors import ConfigError
-from ecs_eco.lab.arm import arms_of, check_training
 from ecs_eco.lab.comparison import Comparison
-from ecs_eco.lab.treatments import TREATMENTS, NotApplicable, find
+from ecs_eco.lab.treatments import TREATMENTS, NotApplicable, arms_of, check_training, find
 from ecs_eco.life import treatments as at_build
 from ecs_eco.view.inspect import state_of
 

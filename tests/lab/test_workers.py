@@ -19,7 +19,7 @@ SCRIPT = """
 import os, sys, time
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
-from ecs_eco.lab.pool import end_with_parent
+from ecs_eco.lab.pool import begin_worker
 
 def work(path):
     with open(path, "w") as file:
@@ -28,7 +28,7 @@ def work(path):
     time.sleep(300)
 
 if __name__ == "__main__":
-    with ProcessPoolExecutor(1, get_context("spawn"), initializer=end_with_parent) as pool:
+    with ProcessPoolExecutor(1, get_context("spawn"), initializer=begin_worker) as pool:
         for i in range(3):
             pool.submit(work, f"{sys.argv[1]}/{i}")
 """

@@ -8,8 +8,8 @@ import pytest
 
 from ecs_eco.analysis.palette import SAFE
 from ecs_eco.config.models.species import Look
-from ecs_eco.testing.browser import until
-from tests.view.pages import IN_A_BROWSER, pause, scene, select
+from ecs_eco.testing.browser import served, until
+from tests.view.pages import IN_A_BROWSER, opened, passed, pause, scene, select
 
 pytestmark = IN_A_BROWSER
 SIDE = 60.0  # of the park [m]
@@ -111,7 +111,9 @@ def test_a_field_lies_over_the_ground_and_food_does_too(page):
         until(page, "ecs.still")
         assert page.evaluate("ecs.messages.field ?? 0") == before + (name == "wolf_smell")
         seen[name] = scene(page)
-        changed = np.abs(seen[name] - bare).max(axis=2) > 0.01  # lowest values are near the color of the ground
+        changed = (
+            np.abs(seen[name] - bare).max(axis=2) > 0.01
+        )  # lowest values are near the color of the ground
         assert changed.mean() > 0.4  # the ground is half of the picture
     assert np.abs(seen["wolf_smell"] - seen["food of deer"]).mean() > 0.01
     page.locator("#field").select_option("")
@@ -139,15 +141,61 @@ def test_the_ground_is_greener_where_grass_grows(page):
     assert r > 0.02
 
 
+ISLE = """
+format = 1
+name = "isle"
+space = { size = [120.0, 120.0], edges = "walls" }
+terrain = { cell = 4.0, hills = { seed = 4, amplitude = 1.0, scale = 50.0 } }
+interventions = [
+  { at = 0, kind = "add", species = "tree", count = 160, region = [0.0, 0.0, 40.0, 120.0] },
+  { at = 0, kind = "add", species = "grass", count = 900, region = [0.0, 0.0, 80.0, 120.0] },
+]
+[species.tree]
+count = 0
+color = "#00441b"
+body = { radius = 0.5 }
+reproduction = { kind = "spread", rate = 0.0, spacing = 3.0 }
+[species.grass]
+count = 0
+color = "#4d9221"
+body = { radius = 0.3 }
+reproduction = { kind = "spread", rate = 0.0, spacing = 3.0 }
+"""
+
+
+def test_wood_meadow_and_bare_ground_differ_from_above(browser, tmp_path):
+    (tmp_path / "isle.toml").write_text(ISLE)
+    with served("watch", str(tmp_path / "isle.toml")) as run, opened(browser, run.address()) as page:
+        pause(page)
+        passed(page)
+        page.locator("[data-eye=top]").click()
+        for theme in ("light", "dark"):
+            page.emulate_media(color_scheme=theme)
+            until(page, "ecs.still")
+            box, picture = page.locator("#canvas").bounding_box(), scene(page, 0, 0)
+            x, y = (np.array(page.evaluate("ecs.corners()")) - (box["x"], box["y"])).T
+            rows = slice(int(y.min() + 0.15 * np.ptp(y)), int(y.max() - 0.15 * np.ptp(y)))
+            ends = [[int(x.min() + share / 30 * np.ptp(x)) for share in (k + 2, k + 8)] for k in (0, 10, 20)]
+            parts = [np.median(picture[rows, a:b].reshape(-1, 3), axis=0) for a, b in ends]  # most is ground
+            wood, meadow, bare = _lab(255 * np.array(parts))
+            assert min(math.dist(*pair) for pair in ((wood, meadow), (meadow, bare), (wood, bare))) > 15
+            assert max(wood[1], meadow[1]) < bare[1] - 5  # greener
+
+
 def test_who_lies_still_is_an_animal_and_no_tuft(page):
     drawn = page.evaluate("""async () => {
       const {kindsOf, sign} = await import('/marks.js');
-      const still = [{name: 'grass', sessile: true}, {name: 'ewe', sessile: false}];
+      const still = [{name: 'grass', sessile: true}, {name: 'ewe', sessile: false}, {name: 'old oak', sessile: false}];
       const species = [...still, {name: 'deer', moves: true}];
       const kinds = kindsOf({size: [9, 9], foods: {deer: ['grass']}, species});
-      return kinds.map((kind) => [Boolean(kind.rests), sign(kind, '#123456').firstChild.tagName]);
+      return kinds.map((kind) => [Boolean(kind.rests), kind.build, sign(kind, '#123456').firstChild.tagName]);
     }""")
-    assert drawn == [[False, "ellipse"], [True, "polygon"], [False, "polygon"]]
+    assert drawn == [
+        [False, None, "ellipse"],
+        [True, "sheep", "polygon"],
+        [False, "tree", "polygon"],
+        [False, "deer", "polygon"],
+    ]
 
 
 def test_shapes_follow_names_or_diet_place_and_size_and_differ(page):

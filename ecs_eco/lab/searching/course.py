@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.engine.errors import ForeignFile, refusal
+from ecs_eco.lab.jobs import forget_trained
 from ecs_eco.lab.searching.evaluate import Job, evaluate
 from ecs_eco.lab.searching.journal import Entry, begin
 from ecs_eco.lab.searching.optimise import Optimiser, merit
 from ecs_eco.lab.searching.plan import Cell, Plan
 from ecs_eco.lab.searching.sampler import SAMPLERS, Sampler
-from ecs_eco.lab.trained import forget_trained
 from ecs_eco.lab.work import Work
 from ecs_eco.record.container import inside
 
@@ -70,7 +70,7 @@ class Search:
         self.phase = "finals"
         self._test("final", [(e, self.plan.finals, self.plan.ticks) for e in self._finalists()])
         self.phase, cells = "confirming", self.plan.confirmation
-        worlds = self.best(), self.evaluated()[0]  # the best, and the world as written
+        worlds = self.ranked()[0], self.evaluated()[0]  # the best, and the world as written
         self._test(
             "confirmation", [(e, (cell,), self.plan.confirmation_ticks) for e in worlds for cell in cells]
         )
@@ -159,9 +159,6 @@ class Search:
         return sorted(
             (e for e in self.journal.of("candidate") if "refused" not in e), key=lambda e: int(e["candidate"])
         )
-
-    def best(self) -> dict[str, Any]:
-        return self.ranked()[0]
 
     @property
     def done(self) -> int:

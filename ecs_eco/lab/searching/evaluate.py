@@ -15,8 +15,8 @@ from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.models.search import Search
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.inputs.code import handed_over
+from ecs_eco.lab.jobs import train_or_find
 from ecs_eco.lab.searching.plan import Fit, Plan
-from ecs_eco.lab.trained import train_or_find
 
 
 def objective(

@@ -1,6 +1,6 @@
 """Figures of a search: its progress, the important parameters, where good worlds are, and the posterior."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import combinations
 from typing import Any
 
@@ -9,7 +9,7 @@ import numpy as np
 from ecs_eco.analysis.palette import AXIS, GREY, GRID, INK, SAFE
 from ecs_eco.analysis.style import PALETTE, Figure, panels, several, styled
 from ecs_eco.lab.response import short
-from ecs_eco.lab.searching.optimise import Importance, merit
+from ecs_eco.lab.searching.optimise import merit
 from ecs_eco.lab.searching.plan import Parameter
 from ecs_eco.lab.searching.sampler import ENDS, Population, value_at, weighted_quantiles
 
@@ -53,19 +53,16 @@ def history(entries: Sequence[dict[str, Any]], last: int) -> Figure:
 
 
 @styled
-def importance(numbers: Sequence[Importance]) -> Figure:
+def importance(numbers: Mapping[str, Mapping[str, float]]) -> Figure:
     """Plot each parameter's share of total importance, and the share exceeded by chance in 1 of 20 cases."""
-    order = sorted(numbers, key=lambda i: i.share)
+    order = dict(sorted(numbers.items(), key=lambda one: one[1]["share"]))
     figure, ((ax,),) = panels(1, 1, 8, 0.34 * len(order) + 1.3)
     places = np.arange(len(order))
-    ax.barh(places, [i.share for i in order], height=0.6, color=PALETTE[2])
-    limits = np.minimum([i.by_chance for i in order], 1.0)
+    ax.barh(places, [of["share"] for of in order.values()], height=0.6, color=PALETTE[2])
+    limits = np.minimum([of["by_chance"] for of in order.values()], 1.0)
     ax.vlines(limits, places - 0.4, places + 0.4, color=BEST, lw=2, label="by chance, 19 of 20 cases")
     ax.set(
-        yticks=places,
-        yticklabels=[short(i.name) for i in order],
-        xlim=(0, 1.02),
-        xlabel="share of total importance",
+        yticks=places, yticklabels=[*map(short, order)], xlim=(0, 1.02), xlabel="share of total importance"
     )
     ax.legend(loc="lower right")
     return figure

@@ -3,7 +3,6 @@
 import logging
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -88,26 +87,18 @@ BEST_SHARE, LEAST_BEST = 0.1, 5  # the best tenth, but at least five candidates
 SHUFFLES = 40
 
 
-@dataclass(frozen=True)
-class Importance:
-    """A parameter's share of total importance, and the share exceeded by chance in 1 of 20 cases."""
-
-    name: str
-    share: float
-    by_chance: float
-
-
 def importances(
     space: Mapping[str, Any], values: Sequence[Mapping[str, float]], merits: Sequence[float], seed: int = 0
-) -> list[Importance]:
-    """Return the importance of each parameter in a space, from the candidates' values and merits."""
+) -> dict[str, dict[str, float]]:
+    """Return each parameter's "share" of total importance, from the candidates' values and merits, and the share
+    exceeded "by_chance" in 1 of 20 cases."""
     y, rng = np.asarray(merits, float), np.random.default_rng(seed)
     own = _divergences(space, values, y)
     shuffled = np.array([_divergences(space, values, rng.permutation(y)) for _ in range(SHUFFLES)])
     total = own.sum() or 1.0
-    limit = np.quantile(shuffled, 0.95, axis=0) / total
-    shares = (own / total).tolist()
-    return [Importance(*each) for each in zip(space, shares, limit.tolist(), strict=True)]
+    limits = np.quantile(shuffled, 0.95, axis=0)
+    both = (np.array([own, limits]) / total).T.tolist()
+    return {name: {"share": a, "by_chance": b} for name, (a, b) in zip(space, both, strict=True)}
 
 
 def _divergences(

@@ -1,6 +1,7 @@
 """A whole search and its results: the best worlds, search.json, figures and search.html."""
 
 import shutil
+from collections import Counter
 from collections.abc import Mapping
 from concurrent.futures import Executor
 from html import escape
@@ -23,20 +24,17 @@ from ecs_eco.engine.files import write_json
 from ecs_eco.engine.versions import versions
 from ecs_eco.lab.executors import LOCAL, engine, prepare, workers_of
 from ecs_eco.lab.folder import copy_file, named_files
-from ecs_eco.lab.response import group
+from ecs_eco.lab.jobs import forget_trained
 from ecs_eco.lab.searching import figures
 from ecs_eco.lab.searching.course import BEST, Progress, Search
-from ecs_eco.lab.searching.optimise import OPTIMISERS, Importance, importances, merit, ranks, space_of
+from ecs_eco.lab.searching.optimise import OPTIMISERS, importances, merit, ranks, space_of
 from ecs_eco.lab.searching.plan import TRAINED, Plan, plan_of
 from ecs_eco.lab.searching.sampler import SAMPLERS, Sampler, write_posterior
-from ecs_eco.lab.trained import forget_trained
-from ecs_eco.lab.work import Work
+from ecs_eco.lab.work import Work, group
 from ecs_eco.record.claim import Claim, ours
 from ecs_eco.record.code import keep_beside
 from ecs_eco.record.container import inside
 from ecs_eco.record.folder import git_commit
-
-Runs = list[dict[str, Any]]  # journal entries, or the runs in them
 
 
 def search(
@@ -210,6 +208,7 @@ def _confirmed(result: dict[str, Any], folder: Path) -> list[str]:
         "all species, on seeds that the search did not use",
         {"best": figures.BEST, "as written": figures.START},
     )
+    lost = {world: Counter(filter(None, (r["extinct"] for r in c["lives"]))) for world, c in both.items()}
     rows = [
         [
             world,
@@ -218,7 +217,7 @@ def _confirmed(result: dict[str, Any], folder: Path) -> list[str]:
             number(c["share"]),
             f"{number(c['low'])} … {number(c['high'])}",
             ", ".join(f"{a}/{b}" for a, b in c["by_training_seed"].values()),
-            _lost(c["lives"]),
+            ", ".join(f"{name} {n}" for name, n in lost[world].items()) or "–",
         ]
         for world, c in both.items()
     ]
@@ -231,12 +230,6 @@ def _confirmed(result: dict[str, Any], folder: Path) -> list[str]:
             rows,
         ),
     ]
-
-
-def _lost(lives: Runs) -> str:
-    """Return the species that died out first, with the number of runs for each."""
-    extinct = [r["extinct"] for r in lives if r["extinct"] is not None]
-    return ", ".join(f"{name} {extinct.count(name)}" for name in dict.fromkeys(extinct)) or "–"
 
 
 def _best_table(search: Search, result: dict[str, Any]) -> str:
@@ -259,8 +252,8 @@ def _important(search: Search, result: dict[str, Any], folder: Path) -> list[str
     if result["importance"] is None:
         return ["<p>There are too few candidates for this analysis.</p>"]
     plan, entries = search.plan, search.evaluated()
-    shares = [Importance(name, **numbers) for name, numbers in result["importance"]["numbers"].items()]
-    worse, best, start = ranks([merit(e) for e in entries]), search.best()["values"], plan.start
+    found = result["importance"]["numbers"]
+    worse, best, start = ranks([merit(e) for e in entries]), search.ranked()[0]["values"], plan.start
     text = (
         f"Based on {len(entries)} candidates. A parameter is important if the distribution of the "
         "best candidates over its range differs from that of all candidates. A bar that does not reach its "
@@ -269,7 +262,7 @@ def _important(search: Search, result: dict[str, Any], folder: Path) -> list[str
     blocks = [
         f"<p>{text}</p>",
         drawn(
-            figures.importance(shares),
+            figures.importance(found),
             folder / "importance.svg",
             "Share of total importance (PED-ANOVA); by chance, bars stay below the line in 19 of 20 cases.",
         ),
@@ -280,7 +273,7 @@ def _important(search: Search, result: dict[str, Any], folder: Path) -> list[str
         ),
     ]
     if len(plan.parameters) > 1:
-        order = np.argsort([-i.share for i in shares]).tolist()
+        order = np.argsort([-of["share"] for of in found.values()]).tolist()
         blocks.append(
             drawn(
                 figures.pairs(plan.parameters, entries, worse, order, best, start),
@@ -398,6 +391,10 @@ def summary(search: Search) -> dict[str, Any]:
         role: confirmation(search, number) for role, number in (("best", best["candidate"]), ("start", 0))
     }
     finals = {e["candidate"]: e for e in search.journal.of("final")}
+    rises: list[list[float]] = []  # [seconds, merit] at each improvement
+    for e in sorted(search.journal.of("candidate"), key=lambda e: float(e["at"])):
+        if not rises or merit(e) > rises[-1][1]:
+            rises.append([e["at"], merit(e)])
     return {
         **plan.header(),
         "optimiser": search.optimiser,
@@ -420,20 +417,11 @@ def summary(search: Search) -> dict[str, Any]:
             }
             for e in ranked[:5]
         ],
-        "best_so_far": _best_so_far(search.journal.of("candidate")),
+        "best_so_far": rises,
         "confirmation": {"ticks": plan.confirmation_ticks, "cells": plan.confirmation, **confirmed},
         "versions": versions(),
         "git_commit": git_commit(),
     }
-
-
-def _best_so_far(entries: Runs) -> list[list[float]]:
-    """Return [seconds, merit] at each improvement."""
-    rises: list[list[float]] = []
-    for e in sorted(entries, key=lambda e: e["at"]):
-        if not rises or merit(e) > rises[-1][1]:
-            rises.append([e["at"], merit(e)])
-    return rises
 
 
 def confirmation(search: Search, candidate: int) -> dict[str, Any]:
@@ -482,8 +470,7 @@ def _importance(search: Search) -> dict[str, Any] | None:
         return None
     parameters = search.plan.parameters
     values = [{p.name: p.tidy(e["values"][p.name]) for p in parameters} for e in entries]
-    shares = importances(space_of(parameters), values, [merit(e) for e in entries])
-    numbers = {i.name: {"share": i.share, "by_chance": i.by_chance} for i in shares}
+    numbers = importances(space_of(parameters), values, [merit(e) for e in entries])
     return {"candidates": len(entries), "numbers": numbers}
 
 

@@ -176,7 +176,7 @@ export class Ground {
   /** @param {import("./protocol.js").Landmark} lake @param {number} level [m] */
   disc({ at: [x, y], radius }, level) {
     const uniforms = { colour: this.lake, grain: this.grain, round: { value: [x, y, radius, 0] } };
-    const water = new Mesh(new CircleGeometry(radius, 96), new ShaderMaterial({ vertexShader: WATER_VERTEX, fragmentShader: LAKE_FRAGMENT, transparent: true, uniforms }));
+    const water = new Mesh(new CircleGeometry(radius, 96), new ShaderMaterial({ vertexShader: WATER_VERTEX, fragmentShader: LAKE_FRAGMENT, transparent: true, polygonOffset: true, polygonOffsetFactor: -2, polygonOffsetUnits: -16, uniforms }));
     water.position.set(x, y, level + 0.0006 * Math.max(...this.hello.size));
     return water;
   }
@@ -354,7 +354,8 @@ export class Ground {
     this.painted = dark;
     const cells = this.hello.terrain?.colours;
     const land = cells && Uint8Array.from(atob(cells), (letter) => letter.charCodeAt(0));
-    const stops = (dark ? ["#1d3226", "#2a3d2a", "#4a4a3c", "#77736a"] : ["#b8e096", "#cde6a8", "#dccfa9", "#f3f1ec"]).map((hex) => new Color(hex));
+    const soil = this.hello.species.some(({ sessile }) => sessile) ? (dark ? ["#40362a", "#473c2e"] : ["#d9c49a", "#dcc9a2"]) : dark ? ["#1d3226", "#2a3d2a"] : ["#b8e096", "#cde6a8"]; // bare below plants
+    const stops = [...soil, ...(dark ? ["#4a4a3c", "#77736a"] : ["#dccfa9", "#f3f1ec"])].map((hex) => new Color(hex));
     const [at, colour] = [geometry.getAttribute("position"), geometry.getAttribute("color")];
     const span = Math.max(1e-6, this.relief.highest - this.relief.lowest);
     const mixed = new Color(), shore = new Color(dark ? "#4d4430" : "#f3e6c0");

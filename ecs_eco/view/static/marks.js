@@ -34,8 +34,8 @@ export function kindsOf({ species, objects, foods, size }) {
   /** @type {Record<string, number>} */
   const like = {};
   const animals = species.map((kind) => {
-    const rests = !kind.moves && kind.sessile === false;
     const named = lookOf(kind.name), still = named && PLANTS.includes(named);
+    const rests = !kind.moves && kind.sessile === false && !still;
     const shape = () => (hunts(kind.name) ? 0 : dead(kind.name) ? 1 : kind.radius < 0.03 ? 2 : 3);
     const build = kind.look ?? (kind.moves || rests ? (!still && named) || OTHERS[(size?.length ?? 2) > 2 ? "water" : "land"][shape()] : still ? named : undefined);
     const variant = build && build !== (kind.look ?? named) ? (like[build] = (like[build] ?? -1) + 1) : 0;

@@ -1,6 +1,6 @@
 // Maps laid over the ground: densities of plants or food, computed from the positions in a frame, and fields from the server.
 
-import { BufferAttribute, DataTexture, LinearFilter, Mesh, MeshBasicMaterial, NoColorSpace, PlaneGeometry, RGBAFormat, UnsignedByteType } from "./vendor.js";
+import { BufferAttribute, DataTexture, LinearFilter, Mesh, MeshBasicMaterial, MeshLambertMaterial, NoColorSpace, PlaneGeometry, RGBAFormat, UnsignedByteType } from "./vendor.js";
 import { fieldRamp, rampColour, rgb } from "./colours.js";
 import { WORDS } from "./frame.js";
 
@@ -10,7 +10,8 @@ import { WORDS } from "./frame.js";
 const ALONG = 72; // number of cells along the longer side
 const PACE = 250; // minimum time between updates [ms]
 const SHARE = 0.02; // maximum share of the time spent on updates
-const THICK = 0.34; // maximum opacity
+const THICK = [0.5, 0.7], WOODEN = 0.8; // maximum opacity of meadows on flat land and on hills, and of woods
+const LEAF = [140, 200, 80];
 const FIELD = 220; // opacity of a field, out of 255; the same for all values, so that their order shows on any ground
 
 /**
@@ -18,9 +19,10 @@ const FIELD = 220; // opacity of a field, out of 255; the same for all values, s
  * side.
  * @param {Stage} stage
  * @param {import("./layer.js").Layer[]} layers
+ * @param {number} passes of the smoothing
  * @returns {Cells}
  */
-export function density(stage, layers) {
+export function density(stage, layers, passes = 2) {
   const { size, edges } = stage.hello;
   const up = size.length > 2 ? 2 : 1;
   const longest = Math.max(size[0], size[up]);
@@ -30,7 +32,7 @@ export function density(stage, layers) {
     const { words, n } = block;
     for (let row = 0; row < n; row++) cells[(((words[WORDS * row + up] * ny) / 65536) | 0) * nx + (((words[WORDS * row] * nx) / 65536) | 0)]++;
   }
-  for (let pass = 0; pass < 2; pass++) cells = smooth(cells, nx, ny, edges === "torus");
+  for (let pass = 0; pass < passes; pass++) cells = smooth(cells, nx, ny, edges === "torus");
   return { nx, ny, cells };
 }
 
@@ -52,7 +54,8 @@ class Sheet {
   /** @param {Stage} stage @param {number} lift height above the ground, in steps */
   constructor(stage, lift) {
     this.stage = stage;
-    this.material = new MeshBasicMaterial({ transparent: true, depthWrite: false, polygonOffset: true, polygonOffsetFactor: -lift, polygonOffsetUnits: -lift });
+    const lit = lift < 2 && stage.relief.nx; // as the hills below; colors of fields are shown as in their scale
+    this.material = new (lit ? MeshLambertMaterial : MeshBasicMaterial)({ transparent: true, depthWrite: false, polygonOffset: true, polygonOffsetFactor: -lift, polygonOffsetUnits: -lift });
     this.mesh = new Mesh(this.form(), this.material);
     this.mesh.renderOrder = lift / 10 - 1; // after the ground, before plants: sprites have the depth of their centers
     this.mesh.visible = false;
@@ -72,6 +75,7 @@ class Sheet {
     const ground = new PlaneGeometry(size[0], size[1], parts[0], parts[1]).translate(size[0] / 2, size[1] / 2, 0);
     const at = /** @type {BufferAttribute} */ (ground.getAttribute("position"));
     for (let k = 0; k < at.count; k++) at.setZ(k, relief.at(at.getX(k), at.getY(k)) + (relief.nx ? 0.0002 * Math.max(size[0], size[1]) : 0));
+    ground.computeVertexNormals();
     return ground;
   }
 
@@ -116,20 +120,21 @@ export class Meadow {
     this.sheet.mesh.visible = shown.length > 0 && !stage.field?.name;
     if (!this.sheet.mesh.visible) return;
     const maps = shown.map((layer) => { // woods shade the ground below their crowns
-      const wood = layer.kind.build ? 1 : 0, colour = rgb(stage.colours[stage.layers.indexOf(layer)]).map((part) => part * (1 - 0.45 * wood));
-      return { ...density(stage, [layer]), colour, radius: layer.own.radius.value * (1 + 2 * wood), thick: THICK * (1 + 0.7 * wood) };
+      const wood = ["tree", "conifer"].includes(layer.kind.build ?? ""), tone = wood ? (stage.dark ? 0.3 : 0.62) : stage.dark ? 0.65 : 1;
+      const colour = rgb(stage.colours[stage.layers.indexOf(layer)]).map((part, k) => (tone * (part + 2 * LEAF[k])) / 3);
+      const map = density(stage, [layer], wood ? 6 : 3), radius = layer.own.radius.value * (wood ? 3 : 1);
+      const cell = (stage.hello.size[0] / map.nx) * (stage.hello.size[1] / map.ny), [sum, squares] = map.cells.reduce(([a, b], n) => [a + n, b + n * n], [0, 0]);
+      return { ...map, colour, wood, full: Math.max(squares / sum, (0.015 * cell) / (radius * radius + 0.02)) }; // the density around a plant
     });
     const { nx, ny } = maps[0];
-    const cell = (stage.hello.size[0] / nx) * (stage.hello.size[1] / ny);
-    const pixels = new Uint8Array(4 * nx * ny);
-    const most = maps.map(({ cells }) => cells.reduce((a, b) => Math.max(a, b), 0));
+    const pixels = new Uint8Array(4 * nx * ny), thick = THICK[stage.relief.nx ? 1 : 0];
     for (let c = 0; c < nx * ny; c++) {
       let [r, g, b, sum, cover] = [0, 0, 0, 0, 0];
-      maps.forEach(({ cells, colour, radius, thick }, m) => {
-        const share = Math.min(1, cells[c] / Math.max(most[m], (0.04 * cell) / (radius * radius + 0.02)));
-        [r, g, b] = [r + colour[0] * share, g + colour[1] * share, b + colour[2] * share];
-        [sum, cover] = [sum + share, Math.max(cover, thick * Math.sqrt(share))];
-      });
+      for (const { cells, colour, wood, full } of maps) {
+        const share = Math.min(1, cells[c] / full), weight = wood ? 8 * Math.max(0, share - 0.6) : share;
+        [r, g, b] = [r + colour[0] * weight, g + colour[1] * weight, b + colour[2] * weight];
+        [sum, cover] = [sum + weight, Math.max(cover, wood ? WOODEN * Math.min(1, weight) : thick * Math.sqrt(share))];
+      }
       if (sum) pixels.set([r / sum, g / sum, b / sum, 255 * cover], 4 * c);
     }
     this.sheet.paint(pixels, nx, ny);

@@ -100,6 +100,8 @@ void main() {
   vTuft = grows * smoothstep(3.5, 6.0, pixels);
   vWay = fract(sin(dot(now.xy, vec2(0.0129898, 0.078233))) * 43758.5453);
   pixels *= 1.0 + 0.7 * vTuft;
+  vec4 front = projectionMatrix * (seen + vec4(0.0, 0.0, 2.0 * radius * vTuft, 0.0));
+  gl_Position.z = front.z / front.w * gl_Position.w; // the ground in front does not cut off its foot
   gl_PointSize = 2.0 * pixels;
   vPixels = pixels;
   vec3 up = (modelViewMatrix * vec4(0.0, 0.0, 1.0, 0.0)).xyz;
@@ -157,7 +159,7 @@ void main() {
   }
   float blur = 1.2 / max(vPixels, 1.2), cover = 1.0 - smoothstep(1.0 - blur, 1.0, edge);
   vec2 tuft = vTuft > 0.0 ? blades(q) : vec2(0.0);
-  if (vGrows > 0.5) cover = mix(0.75 * cover, tuft.x, vTuft); // at a distance, the ground is also green
+  if (vGrows > 0.5) cover = mix(0.5 * cover, tuft.x, vTuft); // at a distance, the ground is also green
   if (cover < 0.1) discard;
   if (vTuft > 0.5) {
     gl_FragColor = vec4(vColour * tuft.y * (0.6 + 0.25 * (q.y + 1.0)), cover);

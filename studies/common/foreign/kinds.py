@@ -232,7 +232,7 @@ def _trained_policy(place: Path) -> tuple[str, Read]:
 
 def _trained_already(folder: Path, seed: int) -> bool:
     from ecs_eco.config import load
-    from ecs_eco.lab.trained import is_trained
+    from ecs_eco.lab.jobs import is_trained
 
     return is_trained(folder, load(config(), {"training.ticks": 3}), seed)
 

@@ -34,8 +34,8 @@ def repeating(run: Path) -> Read:
 
 def comparing(run: Path, seed: int, **arm: Any) -> Read:
     """Run a comparison that reuses existing results."""
-    from ecs_eco.lab.arm import Arm
     from ecs_eco.lab.jobs import has_run
+    from ecs_eco.lab.treatments import Arm
 
     return lambda: has_run(Arm("world", config(), **arm), seed, TICKS, run)
 

@@ -217,26 +217,25 @@ def test_the_number_that_decides_is_important_and_the_others_are_not() -> None:
     rng = np.random.default_rng(2)
     x = rng.random((80, 3))
     values = [dict(zip("abc", row, strict=True)) for row in x.tolist()]
-    a, b, c = importances(space_of(CUBE), values, np.sin(3 * x[:, 0]) + rng.normal(0, 0.1, 80))
-    assert [i.name for i in (a, b, c)] == ["a", "b", "c"]
-    assert a.share > max(0.6, a.by_chance)
-    assert max(b.share - b.by_chance, c.share - c.by_chance) < 0.05
-    assert a.share + b.share + c.share == pytest.approx(1)
+    found = importances(space_of(CUBE), values, np.sin(3 * x[:, 0]) + rng.normal(0, 0.1, 80))
+    assert [*found] == ["a", "b", "c"]
+    assert found["a"]["share"] > max(0.6, found["a"]["by_chance"])
+    assert max(found[name]["share"] - found[name]["by_chance"] for name in "bc") < 0.05
+    assert sum(of["share"] for of in found.values()) == pytest.approx(1)
 
 
 def test_without_an_effect_no_number_passes_what_luck_gives() -> None:
     rng = np.random.default_rng(3)
     values = [dict(zip("abc", row, strict=True)) for row in rng.random((80, 3)).tolist()]
-    assert all(i.share < i.by_chance for i in importances(space_of(CUBE), values, rng.random(80)))
+    found = importances(space_of(CUBE), values, rng.random(80))
+    assert all(of["share"] < of["by_chance"] for of in found.values())
 
 
 def test_numbers_on_a_log_scale_and_whole_ones_are_taken_as_such() -> None:
     rng = np.random.default_rng(4)
     values = [{"rate": float(10 ** rng.uniform(-2, 0)), "count": int(rng.integers(1, 41))} for _ in range(60)]
-    rate, count = importances(
-        space_of(PARAMETERS), values, [-abs(np.log10(v["rate"] / 0.05)) for v in values]
-    )
-    assert rate.share > max(count.share, rate.by_chance)
+    found = importances(space_of(PARAMETERS), values, [-abs(np.log10(v["rate"] / 0.05)) for v in values])
+    assert found["rate"]["share"] > max(found["count"]["share"], found["rate"]["by_chance"])
 
 
 def test_ranks_share_places_among_equals() -> None:
