@@ -124,7 +124,7 @@ def take(browser: Any, tree: Path, world: str, path: Path, folder: Path) -> None
 
 
 def show(page: Any, kinds: dict[str, Any], folder: Path) -> None:
-    """Save all pictures of the tick shown, the close ones without cards, and the positions."""
+    """Save all pictures of the tick shown, the close ones without cards, and the positions in x and y."""
     places = places_of(page, list(kinds))
     eye = group(places, {name: kinds[name].body.radius for name in places})
     for view, (camera, theme, size) in VIEWS.items():
@@ -134,7 +134,7 @@ def show(page: Any, kinds: dict[str, Any], folder: Path) -> None:
         look(page, camera, eye)
         (page.locator("#canvas") if size == "1440" else page).screenshot(path=folder / f"{view}.png")
         print(folder.parent.name, folder.name, view, flush=True)
-    state = {name: np.round(places[name], 3).tolist() for name in places}
+    state = {name: np.round(places[name][:, :2], 3).tolist() for name in places}
     (folder / "state.json").write_text(json.dumps(state))
 
 
