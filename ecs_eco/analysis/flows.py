@@ -186,7 +186,7 @@ def _band(meal: Meal, food: list[float], eater: list[float], number_of: int, sca
         if food is eater
         else f"M{x0:.1f},{y0:.1f}C{x0 + reach:.1f},{y0:.1f} {x1 - reach:.1f},{y1:.1f} {x1:.1f},{y1:.1f}"
     )
-    dash = ' stroke-dasharray="3 3"' if harms or not size else ""
+    dash = ' stroke-dasharray="3 3"' if harms else ' stroke-dasharray="1 4"' if not size else ""
     words = f"{meal.eater} eats {number(meal.number)} {meal.food} per tick: {number(meal.energy)} energy"
     text = (
         f'<text x="{(x0 + x1) / 2:.1f}" y="{(y0 + y1) / 2 + 4:.1f}" text-anchor="middle">'

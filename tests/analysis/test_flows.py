@@ -76,7 +76,7 @@ def test_where_nobody_eats_there_is_nothing_to_draw():
     assert flows(Series(np.arange(2), SPECIES, {"n": np.ones((2, 3))})) is None
 
 
-def test_bands_are_as_wide_as_energy_and_what_harms_is_dashed():
+def test_bands_are_as_wide_as_energy_what_harms_is_dashed_and_what_nobody_ate_dotted():
     harmed = MEALS | {"ate_deer": [[0, 0, -1], [0, 0, 0]]}
     svg = ElementTree.fromstring(draw(run(**harmed), flows(run(**harmed))))
     paths = {path[0].text.split(":")[0]: path for path in svg.iter("path")}
@@ -84,6 +84,8 @@ def test_bands_are_as_wide_as_energy_and_what_harms_is_dashed():
     assert float(grass.get("stroke-width")) == pytest.approx(6 * float(deer.get("stroke-width")), rel=0.01)
     assert grass.get("stroke-dasharray") is None
     assert (deer.get("stroke-dasharray"), deer.get("class")) == ("3 3", "harm")
+    unfed = run(**MEALS | {"ate_deer": [[0, 0, 0], [0, 0, 0]]})
+    assert 'stroke-dasharray="1 4"' in draw(unfed, flows(unfed))
 
 
 def test_a_drawing_has_colours_for_light_and_dark_and_no_word_of_a_stranger_as_markup():

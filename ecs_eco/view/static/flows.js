@@ -207,7 +207,7 @@ function picture(nodes, meals, energy, wide) {
 }
 
 /**
- * A band from food to eater, or a dashed line if there was no flow.
+ * A band from food to eater, or a dotted line if there was no flow.
  * @param {Meal} meal
  * @param {Record<string, {x: number, y: number, high: number, in: number, out: number, column: number}>} at
  * @param {number} size
@@ -226,7 +226,7 @@ function band(meal, at, size, scale, nodes, energy) {
   to.in += size * scale;
   const words = `${meal.to} eats ${meal.meals === null ? "" : `${number(meal.meals)} `}${meal.from} per tick: ${number(meal.energy)} energy`;
   const drawn = s("path", { d, fill: "none", stroke: harms ? css("--minus") : colour, "stroke-width": high.toFixed(2), "stroke-opacity": size ? 0.5 : 0.9,
-    "stroke-dasharray": size && !harms ? null : "3 3", "data-meal": `${meal.from} ${meal.to}`, "data-size": size }, s("title", {}, words));
+    "stroke-dasharray": harms ? "3 3" : size ? null : "1 4", "data-meal": `${meal.from} ${meal.to}`, "data-size": size }, s("title", {}, words));
   const other = energy ? meal.meals : meal.energy;
   if (high < 13 || other === null || Math.abs(x1 - x0) < 70) return drawn;
   const text = energy ? `${number(other, 2)} eaten` : `${number(other, 2)} energy`;
