@@ -111,9 +111,7 @@ def test_a_field_lies_over_the_ground_and_food_does_too(page):
         until(page, "ecs.still")
         assert page.evaluate("ecs.messages.field ?? 0") == before + (name == "wolf_smell")
         seen[name] = scene(page)
-        changed = (
-            np.abs(seen[name] - bare).max(axis=2) > 0.01
-        )  # lowest values are near the color of the ground
+        changed = np.abs(seen[name] - bare).max(axis=2) > 0.01  # low values are near the ground's color
         assert changed.mean() > 0.4  # the ground is half of the picture
     assert np.abs(seen["wolf_smell"] - seen["food of deer"]).mean() > 0.01
     page.locator("#field").select_option("")
