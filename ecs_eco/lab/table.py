@@ -298,8 +298,8 @@ def _responses(
     """Return the sections on responses, and on births and deaths by cause, the most frequent first."""
     blocks: list[str] = []
     outcomes, turnover = (
-        [what for what in of if keys and len({row[what.column] for row in rows}) > 1]
-        for of in (outcomes, turnover)
+        [outcome for outcome in some if keys and len({row[outcome.column] for row in rows}) > 1]
+        for some in (outcomes, turnover)
     )
     if outcomes:
         shown = response.responses(rows, keys[:4], outcomes, hue)
@@ -315,7 +315,7 @@ def _responses(
                 drawn(shown, folder / f"heat-{i + 1}.svg", _HEAT),
             ]
     if turnover:
-        turnover.sort(key=lambda what: -sum(row[what.column] for row in rows))
+        turnover.sort(key=lambda what: -sum(row[what.column] or 0 for row in rows))
         shown = response.responses(rows, keys[:4], turnover[:MOST_PANELS], hue)
         blocks += ["<h2>Births and deaths</h2>", drawn(shown, folder / "turnover.svg", _TURNOVER)]
     return blocks
