@@ -155,7 +155,7 @@ def test_switches_say_how_they_stand(act):
 def test_the_legend_says_who_learns_until_learning_is_switched_off(browser):
     trained = [word for word in SMALL if word not in ("--policies", "random")]
     row = "[...document.querySelectorAll('.legend-line')].find(row => row.textContent.startsWith(name))"
-    learns = f"name => {row}.textContent.includes('learning')"
+    learns = f"name => {row}.textContent.includes('learns')"
     with served("watch", "predator-prey", *trained) as run, opened(browser, run.address()) as page:
         play(page)
         until(page, f"({learns})('deer') && ({learns})('wolf')")
