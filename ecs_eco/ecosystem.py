@@ -36,6 +36,7 @@ from ecs_eco.worlds.policies import Learn, Policies, policy
 # higher-level or slow packages, imported by the methods that use them
 _events, _lineage = Later("ecs_eco.explain.events"), Later("ecs_eco.analysis.lineage")
 _figures, _watch = Later("ecs_eco.analysis.figures"), Later("ecs_eco.view.watch")
+_written = Later("ecs_eco.runs.written")
 
 
 class World(SpatialWorld):
@@ -513,6 +514,43 @@ class World(SpatialWorld):
         >>> world.view(ticks=500, speed=20, panels=panels)  # doctest: +SKIP
         """
         return _watch.view(self, ticks, **how)
+
+    def to_folder(self, out: str | Path) -> dict[str, Any]:
+        """Write this living world and all that was recorded in memory to a folder, as a run up to this tick.
+
+        The commands and functions for runs then apply to it: `report`, `why`, `picture`, `lineage`, `replay`,
+        `resume` and others. This world can go on.
+
+        Parameters
+        ----------
+        out : str or Path
+            New or empty folder.
+
+        Returns
+        -------
+        dict
+            The manifest.
+
+        Raises
+        ------
+        RecordingError
+            If the world was built by hand, or its recorder does not keep events since tick 0.
+        FileExistsError
+            If `out` is not empty.
+
+        Examples
+        --------
+        >>> from ecs_eco import World
+        >>> from ecs_eco.record import Recorder
+        >>> from ecs_eco.analysis.report import write_report
+        >>> world = World.from_config("predator-prey", seed=1, record=False)
+        >>> recorder = Recorder(world, keep_events=True, snapshot_every=10)
+        >>> world.run(20).to_folder("living")["done"]
+        20
+        >>> write_report("living").name
+        'report.html'
+        """
+        return _written.to_folder(self, out)
 
     def policy(self, species: str, uid: int | None = None) -> Any:
         """Return a copy of a policy as a torch module in evaluation mode.

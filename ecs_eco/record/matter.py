@@ -31,7 +31,7 @@ class MatterPages:
         self.books.turn(stocks(world, self.books))
         self.substances = list(world.substances)
         self.names = ("stock_before", *self.books.ways, "stock_after")
-        self.blocks: list[dict[str, np.ndarray]] = []  # blocks that stay in memory
+        self.blocks: dict[str, list[dict[str, np.ndarray]]] = {"matter": []}  # that stay in memory
         self.ticks: list[int] = []
         self.pages: list[np.ndarray] = []  # f64[holders, substances, columns]
 
@@ -64,17 +64,17 @@ class MatterPages:
         if sink is not None:
             sink("matter", self.columns())
         else:
-            self.blocks.append(self.columns())
+            self.blocks["matter"].append(self.columns())
         self.ticks, self.pages = [], []
 
     def series(self) -> Any:
         """Return all pages still in memory as a pyarrow.Table."""
-        return as_table([*self.blocks, self.columns()], self.words)
+        return as_table([*self.blocks["matter"], self.columns()], self.words)
 
     def state(self) -> dict[str, np.ndarray]:
         """Return the open page, and the blocks in memory, after `flush`."""
         out = {"stock": self.books.stock.copy(), "flows": self.books.flows.copy()}
-        return out | joined(self.blocks, "series/")
+        return out | joined(self.blocks["matter"], "series/")
 
     def load(self, state: Mapping[str, np.ndarray]) -> None:
         """Continue from a `state()`."""
@@ -82,4 +82,4 @@ class MatterPages:
         if "stock" in state:
             self.books.stock[...], self.books.flows[...] = state["stock"], state["flows"]
         block = under(state, "series/")
-        self.blocks = [block] if block else []
+        self.blocks["matter"] = [block] if block else []

@@ -1,7 +1,8 @@
 """The recorder: one row for each tick and species, with the energy ledger and causes of death and, on
 request, every birth and death."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -92,7 +93,7 @@ class Recorder(System):
             )
         self.sink, self.block, self.snapshot_every = sink, block, snapshot_every
         self.keeps = keep_events or sink is not None
-        self.names = world.species_names()
+        self.names, self.began = world.species_names(), world.config  # when the recording began
         if (s := len(self.names)) > MOST_SPECIES:
             raise ValueError(f"Recorder: the world has {s} species; expected at most {MOST_SPECIES}")
         self.place = {name: i for i, name in enumerate(self.names)}
@@ -224,7 +225,7 @@ class Recorder(System):
         work = rows // 15  # each row takes a fifth of the usual time
         world.split(add_up, len(self.names), self._held(), high, living, *into, *intake, work=work)
         if self.snapshot_every and world.tick % self.snapshot_every == 0:
-            self._snapshot()
+            self._snapshot(world.tick)
         if self.details is not None:
             self.details.note(world)
         for others in self._pages.values():
@@ -235,14 +236,15 @@ class Recorder(System):
         if self._at == self.block:
             self.flush()
 
-    def _snapshot(self) -> None:
+    def _snapshot(self, tick: int) -> None:
         for table, s in self._in_turn():
             if Position in table:
                 rows = table.by_uid()
                 zero = np.zeros(rows.size, np.float32)
                 mood = table[Nervous].happiness[rows] if Nervous in table else zero
                 more = table[Position].heading[rows], mood, *self.fields.of(table, rows)
-                self._events["snapshots"].append((*self._where(table, s, rows), *more))
+                when = np.full(rows.size, tick)
+                self._events["snapshots"].append((*self._where(table, s, rows, when), *more))
 
     def flush(self) -> None:
         """Pass the records of all finished ticks to the sink, or keep them in memory.
@@ -275,6 +277,31 @@ class Recorder(System):
                 self._groups[kind] = groups[len(over) :]
                 if over:
                     self.sink(kind, self._together(kind, over))
+
+    @contextmanager
+    def written_to(self, sink: Callable[[str, dict[str, np.ndarray]], None]) -> Iterator[None]:
+        """Pass all finished ticks in memory to a sink, which is this recorder's sink within the block; afterward
+        they are in memory as before."""
+        self.flush()
+        pages = list(self._pages.values())
+        kept = self._blocks, {kind: list(groups) for kind, groups in self._events.items()}
+        blocks = [each.blocks for each in pages]
+        for kind, columns in (
+            (k, c) for of in ({"series": self._blocks}, *blocks) for k in of for c in of[k]
+        ):
+            sink(kind, columns)
+        self.sink, self._blocks = sink, []
+        for each in pages:
+            each.blocks = {kind: [] for kind in each.blocks}
+        try:
+            if not self.snapshot_every and self._last >= 0:
+                self._snapshot(self._last)
+            self.flush()
+            yield
+        finally:
+            self.sink, (self._blocks, self._groups) = None, kept
+            for each, own in zip(pages, blocks, strict=True):
+                each.blocks = own
 
     def state(self) -> dict[str, np.ndarray]:
         """Return the state after `flush`: stocks, the open page, pending events, series in memory."""

@@ -51,6 +51,21 @@ def begin(
 
     Raises ConfigError if a species waits for external decisions.
     """
+    folder = opened(world, claim, manifest, weights, prepare)
+    keep_checkpoint(world, folder, manifest)
+    manifest |= folder.written
+    keep_manifest(folder, manifest)
+    return folder
+
+
+def opened(
+    world: World,
+    claim: Claim,
+    manifest: dict[str, Any],
+    weights: Mapping[str, Path],
+    prepare: Callable[[Any], None] | None = None,
+) -> Folder:
+    """Write what a run needs besides its world to a claimed folder, and complete the manifest."""
 
     if world.awaited is not None:
         world.awaited.require()
@@ -74,17 +89,15 @@ def begin(
     _keep_data(world.config, claim.path)
     if (land := keep_land(world, claim.path)) is not None:
         manifest["land"] = land
-    keep_checkpoint(world, folder, manifest)
-    manifest |= folder.written
-    keep_manifest(folder, manifest)
     return folder
 
 
 def recording(claim: Claim, world: World, manifest: Mapping[str, Any]) -> Folder:
-    """Record a world in its run's folder; all parts contain the run's id."""
+    """Record a world, unless it is recorded in memory, in its run's folder; all parts contain the run's id."""
     run = {"run": manifest["id"], "world": manifest["world"], "seed": manifest["seed"]}
     folder = Folder(claim.path, world, run, claim)
-    Recorder(world, folder.sink, snapshot_every=manifest["snapshot_every"], record=manifest.get("record"))
+    if world.recorder is None:
+        Recorder(world, folder.sink, snapshot_every=manifest["snapshot_every"], record=manifest.get("record"))
     return folder
 
 

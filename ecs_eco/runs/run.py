@@ -546,7 +546,7 @@ def go_on(
         raise Halted(_cannot_write(error, world, path)) from error
     finally:
         manifest["wall_seconds"] = spent + time.perf_counter() - start
-        _close(
+        close(
             world,
             folder,
             manifest,
@@ -568,7 +568,7 @@ def _of_all(progress: Progress, at: int, until: int) -> Progress:
     return lambda done, _: progress(at + done, until)
 
 
-def _close(world: World, folder: Folder, manifest: dict[str, Any], finished: bool, last: bool) -> None:
+def close(world: World, folder: Folder, manifest: dict[str, Any], finished: bool, last: bool) -> None:
     """Write the remaining records, a last checkpoint if the tick is complete, and the manifest."""
     try:
         world.recorder.flush()

@@ -88,6 +88,8 @@ class Recording:
         begin, end = number * self.every, (number + 1) * self.every
         a, b, state = max(self.first, begin), min(end, self.last + 1), ("uid", "species", *STATE)
         before = self.snapshots.between(a, a, state) if a == begin else None
+        if before is not None and not before["uid"].size:
+            before = None
         after = self.snapshots.between(b, b, state) if b <= self.last else None
         # without a snapshot, all organisms were born here or were present when the recording began
         since = -(2**62) if before is None else a + 1

@@ -102,7 +102,7 @@ def build(
     )
     world.config = config
     sources = sources_in_words(config, policies)
-    world.origin = {"policies": sources, "training": training, "controls": list(controls)}
+    world.origin = {"policies": sources, "training": training, "controls": list(controls), "learn": learn}
     world.reproduction = not (training and config.training.respawn)
     _surroundings(world, config)
     contain(world, config)

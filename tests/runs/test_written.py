@@ -1,0 +1,113 @@
+"""A world recorded in memory and written to a folder, against the same run recorded in a folder."""
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+
+from ecs_eco import World
+from ecs_eco.engine.errors import RecordingError
+from ecs_eco.record import Recorder, resume, run_to_folder
+from ecs_eco.record.parquet import read_parts
+from ecs_eco.runs.repeat import repeat
+from ecs_eco.view.replay import Replay
+from ecs_eco.view.rerun import compute
+
+TICKS, EVERY, HOW = 40, 5, {"seed": 7, "policies": "untrained", "learn": True}
+
+
+def _living(config, block=1000, every=EVERY):
+    world = World.from_config(config, record=False, **HOW)
+    Recorder(world, keep_events=True, snapshot_every=every, block=block)
+    return world
+
+
+def _content(folder):
+    kinds = sorted(kind.name for kind in folder.iterdir() if any(kind.glob("part-*.parquet")))
+    return {kind: read_parts(folder / kind).to_pydict() for kind in kinds}
+
+
+@pytest.fixture(scope="module")
+def config(menagerie):
+    return menagerie()
+
+
+@pytest.fixture(scope="module")
+def recorded(config, tmp_path_factory):
+    out = tmp_path_factory.mktemp("recorded") / "run"
+    manifest = run_to_folder(config, ticks=TICKS, out=out, report=False, snapshot_every=EVERY, **HOW)
+    return manifest, _content(out), out
+
+
+@pytest.mark.parametrize("block", [1000, 7])
+def test_its_folder_is_that_of_the_same_run_and_the_world_goes_on(config, recorded, tmp_path, block):
+    world, out = _living(config, block).run(TICKS), tmp_path / "living"
+    series, births = world.series(), world.recorder.events("births")
+    manifest = world.to_folder(out)
+    assert manifest["digest"] == recorded[0]["digest"] == world.digest()
+    assert _content(out) == recorded[1]
+    assert {"matter", "learning", "actions"} <= recorded[1].keys()
+    assert json.loads((out / "manifest.json").read_text())["finished"]
+    assert world.series().equals(series)
+    assert all(map(np.array_equal, world.recorder.events("births").values(), births.values()))
+    shutil.copytree(recorded[2], tmp_path / "run")
+    ends = [resume(folder, until=TICKS + 15, report=False)["digest"] for folder in (out, tmp_path / "run")]
+    assert ends[0] == ends[1] == world.run(15).digest()
+    assert _content(out) == _content(tmp_path / "run")
+    assert repeat(out)["same"]
+
+
+def test_without_snapshots_the_last_tick_is_exact_and_nobody_is_missing_before(config, recorded, tmp_path):
+    _living(config, every=0).run(TICKS).to_folder(tmp_path / "living")
+    sparse, dense = Replay(tmp_path / "living").recording, Replay(recorded[2]).recording
+    for name in dense.species:
+        for tick in (0, 17, TICKS - 1):
+            mine, other = (r.organisms(tick, name) for r in (sparse, dense))
+            assert sorted(mine.uid) == sorted(other.uid)
+    last = dense.snapshots.ticks()[1]  # the last snapshot of a run is from an earlier tick
+    assert last < TICKS - 1 == sparse.snapshots.ticks()[1]
+
+
+def test_requests_by_hand_and_changed_values_are_repeated(tmp_path):
+    world = {
+        "format": 1,
+        "name": "meadow",
+        "space": {"size": [20.0, 20.0]},
+        "species": {"moss": {"count": 60, "body": {"radius": 0.1}, "metabolism": {"basal": 0.01}}},
+        "interventions": [
+            {"kind": "cull", "species": "moss", "count": 5, "at": 3},
+            {"kind": "set", "set": {"species.moss.metabolism.basal": 0.02}, "at": 4},
+        ],
+    }
+    world = _living(world)
+    for _ in range(2):
+        world.run(3)
+        world.intervene({"kind": "cull", "species": "moss", "count": 4})
+    world.run(3)
+    out = tmp_path / "meadow"
+    manifest = world.to_folder(out)
+    assert manifest["config"]["species"]["moss"]["metabolism"]["basal"] == 0.01
+    assert [tick for tick, _ in manifest["asked"]] == [3, 6]
+    assert repeat(out)["same"]
+    r = Replay(out).recording
+    assert r.last == 8
+    assert compute(out, r.manifest, 8, 8, r.recorded).wrong is None
+
+
+def test_a_world_that_cannot_be_written_says_why(config, tmp_path):
+    out = tmp_path / "run"
+    with pytest.raises(RecordingError, match=r"has no recorder that keeps events, .*keep_events=True"):
+        World.from_config(config, **HOW).to_folder(out)
+    with pytest.raises(RecordingError, match="was built by hand"):
+        World().to_folder(out)
+    late = World.from_config(config, record=False, **HOW).run(3)
+    Recorder(late, keep_events=True)
+    with pytest.raises(RecordingError, match="not recorded from its first tick on"):
+        late.run(2).to_folder(out)
+    assert not out.exists()
+    out.mkdir()
+    (out / "mine.txt").write_text("mine")
+    with pytest.raises(FileExistsError):
+        _living(config).run(1).to_folder(out)
+    assert [file.name for file in out.iterdir()] == ["mine.txt"]
