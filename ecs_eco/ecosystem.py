@@ -519,7 +519,7 @@ class World(SpatialWorld):
         """Write this living world and all that was recorded in memory to a folder, as a run up to this tick.
 
         The commands and functions for runs then apply to it: `report`, `why`, `picture`, `lineage`, `replay`,
-        `resume` and others. This world can go on.
+        `resume` and others. This world can continue to run.
 
         Parameters
         ----------

@@ -30,7 +30,7 @@ from ecs_eco.record.claim import Claim, claim_new, claimed
 from ecs_eco.record.code import keep_copies, noted, recorded, sources
 from ecs_eco.record.folder import check_content, git_commit
 from ecs_eco.runs.begin import begin, begun, keep_manifest, policies_as_json
-from ecs_eco.runs.run import Stopped, built, go_on, manifest_of, read_manifest, restored, snapshots
+from ecs_eco.runs.run import Stopped, go_on, manifest_of, read_manifest, restored, snapshots
 from ecs_eco.worlds.policies import weights_files
 
 FOLDER = "exports"
@@ -455,7 +455,7 @@ def _begun(claim: Claim, plan: Mapping[str, Any], name: str, threads: int, trust
     """Build an island and begin its run with a checkpoint at tick 0."""
     config = config_of(claim.path.parent.parent, plan, trust, name)
     policies, learn = plan["policies"], plan["learn"]
-    world = built(config, None, policies, threads, learn, ())
+    world = World.from_config(config, policies=policies, threads=threads, learn=learn, record=False)
     manifest = manifest_of(world, plan["ticks"], policies, learn, ()) | {
         "island": name,
         "archipelago": plan["hash"],

@@ -6,7 +6,6 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.lib.recfunctions import structured_to_unstructured, unstructured_to_structured
 
 from ecs_eco.components import Metabolism, Nervous, Position
 from ecs_eco.engine.addresses import Addresses
@@ -22,13 +21,24 @@ from ecs_eco.record.learning import LearningPages
 from ecs_eco.record.ledger import COUNTS_ROW, ISLAND_COUNTS_ROW, ISLAND_LEDGER_ROW, LEDGER_ROW
 from ecs_eco.record.matter import MatterPages
 from ecs_eco.record.reports import Intake, Reports
-from ecs_eco.record.rows import Rows, add_up, held_by, mean_depth, note_births, note_deaths, noted_of
+from ecs_eco.record.rows import (
+    REFUSED,
+    Rows,
+    add_up,
+    as_plain,
+    as_rows,
+    held_by,
+    mean_depth,
+    note_births,
+    note_deaths,
+    noted_of,
+    stock_of,
+)
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
-REFUSED = (COUNTS_ROW.names or ()).index("refused")
 MOST_SPECIES = 128  # species numbers are stored as i8
 
 
@@ -243,8 +253,8 @@ class Recorder(System):
                 zero = np.zeros(rows.size, np.float32)
                 mood = table[Nervous].happiness[rows] if Nervous in table else zero
                 more = table[Position].heading[rows], mood, *self.fields.of(table, rows)
-                when = np.full(rows.size, tick)
-                self._events["snapshots"].append((*self._where(table, s, rows, when), *more))
+                at = self._where(table, s, rows, np.full(rows.size, tick))
+                self._events["snapshots"].append((*at, *more))
 
     def flush(self) -> None:
         """Pass the records of all finished ticks to the sink, or keep them in memory.
@@ -283,9 +293,8 @@ class Recorder(System):
         """Pass all finished ticks in memory to a sink, which is this recorder's sink within the block; afterward
         they are in memory as before."""
         self.flush()
-        pages = list(self._pages.values())
         kept = self._blocks, {kind: list(groups) for kind, groups in self._events.items()}
-        blocks = [each.blocks for each in pages]
+        pages, blocks = self._pages.values(), [each.blocks for each in self._pages.values()]
         for kind, columns in (
             (k, c) for of in ({"series": self._blocks}, *blocks) for k in of for c in of[k]
         ):
@@ -306,7 +315,7 @@ class Recorder(System):
     def state(self) -> dict[str, np.ndarray]:
         """Return the state after `flush`: stocks, the open page, pending events, series in memory."""
         out = {"stock": self._stock.copy(), "last": np.array(self._last)}
-        out |= {f"page/{name}": _as_plain(getattr(self, f"_{name}")[0]) for name in PAGES}
+        out |= {f"page/{name}": as_plain(getattr(self, f"_{name}")[0]) for name in PAGES}
         for kind, groups in self._events.items():
             columns = self._together(kind, groups) if groups else {}
             out |= {f"{kind}/{name}": as_numbers(column) for name, column in columns.items()}
@@ -322,7 +331,7 @@ class Recorder(System):
         for name in PAGES:
             array = getattr(self, f"_{name}")
             array[...] = 0
-            array[0] = _as_rows(state[f"page/{name}"], array.dtype)
+            array[0] = as_rows(state[f"page/{name}"], array.dtype)
         self._events = {kind: [] for kind in EVENTS}
         for kind, names in self.columns.items():
             if columns := under(state, f"{kind}/"):
@@ -466,21 +475,4 @@ class Recorder(System):
         return self._pages[kind].words if kind in self._pages else self.learning.words
 
 
-def stock_of(table: "Table") -> float:
-    """Return the total energy of a species, 0 if it has no metabolism."""
-    return float(table[Metabolism].energy[table.rows()].sum(dtype=np.float64)) if Metabolism in table else 0.0
-
-
 PAGES = ("counts", "means", "ledger", "died")
-
-
-def _as_plain(rows: np.ndarray) -> np.ndarray:
-    """Return a copy; structured rows become an array whose last axis is the columns."""
-    return structured_to_unstructured(rows, copy=True) if rows.dtype.names else rows.copy()
-
-
-def _as_rows(array: np.ndarray, dtype: np.dtype[Any]) -> np.ndarray:
-    names = dtype.names or ()
-    if "refused" in names and array.shape[-1] < len(names):  # recorded by a version without this column
-        array = np.insert(array, REFUSED, 0, axis=-1)
-    return unstructured_to_structured(array, dtype) if names else array

@@ -6,15 +6,17 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.lib.recfunctions import structured_to_unstructured, unstructured_to_structured
 
 from ecs_eco.compiled.jit import njit
 from ecs_eco.components import Metabolism, Nervous, Position
 from ecs_eco.engine.addresses import column_at
-from ecs_eco.record.ledger import FLOWS, LEDGER
+from ecs_eco.record.ledger import COUNTS_ROW, FLOWS, LEDGER
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
 
+REFUSED = (COUNTS_ROW.names or ()).index("refused")
 PLACE, ENERGY = 4, 7  # index of the first column of each kind in `noted_of`
 ENDOWED, FLOW, BURNT, LOST, AFTER = (
     LEDGER.index(name) for name in ("endowed", next(iter(FLOWS)), "burnt", "lost", "stock_after")
@@ -232,3 +234,21 @@ def mean_depth(alive, z, top):
             total += top - z[row]
             n += 1
     return total / max(n, 1)
+
+
+def stock_of(table: Table) -> float:
+    """Return the total energy of a species, 0 if it has no metabolism."""
+    return float(table[Metabolism].energy[table.rows()].sum(dtype=np.float64)) if Metabolism in table else 0.0
+
+
+def as_plain(rows: np.ndarray) -> np.ndarray:
+    """Return a copy; structured rows become an array whose last axis is the columns."""
+    return structured_to_unstructured(rows, copy=True) if rows.dtype.names else rows.copy()
+
+
+def as_rows(array: np.ndarray, dtype: np.dtype[Any]) -> np.ndarray:
+    """Return a copy as structured rows if `dtype` is structured, as `as_plain` got them."""
+    names = dtype.names or ()
+    if "refused" in names and array.shape[-1] < len(names):  # recorded by a version without this column
+        array = np.insert(array, REFUSED, 0, axis=-1)
+    return unstructured_to_structured(array, dtype) if names else array

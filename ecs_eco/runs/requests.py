@@ -40,6 +40,18 @@ def note_requests(world: World, manifest: dict[str, Any]) -> bool:
     return bool(new)
 
 
+def asked_by_hand(world: World) -> list[list[Any]]:
+    """Return the interventions of a world recorded in memory that its file did not plan, with their ticks."""
+    plan, done = world.recorder.began.interventions, world.intervened
+    return [
+        [tick, request]
+        for tick in dict.fromkeys(tick for tick, _ in done)
+        for request in without(
+            [what for at, what in done if at == tick], [each.once(tick) for each in plan if each.due(tick)]
+        )
+    ]
+
+
 def without(some: list[Any], others: list[Any]) -> list[Any]:
     """Return `some` without the items in `others`: each removes only one equal item."""
     remaining, out = list(others), []

@@ -149,7 +149,15 @@ def run_to_folder(
     if wrong := [p.moved(key=(), source="--until") for p in problems_of_rules(config, until)]:
         raise ConfigError(wrong)
     with begun(out) as claim:
-        world = built(config, seed, policies, threads, learn, controls)
+        world = World.from_config(
+            config,
+            seed=seed,
+            policies=policies,
+            threads=threads,
+            learn=learn,
+            controls=controls,
+            record=False,
+        )
         manifest = manifest_of(world, ticks, policies, learn, controls) | {
             "command": command,
             "snapshot_every": every,
@@ -418,21 +426,6 @@ def _with_id(path: Path, manifest: dict[str, Any]) -> dict[str, Any]:
     return manifest
 
 
-def built(
-    config: WorldSource,
-    seed: int | None,
-    policies: Policies,
-    threads: int,
-    learn: Learn,
-    controls: Sequence[str],
-) -> Any:
-    """Build the world of a run, without a recorder."""
-
-    return World.from_config(
-        config, seed=seed, policies=policies, threads=threads, learn=learn, controls=controls, record=False
-    )
-
-
 def manifest_of(
     world: World, ticks: int, policies: Policies, learn: Learn, controls: Sequence[str]
 ) -> dict[str, Any]:
@@ -491,7 +484,7 @@ def _begin_anew(claim: Claim, manifest: dict[str, Any], threads: int, trust: boo
     """Restart a run that has no usable checkpoint."""
 
     start = start_of(claim.path, manifest, trust=trust)
-    world = built(start.pop("config"), threads=threads, **start)
+    world = World.from_config(threads=threads, record=False, **start)
     folder = recording(claim, world, manifest)
     folder.go_on_from({"parts": folder.parts, "heads": {}}, manifest)
     return world, folder

@@ -7,13 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.config import WorldConfig
 from ecs_eco.ecosystem import World
 from ecs_eco.engine.errors import RecordingError
 from ecs_eco.engine.interruption import require_whole
 from ecs_eco.record.claim import Claim
 from ecs_eco.runs.begin import begun, keep_manifest, opened
-from ecs_eco.runs.requests import without
+from ecs_eco.runs.requests import asked_by_hand
 from ecs_eco.runs.run import close, manifest_of
 from ecs_eco.worlds.policies import weights_files
 
@@ -27,7 +26,7 @@ def to_folder(world: World, out: str | Path | Claim) -> dict[str, Any]:
     manifest = manifest_of(world, world.tick, origin["policies"], origin["learn"], origin["controls"]) | {
         "config": config.resolved(),
         "config_hash": config.config_hash,
-        "asked": _asked(world, config),
+        "asked": asked_by_hand(world),
         "snapshot_every": recorder.snapshot_every or max(1, world.tick - 1),
         "checkpoint_every": None,
         "keep": 1,
@@ -40,19 +39,6 @@ def to_folder(world: World, out: str | Path | Claim) -> dict[str, Any]:
         with recorder.written_to(folder.sink):
             close(world, folder, manifest, finished=True, last=True)
     return manifest
-
-
-def _asked(world: World, config: WorldConfig) -> list[list[Any]]:
-    """Return the interventions that were requested by hand, as in the manifest of a run."""
-    ticks = dict.fromkeys(tick for tick, _ in world.intervened)
-    return [
-        [tick, request]
-        for tick in ticks
-        for request in without(
-            [done for at, done in world.intervened if at == tick],
-            [planned.once(tick) for planned in config.interventions if planned.due(tick)],
-        )
-    ]
 
 
 def _require_records(world: World) -> None:

@@ -163,7 +163,7 @@ def test_after_a_power_cut_the_parts_are_the_same_bytes(menagerie, tmp_path, mon
 
     with monkeypatch.context() as m:
         m.setattr(systems.Feed, "process", failing)
-        m.setattr(run, "_close", lambda *_, **__: None)
+        m.setattr(run, "close", lambda *_, **__: None)
         with pytest.raises(SystemExit):
             _run(menagerie(), tmp_path / "cut", checkpoint_every=6, record="focal=6")
     stray = tmp_path / "cut" / "details-lynx" / "part-00077.parquet"

@@ -153,7 +153,7 @@ def _cut(monkeypatch, tick, phase="Feed"):
             raise _PowerCut
 
     monkeypatch.setattr(system, "process", failing)
-    monkeypatch.setattr(run, "_close", lambda *_, **__: None)
+    monkeypatch.setattr(run, "close", lambda *_, **__: None)
 
 
 @pytest.mark.parametrize("tick", [0, 3, 12, 29])
