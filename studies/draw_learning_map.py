@@ -1,8 +1,8 @@
 """Draw docs/img/learning_map.svg from studies/results/learning_map.json: where learning animals persist and cycle.
 
 Rows: a quarter of the shipped ground and all of it. Left: the share of runs that persist, by both learning
-rates. Middle: the share that cycle in order. Right: the share that persist at the shipped rates, by the area of
-the ground.
+rates. Middle: the share that cycle in order. Right, above: the share that persist among runs in which deer learn,
+by the learning rate of wolves; below: at the shipped rates, by the area of the ground.
 """
 
 from pathlib import Path
@@ -33,7 +33,7 @@ def draw(record: dict[str, Any], path: Path) -> None:
             ax.set_title(f"{NAMES[arm]}: {name}", loc="left", fontsize=9)
     figure.colorbar(image, ax=axes[:, 1], label="share of runs", shrink=0.7)
     grounds(axes[1, 2], entries)
-    axes[0, 2].axis("off")
+    wolves(axes[0, 2], entries)
     figure.savefig(path, metadata={"Date": None})
 
 
@@ -55,14 +55,31 @@ def rates(ax: Any, entries: list[Entry], counts: Any) -> Any:
                 )
     place = [RATES["deer"].index(SHIPPED[0]) - 0.5, RATES["wolf"].index(SHIPPED[1]) - 0.5]
     ax.add_patch(plt.Rectangle(place, 1, 1, fill=False, color=SAFE[2][0], lw=2))
-    ax.set(xticks=range(6), xticklabels=[text(v) for v in RATES["deer"]], xlabel="learning rate of deer")
-    ax.set(yticks=range(6), yticklabels=[text(v) for v in RATES["wolf"]], ylabel="learning rate of wolves")
+    ax.set(
+        xticks=range(6), xticklabels=[text(v) for v in RATES["deer"]], xlabel="learning rate of deer [1e-3]"
+    )
+    ax.set(
+        yticks=range(6), yticklabels=[text(v) for v in RATES["wolf"]], ylabel="learning rate of wolves [1e-3]"
+    )
     return image
 
 
 def text(rate: float) -> str:
-    """Return a learning rate as a label."""
-    return f"{rate * 1000:g}e-3" if rate else "frozen"
+    """Return a learning rate in thousandths as a label."""
+    return f"{rate * 1000:g}" if rate else "frozen"
+
+
+def wolves(ax: Any, entries: list[Entry]) -> None:
+    """Draw the share of runs that persist if deer learn, over all their rates, by the learning rate of wolves."""
+    for (hue, marker), arm in zip(((SAFE[1][0], "s"), (SAFE[0][0], "o")), MAPS, strict=True):
+        of = [share(entries, arm=arm, wolf=rate, deer=RATES["deer"][1:]) for rate in RATES["wolf"]]
+        ax.plot(of, marker=marker, color=hue, label=NAMES[arm])
+    ax.set(
+        xticks=range(6), xticklabels=[text(v) for v in RATES["wolf"]], xlabel="learning rate of wolves [1e-3]"
+    )
+    ax.set(ylabel="share of runs that persist", ylim=(-0.05, 1.05))
+    ax.set_title("deer learn, at any rate", loc="left", fontsize=9)
+    ax.legend(frameon=False, fontsize=8, loc="lower right")
 
 
 def grounds(ax: Any, entries: list[Entry]) -> None:
@@ -74,7 +91,7 @@ def grounds(ax: Any, entries: list[Entry]) -> None:
     ax.plot([area[a] for a in arms], [share(at_rates, arm=a) for a in arms], "o-", color=SAFE[0][0])
     ax.set(
         xscale="log",
-        xlabel="area of the ground, times the shipped one",
+        xlabel="area, relative to the shipped ground",
         ylabel="share of runs that persist",
         ylim=(-0.05, 1.05),
     )
