@@ -91,7 +91,7 @@ def grounds(ax: Any, entries: list[Entry]) -> None:
     ax.plot([area[a] for a in arms], [share(at_rates, arm=a) for a in arms], "o-", color=SAFE[0][0])
     ax.set(
         xscale="log",
-        xlabel="area, relative to the shipped ground",
+        xlabel="area (shipped: 1)",
         ylabel="share of runs that persist",
         ylim=(-0.05, 1.05),
     )
