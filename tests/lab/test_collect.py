@@ -8,7 +8,8 @@ import pyarrow.parquet as pq
 import pytest
 
 from ecs_eco.engine.errors import RecordingError
-from ecs_eco.lab.sweep import do_jobs
+from ecs_eco.lab.folder import read_sweep
+from ecs_eco.lab.sweep import do_jobs, run_sweep
 from ecs_eco.lab.table import collect
 from tests.lab.test_sweep import Here, begun
 
@@ -49,3 +50,17 @@ def test_a_sweep_is_collected_into_a_row_for_each_run_and_a_page(tmp_path: Path)
     assert page.count('class="plot') == 3  # the response, the heat map, and births
     assert "1 of 16 jobs are not done" in page
     assert result.lines[0] == "world: all species persist in 8 of 8 runs of 6 ticks, at 4 points"
+
+
+def test_births_and_deaths_are_drawn_though_some_runs_lack_a_species(tmp_path: Path) -> None:
+    plant = {"body": {"radius": 0.1}, "reproduction": {"kind": "spread", "rate": 0.5, "spacing": 0.5}}
+    species = {"moss": plant | {"count": 10}, "fern": plant | {"count": 20}}
+    world = {"format": 1, "name": "bank", "space": {"size": [10.0, 10.0]}, "species": species}
+    plan = {"world": world, "ticks": 6, "treatments": ["no-fern"], "grid": {"species.moss.count": [10, 30]}}
+    run_sweep(plan, tmp_path / "out", executor=Here())
+    result = collect(read_sweep(tmp_path / "out"))
+    rows = pq.read_table(result.table).to_pylist()
+    assert [row["fern.births"] == 0 for row in rows] == [row["treatment"] == "no-fern" for row in rows]
+    page = result.page.read_text()
+    assert "Births and deaths" in page
+    assert "fern" in page.partition("Births and deaths")[2]
