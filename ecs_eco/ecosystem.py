@@ -534,9 +534,19 @@ class World(SpatialWorld):
         Raises
         ------
         RecordingError
-            If the world was built by hand, or its recorder does not keep events since tick 0.
+            If the world was not built by `from_config`, its recorder does not keep events since tick 0, or an
+            intervention waits for the next tick.
+        ConfigError
+            If a file of its initial policies is missing, or a species waits for external decisions.
         FileExistsError
             If `out` is not empty.
+        OSError
+            If writing fails; nothing is left in the folder.
+
+        Notes
+        -----
+        `repeat` repeats interventions, but not what your program changed between ticks, such as `reconfigure` or
+        weights from a module; `resume` continues in any case as this world does.
 
         Examples
         --------

@@ -42,8 +42,8 @@ from ecs_eco.lab.work import completed
 from ecs_eco.life.reconfigure import reseed
 from ecs_eco.record import checkpoint, freeze as frozen
 from ecs_eco.record.seal import read_manifest
-from ecs_eco.runs.repeat import near
 from ecs_eco.runs.requests import repeat_requests
+from ecs_eco.runs.run import near
 
 FOLDER = "explain"  # in the run's folder
 FORMAT = 1

@@ -28,6 +28,7 @@ except ImportError:  # Windows
 LOCK = ".lock"
 # files written before the manifest, by folder
 BEGUN = {"checkpoints": "tick-*.safetensors", "policies": "*.safetensors", "code": "*.py"}
+LAND = "terrain.npz"  # also written before the manifest
 # temporary files from older versions of safetensors
 OF_SAFETENSORS = re.compile(r"\.tmp[A-Za-z0-9]{6}")
 WITHOUT = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)  # file system without locks
@@ -135,7 +136,7 @@ def remove_start(folder: Path) -> None:
             file.unlink(missing_ok=True)
         with suppress(OSError):
             (folder / name).rmdir()
-    for file in half_written(folder):
+    for file in [folder / LAND, *half_written(folder)]:
         file.unlink(missing_ok=True)
 
 
@@ -166,7 +167,7 @@ def _is_free(path: Path) -> bool:
 def _of_a_start(path: Path) -> bool:
     if path.name in BEGUN and path.is_dir():
         return all(p.match(BEGUN[path.name]) or _is_half(p) for p in path.iterdir())
-    return _is_half(path)
+    return path.name == LAND or _is_half(path)
 
 
 def _make(path: Path) -> list[Path]:

@@ -11,11 +11,10 @@ import numpy as np
 
 from ecs_eco.engine import files
 from ecs_eco.engine.errors import CheckpointError, ConfigError
+from ecs_eco.record.claim import LAND
 
 if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
-
-KEPT = "terrain.npz"  # the same as in ecs_eco.config.land.land
 
 
 def keep_land(world: SpatialWorld, folder: Path) -> str | None:
@@ -30,14 +29,14 @@ def keep_land(world: SpatialWorld, folder: Path) -> str | None:
         arrays |= land.arrays()
     content = io.BytesIO()
     np.savez_compressed(content, allow_pickle=False, **arrays)
-    files.write(folder / KEPT, content.getvalue())
+    files.write(folder / LAND, content.getvalue())
     return None if land is None else str(land.sha256)
 
 
 def folder_of_land(config: Mapping[str, Any], run: Path, otherwise: Path) -> Path:
     """Return the folder that contains a world's land: the run's folder if the land is stored there."""
     real = (config.get("terrain") or {}).get("raster")
-    return run if real and (run / KEPT).is_file() else otherwise
+    return run if real and (run / LAND).is_file() else otherwise
 
 
 def take_land(config: Any, meta: Mapping[str, Any], where: str) -> None:

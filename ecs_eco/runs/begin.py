@@ -37,6 +37,7 @@ def begun(out: str | Path | Claim) -> Iterator[Claim]:
         except BaseException:
             if not (claim.path / "manifest.json").exists():
                 remove_start(claim.path)
+                (claim.path / KEPT).unlink(missing_ok=True)  # the claimed folder had no such file
             raise
 
 

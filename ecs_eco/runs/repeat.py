@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -12,10 +11,8 @@ from pydantic import TypeAdapter
 from ecs_eco.compiled import portable
 from ecs_eco.config.models.interventions import AnyIntervention, coming
 from ecs_eco.ecosystem import World
-from ecs_eco.engine.errors import CheckpointError, RecordingError
+from ecs_eco.engine.errors import RecordingError
 from ecs_eco.engine.versions import versions
-from ecs_eco.record import checkpoint
-from ecs_eco.record.belonging import check_checkpoint
 from ecs_eco.record.claim import Claim
 from ecs_eco.runs.begin import start_of
 from ecs_eco.runs.run import read_manifest, run_to_folder
@@ -145,26 +142,3 @@ def repeat(
         "same": digest == manifest["digest"],
         "why": why,
     }
-
-
-def near(path: Path, manifest: dict[str, Any], tick: int, trust: bool = False) -> Any:
-    """Return the world at the last checkpoint at or before the start of a tick or, if there is none, at the
-    start of the run.
-
-    To continue as the run did, call `repeat_requests` before each tick. Raises CheckpointError,
-    RecordingError or ConfigError for a run that cannot be repeated here.
-    """
-    file = checkpoint.latest(path / "checkpoints", before=tick, check=partial(_of_run, manifest))
-    if file is not None:
-        return World.restore(file, record=False, trust=trust)
-    if "forked" in manifest:
-        raise CheckpointError(
-            f"{path}: has no checkpoint at or before tick {tick}, and a fork cannot be repeated from its start; "
-            "keep more: ecs-eco run … --checkpoint-every N --keep K"
-        )
-    return World.from_config(record=False, **start_of(path, manifest, trust=trust))
-
-
-def _of_run(manifest: dict[str, Any], path: Path, meta: dict[str, Any]) -> None:
-    if "id" in manifest:  # older runs have no id
-        check_checkpoint(manifest, path, meta)

@@ -363,19 +363,37 @@ def world_at(
     trust: bool,
 ) -> Any:
     """Return the world of a recorded run at a tick (None: the last checkpoint), without recording."""
-
-    file = checkpoint.latest(
-        path / "checkpoints", before=tick, complain=complain, check=partial(check_checkpoint, manifest)
-    )
-    if file is None:
-        raise CheckpointError(
-            f"{path}: has no checkpoint at or before tick {tick}; run the world with --checkpoint-every N"
-        )
-    world = World.restore(file, threads=threads, record=False, trust=trust)
+    world = near(path, manifest, tick, trust, threads, complain)
     if tick is not None and tick > world.tick:
         with listening(world.before_tick, partial(repeat_requests, world, manifest)):
             world.run(tick - world.tick)
     return world
+
+
+def near(
+    path: Path,
+    manifest: dict[str, Any],
+    tick: int | None,
+    trust: bool = False,
+    threads: int = 1,
+    complain: Callable[[str], None] | None = None,
+) -> Any:
+    """Return the world at the last checkpoint at or before the start of a tick or, if there is none, at the
+    start of the run.
+
+    To continue as the run did, call `repeat_requests` before each tick. Raises CheckpointError,
+    RecordingError or ConfigError for a run that cannot be repeated here.
+    """
+    check = partial(check_checkpoint, manifest) if "id" in manifest else None  # older runs have no id
+    file = checkpoint.latest(path / "checkpoints", before=tick, complain=complain, check=check)
+    if file is not None:
+        return World.restore(file, threads=threads, record=False, trust=trust)
+    if "forked" in manifest:
+        raise CheckpointError(
+            f"{path}: has no checkpoint at or before tick {tick}, and a fork cannot be repeated from its start; "
+            "keep more: ecs-eco run … --checkpoint-every N --keep K"
+        )
+    return World.from_config(threads=threads, record=False, **start_of(path, manifest, trust=trust))
 
 
 def read_manifest(path: Path) -> dict[str, Any]:

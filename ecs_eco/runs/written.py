@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +12,9 @@ from ecs_eco.ecosystem import World
 from ecs_eco.engine.errors import RecordingError
 from ecs_eco.engine.interruption import require_whole
 from ecs_eco.record.claim import Claim
-from ecs_eco.runs.begin import begun, keep_manifest, opened
-from ecs_eco.runs.requests import asked_by_hand
+from ecs_eco.record.recorder import Recorder
+from ecs_eco.runs.begin import begun, opened
+from ecs_eco.runs.requests import asked_by_hand, waiting
 from ecs_eco.runs.run import close, manifest_of
 from ecs_eco.worlds.policies import weights_files
 
@@ -20,10 +22,9 @@ from ecs_eco.worlds.policies import weights_files
 def to_folder(world: World, out: str | Path | Claim) -> dict[str, Any]:
     """Write a world and all that its recorder keeps in memory to a new folder, as `World.to_folder` describes."""
     require_whole(world, "to_folder")
-    _require_records(world)
-    recorder, origin = world.recorder, world.origin
-    config = recorder.began  # interventions can have changed the world's own
-    manifest = manifest_of(world, world.tick, origin["policies"], origin["learn"], origin["controls"]) | {
+    start = _start(world)
+    recorder, config = world.recorder, world.recorder.began  # interventions can have changed the world's own
+    manifest = manifest_of(world, world.tick, **start) | {
         "config": config.resolved(),
         "config_hash": config.config_hash,
         "asked": asked_by_hand(world),
@@ -33,27 +34,36 @@ def to_folder(world: World, out: str | Path | Claim) -> dict[str, Any]:
         "record": None,
         "until": [],
     }
+    if len(words := set(start["policies"].values())) == 1:
+        manifest["policies"] = words.pop()
     with begun(out) as claim:
-        folder = opened(world, claim, manifest, weights_files(config, origin["policies"]))
-        keep_manifest(folder, manifest | folder.written)
-        with recorder.written_to(folder.sink):
-            close(world, folder, manifest, finished=True, last=True)
+        folder = opened(world, claim, manifest, weights_files(config, start["policies"]))
+        try:
+            with recorder.written_to(folder.sink):
+                close(world, folder, manifest, finished=True, last=True)
+        except BaseException:
+            for kind in () if (claim.path / "manifest.json").exists() else folder.parts:
+                shutil.rmtree(claim.path / kind, ignore_errors=True)
+            raise
     return manifest
 
 
-def _require_records(world: World) -> None:
-    """Raise RecordingError unless the world's recorder keeps everything since tick 0."""
-    recorder, needed = world.recorder, "Recorder(world, keep_events=True), before its first tick"
-    if world.config is None or "learn" not in world.origin:
-        fault, needed = "was built by hand", "a world from World.from_config"
-    elif recorder is None or not recorder.keeps:
-        fault = "has no recorder that keeps events"
-    elif recorder.sink is not None:
-        fault, needed = "is already recorded in a folder or by a sink", "a recorder in memory"
+def _start(world: World) -> dict[str, Any]:
+    """Return how a world began; raise RecordingError unless its recorder keeps everything since then."""
+    recorder, start = world.recorder, world.start
+    needed = "World.from_config(…, record=False) and Recorder(world, keep_events=True) before the first tick"
+    if start is None:
+        fault = "was built by hand or for training, or restored or copied"
+    elif recorder is None or recorder.sink is not None or not recorder.keeps:
+        fault = "has no recorder that keeps events in memory"
+    elif sum(isinstance(system, Recorder) for system in world.systems) > 1:
+        fault = "has two recorders"
     elif not np.array_equal(np.unique(recorder.since(-1)["tick"]), np.arange(world.tick)):
         fault = "was not recorded from its first tick on"
+    elif waiting(world):
+        fault, needed = "has interventions waiting for its next tick", "a call after that tick"
     else:
-        return
+        return start
     raise RecordingError(
-        f"world {world.name!r}: {fault}, so it cannot be written to a folder; expected {needed}"
+        f"world {world.name!r} {fault}, so it cannot be written to a folder; expected {needed}"
     )

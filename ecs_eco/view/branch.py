@@ -14,8 +14,8 @@ from ecs_eco.ecosystem import World
 from ecs_eco.engine.errors import CheckpointError
 from ecs_eco.inputs.section import Use, function_name
 from ecs_eco.record import freeze as frozen
-from ecs_eco.runs.repeat import near
 from ecs_eco.runs.requests import waiting, without
+from ecs_eco.runs.run import near
 from ecs_eco.systems.intervene import checked
 from ecs_eco.view.live import Live
 from ecs_eco.view.replay import Replay

@@ -61,7 +61,7 @@ class Live(Watched):
         }
         self.ring = Ring(world, self.journal, self.story)
         self._told = -1, 0  # sent so far: tick of the latest story entry, number of entries
-        if world.recorder is not None:
+        if world.recorder is not None and (world.recorder.sink is not None or not world.recorder.keeps):
             world.recorder.remembered = REMEMBERED
         self.curves = Curves()
         self._traces: dict[int, deque[tuple[int, float | None, float | None]]] = {}

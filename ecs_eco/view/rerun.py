@@ -13,8 +13,8 @@ from ecs_eco.engine.table import Table
 from ecs_eco.esper_bridge.turns import turn
 from ecs_eco.record.details import KIND
 from ecs_eco.record.recorder import Recorder
-from ecs_eco.runs.repeat import near
 from ecs_eco.runs.requests import repeat_requests
+from ecs_eco.runs.run import near
 from ecs_eco.view.interpolate import STATE
 from ecs_eco.view.parts import Columns, Kept
 from ecs_eco.view.recording import Recording

@@ -163,7 +163,13 @@ def sources_in_words(config: WorldConfig, policies: Policies) -> dict[str, str]:
     """Return the source of each species' policy as text for a checkpoint; a module has none."""
     sources = {name: source_of(policies, name) for name in config.species}
     return {
-        name: str(source) if isinstance(source, str | Path) else "untrained"
+        name: (
+            "untrained"
+            if not isinstance(source, str | Path)
+            else source
+            if source in POLICIES
+            else str(Path(source).absolute())
+        )
         for name, source in sources.items()
     }
 

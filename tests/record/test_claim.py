@@ -100,6 +100,7 @@ def _killed_early(folder, *more):
         "checkpoints/tick-000000000000.safetensors",
         "policies/deer.safetensors",
         "code/sir.py",
+        "terrain.npz",
     )
     for name in (*left, *more):
         (folder / name).parent.mkdir(parents=True, exist_ok=True)

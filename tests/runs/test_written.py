@@ -2,18 +2,28 @@
 
 import json
 import shutil
+from types import MappingProxyType
 
 import numpy as np
 import pytest
 
 from ecs_eco import World
+from ecs_eco.config import load
 from ecs_eco.engine.errors import RecordingError
-from ecs_eco.record import Recorder, resume, run_to_folder
+from ecs_eco.record import Recorder, fork, resume, run_to_folder
+from ecs_eco.record.folder import Folder
 from ecs_eco.record.parquet import read_parts
 from ecs_eco.runs.repeat import repeat
+from ecs_eco.view.live import Live
 from ecs_eco.view.replay import Replay
 from ecs_eco.view.rerun import compute
 
+SMALL = {
+    "space.size": [64.0, 64.0],
+    "species.grass.count": 200,
+    "species.deer.count": 30,
+    "species.wolf.count": 4,
+}
 TICKS, EVERY, HOW = 40, 5, {"seed": 7, "policies": "untrained", "learn": True}
 
 
@@ -95,9 +105,50 @@ def test_requests_by_hand_and_changed_values_are_repeated(tmp_path):
     assert compute(out, r.manifest, 8, 8, r.recorded).wrong is None
 
 
+@pytest.mark.parametrize("learn", [{"deer": np.True_, "wolf": False}, MappingProxyType({"deer": True}), None])
+def test_its_start_is_that_of_the_world_and_earlier_ticks_can_be_forked(tmp_path, learn):
+    config = load("predator-prey", SMALL)
+    world = World.from_config(config, seed=3, policies="untrained", learn=learn, record=False)
+    Recorder(world, keep_events=True)
+    manifest = world.run(8).to_folder(tmp_path / "small")
+    assert manifest["policies"] == "untrained"
+    assert manifest["learn"] == (None if learn is None else {name: bool(on) for name, on in learn.items()})
+    assert repeat(tmp_path / "small")["same"]
+    assert fork(tmp_path / "small", tmp_path / "fork", 4, until=6, report=False)["forked"]["tick"] == 4
+    world.save(tmp_path / "world.ckpt")
+
+
+def test_watching_a_world_forgets_nothing_that_it_keeps(tmp_path):
+    world = _living(load("predator-prey", SMALL), block=2)
+    Live(world)
+    assert world.run(2000).to_folder(tmp_path / "watched")["parts"]["series"] >= 1000
+    assert Replay(tmp_path / "watched").recording.first == 0
+
+
+def test_a_write_that_fails_leaves_an_empty_folder_and_the_records(config, tmp_path, monkeypatch):
+    world = _living(config).run(12)
+    series, sink, calls = world.series(), Folder.sink, []
+
+    def full(self, kind, columns):
+        calls.append(kind)
+        if len(calls) == 4:
+            raise OSError(28, "No space left on device")
+        sink(self, kind, columns)
+
+    with monkeypatch.context() as m:
+        m.setattr(Folder, "sink", full)
+        with pytest.raises(OSError, match="No space left"):
+            world.to_folder(tmp_path / "run")
+    assert not (tmp_path / "run").exists()
+    assert world.series().equals(series)
+    assert repeat(tmp_path / "run")["same"] if world.to_folder(tmp_path / "run") else False
+
+
 def test_a_world_that_cannot_be_written_says_why(config, tmp_path):
     out = tmp_path / "run"
-    with pytest.raises(RecordingError, match=r"has no recorder that keeps events, .*keep_events=True"):
+    with pytest.raises(
+        RecordingError, match=r"has no recorder that keeps events in memory, .*keep_events=True"
+    ):
         World.from_config(config, **HOW).to_folder(out)
     with pytest.raises(RecordingError, match="was built by hand"):
         World().to_folder(out)
@@ -105,9 +156,23 @@ def test_a_world_that_cannot_be_written_says_why(config, tmp_path):
     Recorder(late, keep_events=True)
     with pytest.raises(RecordingError, match="not recorded from its first tick on"):
         late.run(2).to_folder(out)
+    twice = World.from_config(config, **HOW)
+    Recorder(twice, keep_events=True)
+    with pytest.raises(RecordingError, match=r"has two recorders, .*record=False"):
+        twice.run(1).to_folder(out)
+    world = _living(config)
+    path = world.save(tmp_path / "start.ckpt")
+    again = World.restore(path, record=False, prepare=lambda world: Recorder(world, keep_events=True)).run(2)
+    with pytest.raises(RecordingError, match="restored or copied"):
+        again.to_folder(out)
+    asked = _living(load("predator-prey", SMALL)).run(2)
+    asked.intervene({"kind": "cull", "species": "deer", "share": 0.1})
+    with pytest.raises(RecordingError, match="waiting for its next tick"):
+        asked.to_folder(out)
+    assert asked.run(1).to_folder(tmp_path / "asked")["asked"][0][0] == 2
     assert not out.exists()
     out.mkdir()
     (out / "mine.txt").write_text("mine")
     with pytest.raises(FileExistsError):
-        _living(config).run(1).to_folder(out)
+        world.run(1).to_folder(out)
     assert [file.name for file in out.iterdir()] == ["mine.txt"]
