@@ -44,6 +44,9 @@ KINDS: tuple[tuple[tuple[str, ...], str, Callable[[Mapping[str, Any]], bool]], .
 )  # the result's keys, its label, and the test
 
 
+MOST = 30  # arms in an opening
+
+
 def opening(record: Mapping[str, Any]) -> str:
     """Return one or two sentences; "" for a study that does not run any world to its end.
 
@@ -59,10 +62,13 @@ def opening(record: Mapping[str, Any]) -> str:
 
 
 def _count(entries: list[dict[str, Any]], words: str, holds: Callable[[Mapping[str, Any]], bool]) -> str:
+    of = [[str(v) for k, v in entry["case"].items() if k not in SEEDS] for entry in entries]
+    factors = (
+        None if len(set(map(tuple, of))) <= MOST else 1
+    )  # with many arms, only those of the first factor
     arms: dict[str, list[bool]] = {}
-    for entry in entries:
-        arm = ", ".join(str(v) for k, v in entry["case"].items() if k not in SEEDS)
-        arms.setdefault(arm, []).append(holds(entry["result"]))
+    for entry, values in zip(entries, of, strict=True):
+        arms.setdefault(", ".join(values[:factors]), []).append(holds(entry["result"]))
     n, kept = len(entries), sum(map(sum, arms.values()))
     each = "; ".join(f"{arm} {sum(runs)} of {len(runs)}" for arm, runs in arms.items())
     first = f"{words} in {kept} of {n} run{'s' * (n != 1)} ({kept / n:.0%})" + (

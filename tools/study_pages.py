@@ -54,6 +54,10 @@ FIGURES = {  # other figures are named after their study; each entry is its capt
         "Evolved learning rates by rates of change; by what each past predicts; and the effect in all arms",
     ),
     "isolation": ("isolation.svg", "Diversity of genes and policies with and without migration"),
+    "learning_map": (
+        "learning_map.svg",
+        "Persistence and cycles by the learning rates of deer and wolves, on two grounds; by area",
+    ),
     "lifelong": (
         "lifelong.svg",
         "Population sizes while deer and wolves learn; wolves in all runs; policy change",
