@@ -516,7 +516,7 @@ class World(SpatialWorld):
         return _watch.view(self, ticks, **how)
 
     def to_folder(self, out: str | Path) -> dict[str, Any]:
-        """Write this living world and all that was recorded in memory to a folder, as a run up to this tick.
+        """Write this world and its recording in memory to a folder, as a run that ended at this tick.
 
         The commands and functions for runs then apply to it: `report`, `why`, `picture`, `lineage`, `replay`,
         `resume` and others. This world can continue to run.
@@ -534,8 +534,8 @@ class World(SpatialWorld):
         Raises
         ------
         RecordingError
-            If the world was not built by `from_config`, its recorder does not keep events since tick 0, or an
-            intervention waits for the next tick.
+            If the world was not built by `from_config`, was restored or copied, was not recorded in memory from
+            tick 0 by one recorder that keeps events, or has an intervention waiting.
         ConfigError
             If a file of its initial policies is missing, or a species waits for external decisions.
         FileExistsError
@@ -545,8 +545,8 @@ class World(SpatialWorld):
 
         Notes
         -----
-        `repeat` repeats interventions, but not what your program changed between ticks, such as `reconfigure` or
-        weights from a module; `resume` continues in any case as this world does.
+        `repeat` repeats interventions, but not changes that your program made between ticks, such as
+        `reconfigure`, or policies passed as modules. `resume` continues from the saved state, which includes both.
 
         Examples
         --------

@@ -56,7 +56,8 @@ FIGURES = {  # other figures are named after their study; each entry is its capt
     "isolation": ("isolation.svg", "Diversity of genes and policies with and without migration"),
     "learning_map": (
         "learning_map.svg",
-        "Persistence and cycles by the learning rates of deer and wolves, on two grounds; by area",
+        "Persistence and cycles by the learning rates of deer and wolves, on two grounds; persistence by the "
+        "wolves' rate and by area",
     ),
     "lifelong": (
         "lifelong.svg",

@@ -28,7 +28,7 @@ except ImportError:  # Windows
 LOCK = ".lock"
 # files written before the manifest, by folder
 BEGUN = {"checkpoints": "tick-*.safetensors", "policies": "*.safetensors", "code": "*.py"}
-LAND = "terrain.npz"  # also written before the manifest
+LAND = "terrain.npz"  # the land, also written before the manifest
 # temporary files from older versions of safetensors
 OF_SAFETENSORS = re.compile(r"\.tmp[A-Za-z0-9]{6}")
 WITHOUT = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)  # file system without locks

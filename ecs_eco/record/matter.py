@@ -31,7 +31,7 @@ class MatterPages:
         self.books.turn(stocks(world, self.books))
         self.substances = list(world.substances)
         self.names = ("stock_before", *self.books.ways, "stock_after")
-        self.blocks: dict[str, list[dict[str, np.ndarray]]] = {"matter": []}  # that stay in memory
+        self.blocks: dict[str, list[dict[str, np.ndarray]]] = {"matter": []}  # blocks in memory, by kind
         self.ticks: list[int] = []
         self.pages: list[np.ndarray] = []  # f64[holders, substances, columns]
 

@@ -103,7 +103,7 @@ class Recorder(System):
             )
         self.sink, self.block, self.snapshot_every = sink, block, snapshot_every
         self.keeps = keep_events or sink is not None
-        self.names, self.began = world.species_names(), world.config  # when the recording began
+        self.names, self.began = world.species_names(), world.config  # at the start of the recording
         if (s := len(self.names)) > MOST_SPECIES:
             raise ValueError(f"Recorder: the world has {s} species; expected at most {MOST_SPECIES}")
         self.place = {name: i for i, name in enumerate(self.names)}
@@ -290,8 +290,7 @@ class Recorder(System):
 
     @contextmanager
     def written_to(self, sink: Callable[[str, dict[str, np.ndarray]], None]) -> Iterator[None]:
-        """Pass all finished ticks in memory to a sink, which is this recorder's sink within the block; afterward
-        they are in memory as before."""
+        """Pass the records in memory to `sink`, and new ones within the block; then restore those in memory."""
         self.flush()
         kept = self._blocks, {kind: list(groups) for kind, groups in self._events.items()}
         pages, blocks = self._pages.values(), [each.blocks for each in self._pages.values()]

@@ -247,7 +247,7 @@ def as_plain(rows: np.ndarray) -> np.ndarray:
 
 
 def as_rows(array: np.ndarray, dtype: np.dtype[Any]) -> np.ndarray:
-    """Return a copy as structured rows if `dtype` is structured, as `as_plain` got them."""
+    """Undo `as_plain`: return structured rows if `dtype` is structured, otherwise `array`."""
     names = dtype.names or ()
     if "refused" in names and array.shape[-1] < len(names):  # recorded by a version without this column
         array = np.insert(array, REFUSED, 0, axis=-1)

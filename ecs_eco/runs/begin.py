@@ -66,7 +66,8 @@ def opened(
     weights: Mapping[str, Path],
     prepare: Callable[[Any], None] | None = None,
 ) -> Folder:
-    """Write what a run needs besides its world to a claimed folder, and complete the manifest."""
+    """Write a run's policies, code, data and land to a claimed folder, begin its recording, and complete the
+    manifest."""
 
     if world.awaited is not None:
         world.awaited.require()
@@ -94,7 +95,8 @@ def opened(
 
 
 def recording(claim: Claim, world: World, manifest: Mapping[str, Any]) -> Folder:
-    """Record a world, unless it is recorded in memory, in its run's folder; all parts contain the run's id."""
+    """Return a run's folder, and record the world in it unless the world already has a recorder; all parts
+    contain the run's id."""
     run = {"run": manifest["id"], "world": manifest["world"], "seed": manifest["seed"]}
     folder = Folder(claim.path, world, run, claim)
     if world.recorder is None:

@@ -41,7 +41,7 @@ def note_requests(world: World, manifest: dict[str, Any]) -> bool:
 
 
 def asked_by_hand(world: World) -> list[list[Any]]:
-    """Return the interventions of a world recorded in memory that its file did not plan, with their ticks."""
+    """Return the interventions requested by hand, not planned in the world's file, as [tick, intervention]."""
     plan, done = world.recorder.began.interventions, world.intervened
     return [
         [tick, request]

@@ -378,8 +378,8 @@ def near(
     threads: int = 1,
     complain: Callable[[str], None] | None = None,
 ) -> Any:
-    """Return the world at the last checkpoint at or before the start of a tick or, if there is none, at the
-    start of the run.
+    """Return the world at the last checkpoint at or before a tick (None: the last one) or, if there is none, at
+    the start of the run.
 
     To continue as the run did, call `repeat_requests` before each tick. Raises CheckpointError,
     RecordingError or ConfigError for a run that cannot be repeated here.
@@ -389,9 +389,10 @@ def near(
     if file is not None:
         return World.restore(file, threads=threads, record=False, trust=trust)
     if "forked" in manifest:
+        at = "" if tick is None else f" at or before tick {tick}"
         raise CheckpointError(
-            f"{path}: has no checkpoint at or before tick {tick}, and a fork cannot be repeated from its start; "
-            "keep more: ecs-eco run … --checkpoint-every N --keep K"
+            f"{path}: has no checkpoint{at}, and a fork cannot be repeated from its start; keep more: ecs-eco "
+            "run … --checkpoint-every N --keep K"
         )
     return World.from_config(threads=threads, record=False, **start_of(path, manifest, trust=trust))
 

@@ -62,9 +62,7 @@ class SpatialWorld(World):
         self.reporters: dict[str, Any] = {}  # values measured in every tick, by name
         self.matter: Any = None  # the Books for its substances (ecs_eco.life.matter)
         self.origin: dict[str, Any] = {}  # the arguments of `build`
-        self.start: dict[str, Any] | None = (
-            None  # those of a run that begins as this world did; None: not as a run
-        )
+        self.start: dict[str, Any] | None = None  # for a run that begins like this world; None: no run does
         self.awaited: Any = None  # ecs_eco.nervous.external.Awaited, if choices come from outside
         self.intervened: list[tuple[int, Any]] = []  # interventions carried out, as (tick, intervention)
         self.lock = threading.RLock()  # held while an object that threads share is created

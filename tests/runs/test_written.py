@@ -51,7 +51,7 @@ def recorded(config, tmp_path_factory):
 
 
 @pytest.mark.parametrize("block", [1000, 7])
-def test_its_folder_is_that_of_the_same_run_and_the_world_goes_on(config, recorded, tmp_path, block):
+def test_its_folder_is_that_of_the_same_run_and_the_world_continues(config, recorded, tmp_path, block):
     world, out = _living(config, block).run(TICKS), tmp_path / "living"
     series, births = world.series(), world.recorder.events("births")
     manifest = world.to_folder(out)
@@ -68,7 +68,9 @@ def test_its_folder_is_that_of_the_same_run_and_the_world_goes_on(config, record
     assert repeat(out)["same"]
 
 
-def test_without_snapshots_the_last_tick_is_exact_and_nobody_is_missing_before(config, recorded, tmp_path):
+def test_without_snapshots_the_last_tick_is_exact_and_no_organism_is_missing_before(
+    config, recorded, tmp_path
+):
     _living(config, every=0).run(TICKS).to_folder(tmp_path / "living")
     sparse, dense = Replay(tmp_path / "living").recording, Replay(recorded[2]).recording
     for name in dense.species:
@@ -125,7 +127,7 @@ def test_watching_a_world_forgets_nothing_that_it_keeps(tmp_path):
     assert Replay(tmp_path / "watched").recording.first == 0
 
 
-def test_a_write_that_fails_leaves_an_empty_folder_and_the_records(config, tmp_path, monkeypatch):
+def test_a_write_that_fails_leaves_no_folder_and_keeps_the_records(config, tmp_path, monkeypatch):
     world = _living(config).run(12)
     series, sink, calls = world.series(), Folder.sink, []
 
@@ -144,7 +146,7 @@ def test_a_write_that_fails_leaves_an_empty_folder_and_the_records(config, tmp_p
     assert repeat(tmp_path / "run")["same"] if world.to_folder(tmp_path / "run") else False
 
 
-def test_a_world_that_cannot_be_written_says_why(config, tmp_path):
+def test_a_world_that_cannot_be_written_reports_why(config, tmp_path):
     out = tmp_path / "run"
     with pytest.raises(
         RecordingError, match=r"has no recorder that keeps events in memory, .*keep_events=True"
@@ -158,7 +160,7 @@ def test_a_world_that_cannot_be_written_says_why(config, tmp_path):
         late.run(2).to_folder(out)
     twice = World.from_config(config, **HOW)
     Recorder(twice, keep_events=True)
-    with pytest.raises(RecordingError, match=r"has two recorders, .*record=False"):
+    with pytest.raises(RecordingError, match=r"has more than one recorder, .*record=False"):
         twice.run(1).to_folder(out)
     world = _living(config)
     path = world.save(tmp_path / "start.ckpt")
