@@ -89,12 +89,7 @@ def grounds(ax: Any, entries: list[Entry]) -> None:
     arms = sorted(area, key=lambda arm: area[arm])
     at_rates = [e for e in entries if (e["case"]["deer"], e["case"]["wolf"]) == (deer, wolf)]
     ax.plot([area[a] for a in arms], [share(at_rates, arm=a) for a in arms], "o-", color=SAFE[0][0])
-    ax.set(
-        xscale="log",
-        xlabel="area (shipped: 1)",
-        ylabel="share of runs that persist",
-        ylim=(-0.05, 1.05),
-    )
+    ax.set(xscale="log", xlabel="area (shipped: 1)", ylabel="share of runs that persist", ylim=(-0.05, 1.05))
     ax.set_xticks([area[a] for a in arms], [f"{area[a]:.2g}" for a in arms], minor=False)
     ax.set_xticks([], minor=True)
     ax.set_title("shipped rates", loc="left", fontsize=9)

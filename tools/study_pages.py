@@ -63,6 +63,11 @@ FIGURES = {  # other figures are named after their study; each entry is its capt
         "lifelong.svg",
         "Population sizes while deer and wolves learn; wolves in all runs; policy change",
     ),
+    "never_settling": (
+        "never_settling.svg",
+        "Runs in which deer and wolves live; distance of policies by the time between them; catches by the times "
+        "of wolves and deer",
+    ),
     "outside": ("outside.png", "Deer intake while three learners train"),
     "learning_classics": (
         "learning_classics.svg",
