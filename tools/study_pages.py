@@ -94,11 +94,6 @@ FIGURES = {  # other figures are named after their study; each entry is its capt
     "why": ("why.png", "Verdicts of `ecs-eco why` against the change made to the world"),
 }
 STALE = "**The world or the study has since changed; this result must be recomputed.**"
-SINCE = {  # changes since a study's commits that affect its figures
-    "learning_krill": "Measured before krill that hunt by the scripted reflex lost their energy budget (commit "
-    "`908e4ca`). Krill that learn still have one; the arm of the scripted reflex belongs to the earlier world, in "
-    "which sated krill did not eat. Since then only the short form has been run."
-}
 
 
 def page(record: dict[str, Any], claims: list[dict[str, Any]]) -> str:
@@ -121,7 +116,6 @@ def page(record: dict[str, Any], claims: list[dict[str, Any]]) -> str:
         *([typeset(record["notes"])] if record.get("notes") else []),
         "## Where the numbers come from",
         *([registered(record["registration"])] if "registration" in record else []),
-        *([SINCE[name]] if name in SINCE else []),
         origin(record),
     ]
     return "\n\n".join(blocks) + "\n"
