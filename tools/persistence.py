@@ -44,7 +44,7 @@ KINDS: tuple[tuple[tuple[str, ...], str, Callable[[Mapping[str, Any]], bool]], .
 )  # the result's keys, its label, and the test
 
 
-MOST = 30  # arms in an opening
+MOST = 30  # arms named by all their factors
 
 
 def opening(record: Mapping[str, Any]) -> str:
@@ -63,9 +63,7 @@ def opening(record: Mapping[str, Any]) -> str:
 
 def _count(entries: list[dict[str, Any]], words: str, holds: Callable[[Mapping[str, Any]], bool]) -> str:
     of = [[str(v) for k, v in entry["case"].items() if k not in SEEDS] for entry in entries]
-    factors = (
-        None if len(set(map(tuple, of))) <= MOST else 1
-    )  # with many arms, only those of the first factor
+    factors = None if len(set(map(tuple, of))) <= MOST else 1  # of many arms, only the first factor is named
     arms: dict[str, list[bool]] = {}
     for entry, values in zip(entries, of, strict=True):
         arms.setdefault(", ".join(values[:factors]), []).append(holds(entry["result"]))

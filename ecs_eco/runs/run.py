@@ -378,8 +378,8 @@ def near(
     threads: int = 1,
     complain: Callable[[str], None] | None = None,
 ) -> Any:
-    """Return the world at the last checkpoint at or before a tick (None: the last one) or, if there is none, at
-    the start of the run.
+    """Return the world at the last checkpoint at or before a tick or, if there is none, at the start of the run;
+    for no tick, for a fork and for an island, only at a checkpoint.
 
     To continue as the run did, call `repeat_requests` before each tick. Raises CheckpointError,
     RecordingError or ConfigError for a run that cannot be repeated here.
@@ -388,11 +388,10 @@ def near(
     file = checkpoint.latest(path / "checkpoints", before=tick, complain=complain, check=check)
     if file is not None:
         return World.restore(file, threads=threads, record=False, trust=trust)
-    if "forked" in manifest:
-        at = "" if tick is None else f" at or before tick {tick}"
+    if tick is None or not manifest.keys().isdisjoint(("forked", "island")):
+        at = "" if tick is None else f" at or before tick {tick}, and cannot be repeated from its start"
         raise CheckpointError(
-            f"{path}: has no checkpoint{at}, and a fork cannot be repeated from its start; keep more: ecs-eco "
-            "run … --checkpoint-every N --keep K"
+            f"{path}: has no intact checkpoint{at}; keep more: ecs-eco run … --checkpoint-every N --keep K"
         )
     return World.from_config(threads=threads, record=False, **start_of(path, manifest, trust=trust))
 

@@ -104,8 +104,9 @@ def build(
     sources = sources_in_words(config, policies)
     world.origin = {"policies": sources, "training": training, "controls": list(controls)}
     if populate and not training:
-        plain = {name: bool(on) for name, on in learn.items()} if isinstance(learn, Mapping) else learn
-        world.start = {"policies": sources, "learn": plain, "controls": list(controls)}
+        one = None if learn is None else bool(learn)
+        learns = {name: bool(on) for name, on in learn.items()} if isinstance(learn, Mapping) else one
+        world.start = {"policies": sources, "learn": learns, "controls": list(controls)}
     world.reproduction = not (training and config.training.respawn)
     _surroundings(world, config)
     contain(world, config)

@@ -10,7 +10,7 @@ import pytest
 from ecs_eco.engine.errors import RecordingError
 from ecs_eco.lab.folder import read_sweep
 from ecs_eco.lab.sweep import do_jobs, run_sweep
-from ecs_eco.lab.table import collect
+from ecs_eco.lab.table import collect, rows_of, write_page
 from tests.lab.test_sweep import Here, begun
 
 PLAN = """
@@ -62,5 +62,7 @@ def test_births_and_deaths_are_drawn_though_some_runs_lack_a_species(tmp_path: P
     rows = pq.read_table(result.table).to_pylist()
     assert [row["fern.births"] == 0 for row in rows] == [row["treatment"] == "no-fern" for row in rows]
     page = result.page.read_text()
-    assert "Births and deaths" in page
     assert "fern" in page.partition("Births and deaths")[2]
+    sweep = read_sweep(tmp_path / "out")
+    older = [row | {"fern.births": None} for row in rows_of(sweep)[:1]] + rows_of(sweep)[1:]
+    assert "Births and deaths" in write_page(sweep, older, {}).read_text()

@@ -9,7 +9,7 @@ import pytest
 
 from ecs_eco import World
 from ecs_eco.config import load
-from ecs_eco.engine.errors import RecordingError
+from ecs_eco.engine.errors import CheckpointError, RecordingError
 from ecs_eco.record import Recorder, fork, resume, run_to_folder
 from ecs_eco.record.folder import Folder
 from ecs_eco.record.parquet import read_parts
@@ -107,17 +107,27 @@ def test_requests_by_hand_and_changed_values_are_repeated(tmp_path):
     assert compute(out, r.manifest, 8, 8, r.recorded).wrong is None
 
 
-@pytest.mark.parametrize("learn", [{"deer": np.True_, "wolf": False}, MappingProxyType({"deer": True}), None])
+@pytest.mark.parametrize(
+    "learn", [{"deer": np.True_, "wolf": False}, MappingProxyType({"deer": True}), np.True_, None]
+)
 def test_its_start_is_that_of_the_world_and_earlier_ticks_can_be_forked(tmp_path, learn):
     config = load("predator-prey", SMALL)
     world = World.from_config(config, seed=3, policies="untrained", learn=learn, record=False)
     Recorder(world, keep_events=True)
     manifest = world.run(8).to_folder(tmp_path / "small")
     assert manifest["policies"] == "untrained"
-    assert manifest["learn"] == (None if learn is None else {name: bool(on) for name, on in learn.items()})
+    assert json.loads((tmp_path / "small" / "manifest.json").read_text())["learn"] == (
+        {name: bool(on) for name, on in learn.items()} if hasattr(learn, "items") else learn
+    )
     assert repeat(tmp_path / "small")["same"]
     assert fork(tmp_path / "small", tmp_path / "fork", 4, until=6, report=False)["forked"]["tick"] == 4
     world.save(tmp_path / "world.ckpt")
+    for folder, tick in (("small", None), ("fork", 3)):
+        for file in (tmp_path / folder / "checkpoints").iterdir():
+            file.unlink()
+        with pytest.raises(CheckpointError, match="has no intact checkpoint"):
+            fork(tmp_path / folder, tmp_path / "again", tick, report=False)
+    assert not (tmp_path / "again").exists()
 
 
 def test_watching_a_world_forgets_nothing_that_it_keeps(tmp_path):
