@@ -19,6 +19,7 @@ def test_a_figure_is_drawn_from_its_result(name, monkeypatch, capsys, tmp_path):
         sys, "argv", [name, "--short", *(["--results", str(begun)] if begun.is_file() else [])]
     )
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    monkeypatch.delitem(sys.modules, f"studies.{name}", raising=False)  # a figure may import another one
     runpy.run_module(f"studies.{name}", run_name="__main__")
     drawn = Path(capsys.readouterr().out.strip())
     assert drawn.is_relative_to(tmp_path)
