@@ -21,7 +21,7 @@ import numpy as np
 
 from studies.common.moved import Policies
 from studies.common.policies import trained, without_policies
-from studies.common.predator_prey import SPECIES, numbers
+from studies.common.predator_prey import SPARSE_WOLVES, SPECIES, numbers
 from studies.common.registration import registration
 from studies.common.seed_grid import by_training
 from studies.common.selection import mean_interval
@@ -59,7 +59,7 @@ def world(config: Mapping[str, Any], arm: Mapping[str, Any], values: Mapping[str
     """Return an arm's world; if gene values are given for a species, all its animals have those values."""
     from ecs_eco.config import load
 
-    content = without_policies(load("predator-prey", config["world"]))
+    content = without_policies(load("predator-prey", SPARSE_WOLVES | config["world"]))
     content["training"]["set"] |= config["small training"]
     for name, (_, sensor) in SIGHT.items():
         species = content["species"][name]

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from studies.arms_race import STUDY as ARMS_RACE, genome
-from studies.common.predator_prey import frozen
+from studies.common.predator_prey import SPARSE_WOLVES, frozen
 from studies.common.study import Study, verdict
 from studies.gene_duplication import WORLD as GENE_DUPLICATION
 
@@ -49,7 +49,7 @@ def world(name: str) -> Any:
 
     if not name.startswith("arms_race"):
         return GENE_DUPLICATION if name == "gene_duplication" else name
-    base = frozen(FIRST_RACE) if name == "arms_race" else load("predator-prey")
+    base = frozen(FIRST_RACE) if name == "arms_race" else load("predator-prey", SPARSE_WOLVES)
     content = base.resolved()
     for species in ("deer", "wolf"):
         content["species"][species]["genome"] = genome(ARMS_RACE.config["genes"], species)

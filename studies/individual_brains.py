@@ -15,6 +15,7 @@ import numpy as np
 
 from studies.common.moved import divergence
 from studies.common.policies import trained, without_policies
+from studies.common.predator_prey import SPARSE_WOLVES
 from studies.common.registration import registration
 from studies.common.seed_grid import cells, record
 from studies.common.study import Study, canonical, config_hash
@@ -35,7 +36,7 @@ def world(arm: str) -> Any:
     """Return an arm's world."""
     from ecs_eco.config import load
 
-    return load("predator-prey", REGISTERED.arms[arm])
+    return load("predator-prey", SPARSE_WOLVES | REGISTERED.arms[arm])
 
 
 def run(config: dict[str, Any], case: Mapping[str, Any]) -> Result:

@@ -14,6 +14,7 @@ import numpy as np
 
 from studies.common.moved import life
 from studies.common.policies import trained, without_policies
+from studies.common.predator_prey import SPARSE_WOLVES
 from studies.common.registration import registration
 from studies.common.seed_grid import record
 from studies.common.study import Study, canonical, config_hash
@@ -32,7 +33,7 @@ def world(case: Mapping[str, Any]) -> Any:
     """Return a case's world."""
     from ecs_eco.config import load
 
-    changes: dict[str, Any] = dict(REGISTERED.arms[case["arm"]])
+    changes: dict[str, Any] = SPARSE_WOLVES | REGISTERED.arms[case["arm"]]
     for species in LEARNERS:
         if case[species]:
             changes[f"species.{species}.ppo.learning_rate"] = case[species]
@@ -45,7 +46,7 @@ def run(config: dict[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
     """Run a case's world with a training seed's policies; return its outcome and the policies' changes."""
     from ecs_eco.config import load
 
-    folder = trained(load("predator-prey"), case["training"], config["training ticks"])
+    folder = trained(load("predator-prey", SPARSE_WOLVES), case["training"], config["training ticks"])
     lived, moved = life(world(case), folder, case["seed"], config["ticks"], LEARNERS)
     return record(lived, lived.config) | {"moved": moved}
 

@@ -21,6 +21,7 @@ import numpy as np
 from studies.arms_race import contemporary, slope
 from studies.common.moved import log_chances
 from studies.common.policies import trained, without_policies
+from studies.common.predator_prey import SPARSE_WOLVES
 from studies.common.registration import registration
 from studies.common.study import Study, canonical, config_hash
 from studies.common.training_seeds import by_training, interval
@@ -32,10 +33,10 @@ Weights = dict[str, np.ndarray]
 
 
 def world() -> Any:
-    """Return the world as shipped."""
+    """Return the world with the wolves of its registration."""
     from ecs_eco.config import load
 
-    return load("predator-prey")
+    return load("predator-prey", SPARSE_WOLVES)
 
 
 def run(config: dict[str, Any], case: Mapping[str, Any]) -> Result:

@@ -26,6 +26,7 @@ FROZEN: dict[str, Any] = {
     "species.wolf.policy.learn": False,
     "species.wolf.diet.0.gain": 0.46,
     "species.wolf.metabolism.basal": 0.003,
+    "species.wolf.reproduction.rate": 0.007,
     "species.wolf.reproduction.spacing": 8.5,
     "species.deer.ppo": PPO | {"minibatch_size": 8192},
     "species.wolf.ppo": PPO | {"minibatch_size": 2048},
@@ -37,6 +38,12 @@ FROZEN: dict[str, Any] = {
         "species.grass.reproduction.rate": 0.0,
         "species.grass.reproduction.seed_rain": 0.02,
     },
+}
+# the wolves of studies registered before the second registration of `lifelong`
+SPARSE_WOLVES: dict[str, Any] = {
+    "species.wolf.diet.0.gain": 0.55,
+    "species.wolf.reproduction.rate": 0.007,
+    "species.wolf.reproduction.spacing": 10.75,
 }
 SHIPPED = Path(__file__).parents[2] / "ecs_eco" / "worlds" / "predator_prey"
 
