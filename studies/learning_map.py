@@ -2,7 +2,8 @@
 of the ground?
 
 Each pair of learning rates on the shipped ground and on a quarter of it, and the shipped rates on further
-grounds, with the wolves of its registration. Policies are pre-trained as in `lifelong`. The hypotheses are in registered/learning_map.toml.
+grounds, with the wolves of its registration. Policies are pre-trained as in `lifelong`. The hypotheses are in
+registered/learning_map.toml.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
 """Do the policies of deer and wolves that never stop learning settle, circle or drift?
 
-Each run of predator-prey, with the wolves of its registration, lasts 100,000 ticks. Every 10,000 ticks, the study stores both policies and what
-some living animals perceive. Afterward, each stored policy is compared with each other one on all stored
-observations, and wolves of each time hunt deer of each time in the training world, where policies are frozen and
-respawn holds numbers constant. K[i, j] is the logarithm of the deer that a wolf of time i catches per second among
-deer of time j.
+Each run of predator-prey, with the wolves of its registration, lasts 100,000 ticks. Every 10,000 ticks, the study
+stores both policies and what some living animals perceive. Afterward, each stored policy is compared with each
+other one on all stored observations, and wolves of each time hunt deer of each time in the training world, where
+policies are frozen and respawn holds numbers constant. K[i, j] is the logarithm of the deer that a wolf of time i
+catches per second among deer of time j.
 
 A policy that settles hardly changes between two times; one that drifts is the farther from an earlier one, the more
 time has passed; one that circles, or wanders in a bounded region, is not. The hypotheses are in

@@ -172,7 +172,7 @@ export class Eye {
       else {
         this.camera.position.add(step);
         this.controls.target.add(step);
-        this.controls.update(); // says so at once: the camera of a second world copies this one
+        this.controls.update(); // reports it at once: the camera of a second world copies this one
       }
     }
     this.followed = place ? place.clone() : null;
