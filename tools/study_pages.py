@@ -91,7 +91,7 @@ FIGURES = {  # other figures are named after their study; each entry is its capt
         "Neighbors and attraction of prey and predators' field of view over time, with and without confusion",
     ),
     "three_networks": ("three_networks.png", "Deer intake while three networks train"),
-    "why": ("why.png", "Verdicts of `ecs-eco why` against the change made to the world"),
+    "why": ("why.svg", "An extinction as `ecs-eco why` draws it: numbers, causes of death, energy"),
 }
 STALE = "**The world or the study has since changed; this result must be recomputed.**"
 
