@@ -2,7 +2,8 @@
 
 In predator-prey, all deer share one network, and all wolves another. Here each animal has its own, learns with
 it alone, and passes the weights that it has learned on to its young. In a second arm, the young start from random
-weights; in the third, networks are shared. All have the wolves of the registration. The hypotheses are in registered/individual_brains.toml.
+weights; in the third, networks are shared. All have the wolves of the registration.
+The hypotheses are in registered/individual_brains.toml.
 """
 
 from __future__ import annotations
