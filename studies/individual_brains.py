@@ -2,7 +2,7 @@
 
 In predator-prey, all deer share one network, and all wolves another. Here each animal has its own, learns with
 it alone, and passes the weights that it has learned on to its young. In a second arm, the young start from random
-weights; in the third, networks are shared. All have the wolves of the registration.
+weights; in the third, networks are shared.
 The hypotheses are in registered/individual_brains.toml.
 """
 
@@ -16,7 +16,6 @@ import numpy as np
 
 from studies.common.moved import divergence
 from studies.common.policies import trained, without_policies
-from studies.common.predator_prey import SPARSE_WOLVES
 from studies.common.registration import registration
 from studies.common.seed_grid import cells, record
 from studies.common.study import Study, canonical, config_hash
@@ -37,7 +36,7 @@ def world(arm: str) -> Any:
     """Return an arm's world."""
     from ecs_eco.config import load
 
-    return load("predator-prey", SPARSE_WOLVES | REGISTERED.arms[arm])
+    return load("predator-prey", REGISTERED.arms[arm])
 
 
 def run(config: dict[str, Any], case: Mapping[str, Any]) -> Result:
