@@ -12,17 +12,16 @@ import hashlib
 import json
 import re
 from collections.abc import Callable
-from graphlib import TopologicalSorter
 from html import escape
 
 import numpy as np
 
 from ecs_eco.engine.errors import RecordingError
 from ecs_eco.view.account import of_run
+from ecs_eco.view.modules import STATIC, modules
 from ecs_eco.view.recording import GeneValues
 from ecs_eco.view.replay import Replay
 from ecs_eco.view.scene import drawn
-from ecs_eco.view.server import STATIC
 from ecs_eco.view.source import Message, text
 
 MOST = 10_000_000  # [bytes] default maximum size of a file
@@ -30,9 +29,8 @@ SAMPLES = 200  # maximum number of ticks at which states are stored
 ROWS = 3_000_000  # maximum number of stored states of a species
 FINE, COARSE = 65534, 254  # steps of stored values, from 1; 0: unknown
 AXES, EVENT = "xyz", ("uid", "species", "x", "y", "z", "energy")
-MODULE = re.compile(r'^(?:import|export)\b[^;"]*?\bfrom "\./(\w+\.js)"', re.MULTILINE)
 STYLE = re.compile(r'<link rel="stylesheet" href="(\w+\.css)">')
-SERVER, SHELF = "socket.js", "shelf.js"  # the module that connects a page to its server, and its replacement
+OFFLINE = {"socket.js": "shelf.js"}  # the module that connects a page to its server, and its replacement
 POLICY = (
     "default-src 'none'; script-src 'sha256-{}' blob:; style-src 'unsafe-inline'; img-src data: blob:; "
     "media-src blob:; base-uri 'none'; form-action 'none'"
@@ -269,17 +267,8 @@ def _shell(title: str) -> str:
     def read(name: str) -> str:
         return (STATIC / name).read_text(encoding="utf-8")
 
-    modules: dict[str, str] = {}
-    uses: dict[str, list[str]] = {}
-    waiting = ["main.js"]
-    while waiting:
-        name = waiting.pop()
-        modules[name] = read(SHELF if name == SERVER else name)
-        uses[name] = MODULE.findall(modules[name])
-        waiting += [other for other in uses[name] if other not in modules]
-    order = TopologicalSorter(uses).static_order()  # raises CycleError
     code, unpack = (
-        _squeezed(json.dumps([(name, modules[name]) for name in order]).encode()),
+        _squeezed(json.dumps(list(modules("main.js", OFFLINE).items())).encode()),
         read("unpack.js"),
     )
     policy = POLICY.format(base64.b64encode(hashlib.sha256(unpack.encode()).digest()).decode())

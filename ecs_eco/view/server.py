@@ -8,7 +8,6 @@ import mimetypes
 import socket
 import threading
 from collections.abc import Callable
-from pathlib import Path
 
 import uvicorn
 from starlette.applications import Starlette
@@ -20,9 +19,9 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from ecs_eco.view.guard import MINUTES, SUBPROTOCOL, Credentials, Guard
+from ecs_eco.view.modules import STATIC, modules
 from ecs_eco.view.shown import Inbox
 
-STATIC = Path(__file__).parent / "static"
 HOST = "127.0.0.1"
 PAGES = 32  # maximum number of pages open at the same time
 STRANGERS = 64  # maximum number of connections without the credential; opening another closes the oldest
@@ -115,7 +114,8 @@ class Server:
     ) -> None:
         self.player, self.credentials, self.page = player, Credentials(), page
         self.came: Callable[[str, bool], None] = lambda code, good: None
-        self._socket = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+        # asyncio sends without delay (TCP_NODELAY) only if the protocol is named
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP)
         try:
             self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, UNREAD)
@@ -189,8 +189,12 @@ class Server:
         for suffix, kind in TYPES.items():
             mimetypes.add_type(kind, suffix)
 
+        # browsers load all modules at once, instead of one level of imports after the other
+        _, _, script = (STATIC / self.page).read_text(encoding="utf-8").partition('type="module" src="')
+        preload = ", ".join(f"<{name}>; rel=modulepreload" for name in modules(script.partition('"')[0]))
+
         async def page(_: Request) -> FileResponse:
-            return FileResponse(STATIC / self.page)
+            return FileResponse(STATIC / self.page, headers={"link": preload})
 
         files = Mount("/", StaticFiles(directory=STATIC, check_dir=False))
         entrance = Route("/enter", self._enter, methods=["POST"])

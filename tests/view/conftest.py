@@ -9,6 +9,7 @@ import pytest
 from ecs_eco import World
 from ecs_eco.components import Position
 from ecs_eco.testing.browser import launched, served
+from ecs_eco.view import modules
 from ecs_eco.view import server as module
 from ecs_eco.view.live import Live
 from ecs_eco.view.player import Player
@@ -71,10 +72,11 @@ def server_of_mites(tmp_path_factory):
     """A server of a page of one line, and of a world of 2,000 mites that lives in a thread of its own."""
     static = tmp_path_factory.mktemp("view") / "static"
     static.mkdir()
-    (static / "index.html").write_text("<p>the page</p>")
-    (static / "page.js").write_text("let a = 1")
+    (static / "index.html").write_text('<p>the page</p><script type="module" src="page.js"></script>')
+    (static / "page.js").write_text('import { a } from "./other.js"')
+    (static / "other.js").write_text("export const a = 1;")
     (static.parent / "secret.txt").write_text("secret")
-    before, module.STATIC = module.STATIC, static
+    before, module.STATIC, modules.STATIC = module.STATIC, static, static
     ready, made = threading.Event(), SimpleNamespace()
 
     def live():
@@ -98,4 +100,4 @@ def server_of_mites(tmp_path_factory):
     yield made
     made.player.close()
     thread.join()
-    module.STATIC = before
+    module.STATIC = modules.STATIC = before
