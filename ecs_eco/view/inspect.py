@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -70,7 +70,24 @@ def state_of(world: World, uid: int, lives: Genealogy | None = None) -> dict[str
     genome = None if layout is None else marked(layout, table[Genome].loci[row])
     out |= body(world, table, row) | {"genome": genome, "nerves": nerves(table, row)}
     reach = reach_of(world, table, row)
+    if out["nerves"]:
+        ranges = ranges_of(world, table, reach)
+        for reading in out["nerves"]["sensors"]:
+            if reading["name"] in ranges:
+                reading["range"] = ranges[reading["name"]]
     return out | ({"reach": reach} if reach else {})
+
+
+def ranges_of(world: World, table: Table, reach: Mapping[str, float]) -> dict[str, float]:
+    """Return the range [m] of each channel that reads 1 − distance/range, unless it depends on light, given the
+    output of `reach_of`."""
+    return {
+        channel: reach.get(str(number), sensor.range)
+        for number, sensor in enumerate(table.species.sensors)
+        if sensor.kind in ("nearest", "rays") and getattr(sensor, "sight", None) is None
+        for channel in sensor.channels(3 if world.space.volume else 2)
+        if channel.endswith("_near")
+    }
 
 
 def nothing_of(out: dict[str, Any]) -> dict[str, Any]:

@@ -50,7 +50,7 @@ def _fed(state: Mapping[str, Any]) -> str:
 
 
 def _seen(sensors: Sequence[Mapping[str, Any]], foods: Sequence[str], enemies: Sequence[str]) -> str:
-    """Return a phrase about the nearest targets and their directions."""
+    """Return a phrase about the nearest targets, their distances if ranges are given, and their directions."""
     value = {s["name"]: s["value"] or 0.0 for s in sensors}
     near = {name.removesuffix("_near"): v for name, v in value.items() if name.endswith("_near") and v > SEEN}
     if not near:
@@ -59,10 +59,12 @@ def _seen(sensors: Sequence[Mapping[str, Any]], foods: Sequence[str], enemies: S
         target: next((name for name in (*enemies, *foods) if target.endswith(f"_{name}")), target)
         for target in near
     }  # targets of rays begin with the sensor's name, as in "far_deer"
+    ranges = {s["name"].removesuffix("_near"): s["range"] for s in sensors if "range" in s}
     lines = []
     for target in sorted(near, key=lambda t: (who[t] not in enemies, -near[t]))[:2]:
         word = " (an enemy)" if who[target] in enemies else " (food)" if who[target] in foods else ""
-        lines.append(f"{who[target]}{word} {_where(value, target)}")
+        far = f" {(1 - near[target]) * ranges[target]:.1f} m" if target in ranges else ""
+        lines.append(f"{who[target]}{word}{far} {_where(value, target)}")
     return "saw " + " and ".join(lines)
 
 

@@ -9,8 +9,7 @@ import pytest
 from ecs_eco import World
 from ecs_eco.components import Position
 from ecs_eco.testing.browser import launched, served
-from ecs_eco.view import modules
-from ecs_eco.view import server as module
+from ecs_eco.view import modules, server as module
 from ecs_eco.view.live import Live
 from ecs_eco.view.player import Player
 from ecs_eco.view.replay import Replay

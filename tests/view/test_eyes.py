@@ -5,6 +5,7 @@ import math
 import pytest
 
 from ecs_eco import World
+from ecs_eco.components import Position
 from ecs_eco.config import load
 from ecs_eco.view.live import Live
 from tests.view.parks import small
@@ -46,3 +47,20 @@ def test_who_sees_by_light_sees_less_far_in_the_dark():
     sensor = world.config.species["krill"].sensors[number]
     assert reach[1] == pytest.approx(sensor.blind, abs=0.01)
     assert sensor.blind < reach[0] <= sensor.range
+
+
+def test_how_far_a_target_is_follows_from_its_reading_and_the_range():
+    # a deer that stands still 3 m to the south of the only tuft
+    world = World.from_config(
+        load("predator-prey", {"species.grass.count": 1, "species.deer.count": 1, "species.wolf.count": 0}),
+        seed=1,
+        policies="random",
+        record=False,
+    )
+    deer, tuft = (world.tables[name][Position] for name in ("deer", "grass"))
+    deer.x[0], deer.y[0], deer.heading[0], tuft.x[0], tuft.y[0] = 50.0, 50.0, 0.0, 50.0, 53.0
+    world.run(1)
+    assert (
+        "saw grass (food) 3.0 m to the left;"
+        in Live(world).organism(int(world.tables["deer"].uid[0]))["sentence"]
+    )

@@ -115,6 +115,8 @@ def test_knobs_unfold_in_a_wide_scene_fold_on_a_phone_and_stay_as_they_were_left
 
     with opened(browser, park.run.address()) as page:
         assert arrives(page, 1440, 900)
+        page.set_viewport_size({"width": 800, "height": 700})
+        until(page, "!document.querySelector('#knobs').open")
         assert not arrives(page, 390, 844)
         page.locator("#knobs summary").click()
         assert arrives(page, 390, 844)

@@ -71,7 +71,14 @@ def test_births_and_deaths_are_marked_and_the_marks_go(page):
     until(page, "ecs.over.marks.death > 0 && ecs.still")
     assert page.evaluate("ecs.over.drawn") > 0
     key = page.locator(".legend-marks")
-    assert key.inner_text().split() == ["born", "died", "eaten"]
+    drawn, all_marks = page.evaluate("[ecs.over.drawn, Object.values(ecs.over.marks).reduce((a, b) => a + b)]")
+    assert key.inner_text().split("\n") == ["born", "died", "eaten", f"{drawn} of {all_marks} in view"]
+    for _ in range(12):
+        page.keyboard.press("PageUp")  # closer: most are outside the picture then
+    until(page, f"ecs.over.drawn < {drawn} && ecs.still")
+    assert key.inner_text().split("\n")[-1] == f"{page.evaluate('ecs.over.drawn')} of {all_marks} in view"
+    page.keyboard.press("Home")
+    until(page, f"ecs.over.drawn === {drawn}")
     key.click()
     until(page, "ecs.over.drawn === 0")
     key.click()

@@ -43,6 +43,13 @@ def test_enemies_come_first_and_reflexes_are_told_from_the_policy():
     assert said.endswith("its reflex made it run; always tries to eat.")
 
 
+def test_how_far_they_are_is_said_where_the_range_is_known():
+    sensors = sees(wolf_near=0.25, wolf_forward=1.0, grass_near=0.5, grass_left=1.0)
+    sensors[0]["range"] = 12.0  # 0.25 is 1 − distance/range
+    said = sentence(DEER | {"nerves": {"sensors": sensors, "actions": []}}, ["grass"], ["wolf"])
+    assert "saw wolf (an enemy) 9.0 m ahead and grass (food) to the left" in said
+
+
 def test_the_dead_are_told_by_their_cause():
     dead = DEER | {"alive": False, "died": {"tick": 1420, "cause": "eaten by wolf", "killer": 7}}
     assert sentence(dead) == "Deer, eaten by wolf at tick 1,420, by #7, 500 s old."

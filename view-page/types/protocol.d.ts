@@ -359,6 +359,7 @@ export interface Genome {
 export interface Sensor {
   name: string;
   value: number | null;
+  range?: number; // [m] of a channel that reads 1 − distance/range, where it is known
 }
 
 export interface Action {

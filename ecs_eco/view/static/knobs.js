@@ -123,7 +123,9 @@ export class Knobs {
     this.changes = changes;
     this.list = h("div", { class: "knobs" });
     this.element = /** @type {HTMLDetailsElement} */ ($("knobs"));
+    const unfold = new ResizeObserver(() => (this.element.open = $("stage").clientWidth >= WIDE));
     this.element.replaceChildren(h("summary", { text: "Knobs", onclick: () => {
+      unfold.disconnect();
       try {
         localStorage.setItem(KEPT, this.element.open ? "folded" : "open");
       } catch {} // storage may be unavailable in private windows
@@ -132,7 +134,8 @@ export class Knobs {
     try {
       kept = localStorage.getItem(KEPT);
     } catch {}
-    this.element.open = kept ? kept === "open" : $("stage").clientWidth >= WIDE;
+    if (kept) this.element.open = kept === "open";
+    else unfold.observe($("stage"));
     /** @type {{knob: Knob, slider: HTMLInputElement, show: () => void}[]} */
     this.sliders = [];
     changes.heard.push(() => this.sliders.forEach(({ show }) => show()));

@@ -62,11 +62,13 @@ function marks(stage) {
   if (!stage.kinds.some(({ moves }) => moves)) return [];
   const cross = (/** @type {string} */ colour, /** @type {number} */ r) => s("path", { d: `M${8 - r} ${8 - r}L${8 + r} ${8 + r}M${8 - r} ${8 + r}L${8 + r} ${8 - r}`, stroke: colour, "stroke-width": r / 2 - 0.2, fill: "none" });
   const one = (/** @type {string} */ text, /** @type {SVGElement} */ shape) => h("span", {}, s("svg", { viewBox: "0 0 16 16", "aria-hidden": "true" }, shape), text);
+  const inView = h("span", { class: "soft" });
+  stage.over.told = (drawn, all) => write(inView, all ? `${drawn} of ${all} in view` : "");
   const button = h("button", { class: "legend-marks", type: "button", "aria-pressed": String(stage.over.shown), title: "Show or hide marks of animals that were born or died in the last five ticks", onclick: () => {
     stage.over.shown = !stage.over.shown;
     button.setAttribute("aria-pressed", String(stage.over.shown));
     stage.dirty = true;
-  } }, one("born", s("circle", { cx: 8, cy: 8, r: 5.5, fill: "none", stroke: "currentColor", "stroke-width": 2 })), one("died", cross("currentColor", 4.5)), one("eaten", cross("var(--minus)", 6)));
+  } }, one("born", s("circle", { cx: 8, cy: 8, r: 5.5, fill: "none", stroke: "currentColor", "stroke-width": 2 })), one("died", cross("currentColor", 4.5)), one("eaten", cross("var(--minus)", 6)), inView);
   return [button];
 }
 

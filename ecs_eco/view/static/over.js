@@ -27,6 +27,8 @@ export class Over {
     this.drew = { seen: 0, rays: 0, drawn: 0 };
     /** @type {[number, string][]} heights [m] at which light has fallen to the labeled share */
     this.levels = [];
+    /** @type {(drawn: number, all: number) => void} is told how many marks are in view */
+    this.told = () => {};
     this.clear = true;
     this.last = 0; // tick of the last frame
   }
@@ -83,7 +85,9 @@ export class Over {
     this.drew = { seen: 0, rays: 0, drawn: 0 };
     if (stage.hello.size.length > 2) this.depths();
     if (found) Object.assign(this.drew, sight(this, found, this.organism));
-    for (const mark of marks) this.mark(mark);
+    const all = marks.filter(({ tick }) => stage.tick >= tick && stage.tick - tick < LASTS);
+    for (const mark of all) this.mark(mark, width, height);
+    this.told(this.drew.drawn, all.length);
   }
 
   /** Draws a line with an outline that makes it visible on any background. @param {({x: number, y: number} | null)[]} points @param {string} colour @param {number} width @param {number[]} [dash] @param {number} [alpha] */
@@ -116,11 +120,10 @@ export class Over {
     pen.fillText(text, x, y);
   }
 
-  /** @param {Mark} mark */
-  mark({ tick, kind, at, k, by }) {
-    const age = this.stage.tick - tick;
-    const place = age >= 0 && age < LASTS ? this.stage.project(at) : null;
-    if (!place) return;
+  /** @param {Mark} mark @param {number} width @param {number} height of the stage */
+  mark({ tick, kind, at, k, by }, width, height) {
+    const age = this.stage.tick - tick, place = this.stage.project(at);
+    if (!place || place.x < 0 || place.x > width || place.y < 0 || place.y > height) return;
     this.drew.drawn++;
     const fade = 1 - (0.75 * age) / LASTS;
     const { x, y } = place;
