@@ -87,8 +87,16 @@ def still(page: Any) -> None:
 
 
 def deer(page: Any) -> None:
-    """Follow one deer, with its curves."""
-    survivor(page, "deer")
+    """Follow a deer that sees a wolf, with its path."""
+    for nth in range(40):
+        select(page, "deer", nth)
+        advance(page, 10)
+        if (
+            "(an enemy)" in page.locator("#organism").inner_text()
+            and page.locator(".state:not(.dead)").count()
+        ):
+            break
+        page.keyboard.press("Escape")
     page.keyboard.press("f")
     page.wait_for_timeout(1500)  # [ms] of the flight
     until(page, "ecs.still")

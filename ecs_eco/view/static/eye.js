@@ -135,6 +135,7 @@ export class Eye {
       shift = [0, 0];
       distance = Math.min(distance, Math.max(this.span * 0.08, this.controls.minDistance * 3));
     }
+    this.controls.maxDistance = Math.max(this.span * 4, distance);
     this.move(shift);
     const to = [target.clone().addScaledVector(direction, distance), target];
     this.fly(to, fly ? FLIGHT : 0);

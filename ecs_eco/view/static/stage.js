@@ -87,7 +87,11 @@ export class Stage {
     this.onrender = () => {};
     this.onlight = () => {};
     this.eye.controls.addEventListener("change", () => (this.dirty = true));
-    this.sized = new ResizeObserver(() => this.resize());
+    this.sized = new ResizeObserver((entries) => {
+      const legend = entries.every(({ target }) => target.id === "legend");
+      // the world makes room when the legend has grown since, but does not move when it shrinks
+      if (!legend || (this.eye.cover()[0]?.[3] ?? 0) > (this.eye.covered[0]?.[3] ?? 0)) this.resize();
+    });
     this.sized.observe(canvas);
     this.resize();
     this.halt = onFrames((now) => this.draw(now));
