@@ -56,7 +56,7 @@ def state_of(world: World, uid: int, lives: Genealogy | None = None) -> dict[str
     >>> state_of(world, uid)["species"]
     'wolf'
     """
-    out = {"kind": "organism", "uid": int(uid), "detail": "full", "note": ""}
+    out: dict[str, Any] = {"kind": "organism", "uid": int(uid), "detail": "full", "note": ""}
     out |= dict.fromkeys(OF_NOW) | {"species": None, "parents": [], "children": []}
     out |= {} if lives is None else lives.facts(uid)
     try:
@@ -71,23 +71,25 @@ def state_of(world: World, uid: int, lives: Genealogy | None = None) -> dict[str
     out |= body(world, table, row) | {"genome": genome, "nerves": nerves(table, row)}
     reach = reach_of(world, table, row)
     if out["nerves"]:
-        ranges = ranges_of(world, table, reach)
+        seen = seen_by(world, table, reach)
         for reading in out["nerves"]["sensors"]:
-            if reading["name"] in ranges:
-                reading["range"] = ranges[reading["name"]]
+            reading |= seen.get(reading["name"], {})
     return out | ({"reach": reach} if reach else {})
 
 
-def ranges_of(world: World, table: Table, reach: Mapping[str, float]) -> dict[str, float]:
-    """Return the range [m] of each channel that reads 1 − distance/range, unless it depends on light, given the
-    output of `reach_of`."""
-    return {
-        channel: reach.get(str(number), sensor.range)
-        for number, sensor in enumerate(table.species.sensors)
-        if sensor.kind in ("nearest", "rays") and getattr(sensor, "sight", None) is None
-        for channel in sensor.channels(3 if world.space.volume else 2)
-        if channel.endswith("_near")
-    }
+def seen_by(world: World, table: Table, reach: Mapping[str, float]) -> dict[str, dict[str, Any]]:
+    """Return, for each channel that reads 1 − distance/range, the target of its sensor if it has one, and the
+    range [m] unless it depends on light; `reach` is the output of `reach_of`."""
+    out: dict[str, dict[str, Any]] = {}
+    for number, sensor in enumerate(table.species.sensors):
+        if sensor.kind not in ("nearest", "rays"):
+            continue
+        lit = getattr(sensor, "sight", None) is not None
+        about = {} if lit else {"range": reach.get(str(number), sensor.range)}
+        about |= {"target": sensor.target} if sensor.kind == "nearest" and sensor.kin is None else {}
+        near = (name for name in sensor.channels(3 if world.space.volume else 2) if name.endswith("_near"))
+        out |= dict.fromkeys(near, about)
+    return out
 
 
 def nothing_of(out: dict[str, Any]) -> dict[str, Any]:

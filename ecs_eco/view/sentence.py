@@ -1,9 +1,11 @@
 """A sentence about an organism: its species and condition, and what it saw and did in its last tick."""
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 STARVING, HUNGRY, FED = 0.15, 0.45, 0.8  # upper limits, as fractions of maximum energy
+NEGLIGIBLE = 0.4  # ratio of two components of a direction below which the smaller is not mentioned
 SEEN = 0.02  # lower proximity readings are ignored
 IDLE = {"none", "still", "rest"}
 
@@ -55,27 +57,33 @@ def _seen(sensors: Sequence[Mapping[str, Any]], foods: Sequence[str], enemies: S
     near = {name.removesuffix("_near"): v for name, v in value.items() if name.endswith("_near") and v > SEEN}
     if not near:
         return ""
+    about = {s["name"].removesuffix("_near"): s for s in sensors}
     who = {
-        target: next((name for name in (*enemies, *foods) if target.endswith(f"_{name}")), target)
+        target: about[target].get("target")
+        or next((name for name in (*enemies, *foods) if target.endswith(f"_{name}")), target)
         for target in near
     }  # targets of rays begin with the sensor's name, as in "far_deer"
-    ranges = {s["name"].removesuffix("_near"): s["range"] for s in sensors if "range" in s}
     lines = []
     for target in sorted(near, key=lambda t: (who[t] not in enemies, -near[t]))[:2]:
         word = " (an enemy)" if who[target] in enemies else " (food)" if who[target] in foods else ""
-        far = f" {(1 - near[target]) * ranges[target]:.1f} m" if target in ranges else ""
+        reach = about[target].get("range")
+        far = "" if reach is None else f" {(1 - near[target]) * reach:.1f} m"
         lines.append(f"{who[target]}{word}{far} {_where(value, target)}")
     return "saw " + " and ".join(lines)
 
 
 def _where(value: Mapping[str, float], target: str) -> str:
-    ahead, left = value.get(f"{target}_forward", 0.0), value.get(f"{target}_left", 0.0)
-    side = "left" if left > 0 else "right"
-    if abs(left) < 0.4 * abs(ahead):
-        return "ahead" if ahead > 0 else "behind"
-    if abs(ahead) < 0.4 * abs(left):
-        return f"to the {side}"
-    return f"{'ahead' if ahead > 0 else 'behind'} to the {side}"
+    ahead, left, up = (value.get(f"{target}_{way}", 0.0) for way in ("forward", "left", "up"))
+    flat = math.hypot(ahead, left)
+    high = "above" if up > 0 else "below"
+    if NEGLIGIBLE * abs(up) > flat:
+        return high
+    ways = [
+        ("ahead" if ahead > 0 else "behind") if abs(ahead) >= NEGLIGIBLE * abs(left) else "",
+        f"to the {'left' if left > 0 else 'right'}" if abs(left) >= NEGLIGIBLE * abs(ahead) else "",
+        f"and {high}" if abs(up) > NEGLIGIBLE * flat else "",
+    ]
+    return " ".join(way for way in ways if way)
 
 
 def _does(actions: Sequence[Mapping[str, Any]]) -> str:

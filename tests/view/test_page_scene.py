@@ -71,8 +71,10 @@ def test_births_and_deaths_are_marked_and_the_marks_go(page):
     until(page, "ecs.over.marks.death > 0 && ecs.still")
     assert page.evaluate("ecs.over.drawn") > 0
     key = page.locator(".legend-marks")
-    drawn, all_marks = page.evaluate("[ecs.over.drawn, Object.values(ecs.over.marks).reduce((a, b) => a + b)]")
-    assert key.inner_text().split("\n") == ["born", "died", "eaten", f"{drawn} of {all_marks} in view"]
+    drawn, all_marks = page.evaluate(
+        "[ecs.over.drawn, Object.values(ecs.over.marks).reduce((a, b) => a + b)]"
+    )
+    assert key.inner_text().split("\n") == ["born", "died", "killed", f"{drawn} of {all_marks} in view"]
     for _ in range(12):
         page.keyboard.press("PageUp")  # closer: most are outside the picture then
     until(page, f"ecs.over.drawn < {drawn} && ecs.still")

@@ -50,6 +50,20 @@ def test_how_far_they_are_is_said_where_the_range_is_known():
     assert "saw wolf (an enemy) 9.0 m ahead and grass (food) to the left" in said
 
 
+def test_what_is_above_or_below_is_said_so():
+    def where(**direction):
+        sensors = sees(food_near=0.5, **{f"food_{way}": value for way, value in direction.items()})
+        sensors[0]["target"] = "algae"
+        return sentence(DEER | {"nerves": {"sensors": sensors, "actions": []}}, ["algae"]).partition("saw ")[
+            2
+        ]
+
+    assert where(forward=0.1, left=0.1, up=-0.99) == "algae (food) below."
+    assert where(forward=0.7, left=0.1, up=0.7) == "algae (food) ahead and above."
+    assert where(forward=-0.6, left=-0.5, up=-0.6) == "algae (food) behind to the right and below."
+    assert where(forward=0.1, left=0.98, up=0.1) == "algae (food) to the left."
+
+
 def test_the_dead_are_told_by_their_cause():
     dead = DEER | {"alive": False, "died": {"tick": 1420, "cause": "eaten by wolf", "killer": 7}}
     assert sentence(dead) == "Deer, eaten by wolf at tick 1,420, by #7, 500 s old."

@@ -360,6 +360,7 @@ export interface Sensor {
   name: string;
   value: number | null;
   range?: number; // [m] of a channel that reads 1 − distance/range, where it is known
+  target?: string; // the species or object whose closeness it reads
 }
 
 export interface Action {

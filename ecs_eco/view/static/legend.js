@@ -1,6 +1,7 @@
 // The legend: each kind with its population, a sparkline on its own scale, its trend, and births and deaths per tick.
 
 import { RECENT } from "./charts.js";
+import { LASTS } from "./over.js";
 import { $, h, number, s } from "./dom.js";
 import { sign } from "./marks.js";
 
@@ -32,6 +33,7 @@ export function legend(stage, calls) {
   const rows = stage.kinds.map((kind, k) => row(stage, k, () => show(k, !stage.layers[k].shown), () => solo(k), () => calls.find(kind.name)));
   const box = h("input", { type: "checkbox", checked: calls.own, onchange: () => calls.onown(box.checked) });
   const note = h("label", { class: "legend-note", title: "Use the colors from the world file instead of a color-blind-safe palette" }, box, "colors from the world file");
+  const periods = h("div", { class: "legend-note", text: `per tick: in the last ${RECENT} ticks; marks: ${LASTS} ticks` });
   const more = h("button", { class: "plain legend-more", type: "button", onclick: () => {
     open(!$("legend").classList.contains("full"));
     if (!stage.eye.touched) stage.eye.look(stage.eye.preset); // uses the free space
@@ -43,7 +45,7 @@ export function legend(stage, calls) {
   };
   open($("legend").classList.contains("full") || (!narrow.matches && !$("legend").classList.contains("folded"))); // at first, unfolded on wide pages
   narrow.onchange = () => open(!narrow.matches);
-  $("legend").replaceChildren(...rows.map(({ root }) => root), ...marks(stage), note, more);
+  $("legend").replaceChildren(...rows.map(({ root }) => root), ...marks(stage), note, periods, more);
   const size = (/** @type {number} */ k) => ((stage.kinds[k].every ?? 1) > 1 && calls.all(stage.kinds[k].name)) || stage.layers[k].block.n;
   const count = () => rows.forEach((one, k) => {
     const beside = calls.other()?.layers.find(({ kind }) => kind.name === stage.kinds[k].name);
@@ -63,12 +65,12 @@ function marks(stage) {
   const cross = (/** @type {string} */ colour, /** @type {number} */ r) => s("path", { d: `M${8 - r} ${8 - r}L${8 + r} ${8 + r}M${8 - r} ${8 + r}L${8 + r} ${8 - r}`, stroke: colour, "stroke-width": r / 2 - 0.2, fill: "none" });
   const one = (/** @type {string} */ text, /** @type {SVGElement} */ shape) => h("span", {}, s("svg", { viewBox: "0 0 16 16", "aria-hidden": "true" }, shape), text);
   const inView = h("span", { class: "soft" });
-  stage.over.told = (drawn, all) => write(inView, all ? `${drawn} of ${all} in view` : "");
+  stage.over.told = (drawn, all) => write(inView, all ? `${drawn} of ${all} in view` : "none now");
   const button = h("button", { class: "legend-marks", type: "button", "aria-pressed": String(stage.over.shown), title: "Show or hide marks of animals that were born or died in the last five ticks", onclick: () => {
     stage.over.shown = !stage.over.shown;
     button.setAttribute("aria-pressed", String(stage.over.shown));
     stage.dirty = true;
-  } }, one("born", s("circle", { cx: 8, cy: 8, r: 5.5, fill: "none", stroke: "currentColor", "stroke-width": 2 })), one("died", cross("currentColor", 4.5)), one("eaten", cross("var(--minus)", 6)), inView);
+  } }, one("born", s("circle", { cx: 8, cy: 8, r: 5.5, fill: "none", stroke: "currentColor", "stroke-width": 2 })), one("died", cross("currentColor", 4.5)), one("killed", cross("var(--minus)", 6)), inView);
   return [button];
 }
 
