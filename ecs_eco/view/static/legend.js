@@ -33,7 +33,7 @@ export function legend(stage, calls) {
   const rows = stage.kinds.map((kind, k) => row(stage, k, () => show(k, !stage.layers[k].shown), () => solo(k), () => calls.find(kind.name)));
   const box = h("input", { type: "checkbox", checked: calls.own, onchange: () => calls.onown(box.checked) });
   const note = h("label", { class: "legend-note", title: "Use the colors from the world file instead of a color-blind-safe palette" }, box, "colors from the world file");
-  const periods = h("div", { class: "legend-note", text: `per tick: in the last ${RECENT} ticks; marks: ${LASTS} ticks` });
+  const periods = h("div", { class: "legend-note", text: `rates: last ${RECENT} ticks; marks: last ${LASTS}` });
   const more = h("button", { class: "plain legend-more", type: "button", onclick: () => {
     open(!$("legend").classList.contains("full"));
     if (!stage.eye.touched) stage.eye.look(stage.eye.preset); // uses the free space
