@@ -89,7 +89,7 @@ export class Stage {
     this.eye.controls.addEventListener("change", () => (this.dirty = true));
     this.sized = new ResizeObserver((entries) => {
       const legend = entries.every(({ target }) => target.id === "legend");
-      // the world makes room when the legend has grown since, but does not move when it shrinks
+      // the world is kept clear of a legend that has grown, but does not move when it shrinks
       if (!legend || (this.eye.cover()[0]?.[3] ?? 0) > (this.eye.covered[0]?.[3] ?? 0)) this.resize();
     });
     this.sized.observe(canvas);
