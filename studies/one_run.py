@@ -23,6 +23,7 @@ from studies.common.study import Study, verdict
 
 REFUSED = 2  # exit code
 KILLED = -signal.SIGKILL
+IN_USE = "is in use by"  # part of the error of `ecs_eco.record.claim.FolderInUse`
 SEEDS = (1, 2)
 
 
@@ -205,13 +206,13 @@ def _refused_but_one(ended: list[tuple[int, str]]) -> str:
     text = next(text for code, text in ended if code == REFUSED)
     return (
         ""
-        if "out" in text and ("is being written by" in text or "is not empty" in text)
+        if "out" in text and (IN_USE in text or "is not an empty folder" in text)
         else f"refused without naming the folder: {text}"
     )
 
 
 def _met(ended: list[tuple[int, str]]) -> bool:
-    return any("is being written by" in text for _, text in ended)
+    return any(IN_USE in text for _, text in ended)
 
 
 def _differs(out: Path, whole: dict[int, Any], seed: int | None) -> str:
