@@ -206,7 +206,7 @@ def _refused_but_one(ended: list[tuple[int, str]]) -> str:
     text = next(text for code, text in ended if code == REFUSED)
     return (
         ""
-        if "out" in text and (IN_USE in text or "is not an empty folder" in text)
+        if "out" in text and any(part in text for part in (IN_USE, "is not empty", "is not an empty folder"))
         else f"refused without naming the folder: {text}"
     )
 

@@ -10,6 +10,7 @@ def test_both_refusals_count_and_one_of_them_is_a_meeting(tmp_path):
     out = tmp_path / "out"
     with ours(out), pytest.raises(FolderInUse) as in_use, ours(out):
         pass
+    out.mkdir(exist_ok=True)
     (out / "file").write_text("something")
     with pytest.raises(FileExistsError) as not_empty:
         claim_new(out)
