@@ -136,14 +136,16 @@ def test_numbers_of_isolation_are_those_of_the_study() -> None:
     arms = {row[0]: row[1:] for row in isolation["table"]["rows"]}
     value = {line["statement"]: line["value"] for line in isolation["verdicts"]}
     gain = value["H_T, isolated minus panmictic"]
+    differ = value["policy divergence over all pairs [nats], isolated minus panmictic"]
     wright = [v for statement, v in value.items() if "relative to Wright's" in statement]
     page = words(HOW_TO / "archipelago.md")
     for text in (
         f"heterozygosity of {arms['isolated'][0]:.3f} on average, against {arms['panmictic'][0]:.3f}",
         f"heterozygosity of {arms['isolated'][1]:.3f} ({gain[1]:.3f} to {gain[2]:.3f} higher)",
         f"({arms['isolated'][3]:.1f}, against {arms['panmictic'][3]:.1f})",
-        f"{wright[0]:.1f} and {wright[1]:.1f} times the value that Wright's island model predicts",
-        f"{arms['isolated'][5]:.2f} of their divergence is between islands",
+        f"{wright[0]:.2f} and {wright[1]:.2f} times the value that Wright's island model predicts",
+        f"{arms['isolated'][5]:.2f} of the divergence of policies is between islands",
+        f"({differ[0]:.2f} nats more, {differ[1]:.2f} to {differ[2]:.2f};".replace("-", "−"),
     ):
         assert text in page
 
