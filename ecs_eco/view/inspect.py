@@ -86,9 +86,13 @@ def seen_by(world: World, table: Table, reach: Mapping[str, float]) -> dict[str,
             continue
         lit = getattr(sensor, "sight", None) is not None
         about = {} if lit else {"range": reach.get(str(number), sensor.range)}
-        about |= {"target": sensor.target} if sensor.kind == "nearest" and sensor.kin is None else {}
-        near = (name for name in sensor.channels(3 if world.space.volume else 2) if name.endswith("_near"))
-        out |= dict.fromkeys(near, about)
+        if sensor.kind == "nearest":
+            targets = {} if sensor.kin else {f"{sensor.name or sensor.base()}_near": sensor.target}
+        else:
+            targets = {f"{sensor.name}_{target}_near": target for target in sensor.targets}
+        for name in sensor.channels(3 if world.space.volume else 2):
+            if name.endswith("_near"):
+                out[name] = about | ({"target": targets[name]} if name in targets else {})
     return out
 
 

@@ -11,7 +11,7 @@ STATIC = Path(__file__).parent / "static"
 IMPORT = re.compile(r'^(?:import|export)\b[^;"]*?\bfrom "\./(\w+\.js)"', re.MULTILINE)
 
 
-def modules(first: str, replaced: Mapping[str, str] | None = None) -> dict[str, str]:
+def modules(first: str, replaced: Mapping[str, str] | None = None, folder: Path = STATIC) -> dict[str, str]:
     """Return the sources of a module and of those it imports, directly or not, each after its own imports.
 
     `replaced` maps a module to the file whose source takes its place. Raises graphlib.CycleError.
@@ -21,6 +21,6 @@ def modules(first: str, replaced: Mapping[str, str] | None = None) -> dict[str, 
     waiting = [first]
     while waiting:
         if (name := waiting.pop()) not in sources:
-            sources[name] = (STATIC / (replaced or {}).get(name, name)).read_text(encoding="utf-8")
+            sources[name] = (folder / (replaced or {}).get(name, name)).read_text(encoding="utf-8")
             waiting += imports.setdefault(name, IMPORT.findall(sources[name]))
     return {name: sources[name] for name in TopologicalSorter(imports).static_order()}

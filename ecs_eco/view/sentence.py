@@ -64,17 +64,20 @@ def _seen(sensors: Sequence[Mapping[str, Any]], foods: Sequence[str], enemies: S
         for target in near
     }  # targets of rays begin with the sensor's name, as in "far_deer"
     lines = []
-    for target in sorted(near, key=lambda t: (who[t] not in enemies, -near[t]))[:2]:
+    nearest = {who[target]: target for target in sorted(near, key=lambda t: near[t])}.values()
+    for target in sorted(nearest, key=lambda t: (who[t] not in enemies, -near[t]))[:2]:
         word = " (an enemy)" if who[target] in enemies else " (food)" if who[target] in foods else ""
         reach = about[target].get("range")
         far = "" if reach is None else f" {(1 - near[target]) * reach:.1f} m"
-        lines.append(f"{who[target]}{word}{far} {_where(value, target)}")
-    return "saw " + " and ".join(lines)
+        lines.append(f"{who[target]}{word}{far} {_where(value, target)}".rstrip())
+    return "saw " + (", and " if any(" and " in line for line in lines) else " and ").join(lines)
 
 
 def _where(value: Mapping[str, float], target: str) -> str:
     ahead, left, up = (value.get(f"{target}_{way}", 0.0) for way in ("forward", "left", "up"))
     flat = math.hypot(ahead, left)
+    if not (flat or up):
+        return ""  # at the same point
     high = "above" if up > 0 else "below"
     if NEGLIGIBLE * abs(up) > flat:
         return high

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import mimetypes
+import re
 import socket
 import threading
 from collections.abc import Callable
@@ -31,6 +32,7 @@ UNREAD = 1 << 18  # [bytes] buffered by the operating system for a page that doe
 WAITING = 64  # maximum number of pending messages for a page; beyond that, it is disconnected
 ASKED = 16  # maximum number of pending requests from a page
 LARGEST = 1 << 18  # [bytes] maximum size of a message from a page
+SCRIPT = re.compile(r'<script type="module" src="(\w+\.js)">')
 TYPES = {
     ".js": "text/javascript",
     ".css": "text/css",
@@ -87,6 +89,8 @@ class Strangers(dict[object, asyncio.Transport]):
         class Arriving(H11Protocol):
             def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
                 super().connection_made(transport)
+                # a small message does not wait for the acknowledgement of the one before
+                transport.get_extra_info("socket").setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
                 strangers.add(self.client or id(transport), transport)
                 self.loop.call_later(PATIENCE, self.lose_patience)
 
@@ -114,8 +118,11 @@ class Server:
     ) -> None:
         self.player, self.credentials, self.page = player, Credentials(), page
         self.came: Callable[[str, bool], None] = lambda code, good: None
-        # asyncio sends without delay (TCP_NODELAY) only if the protocol is named
-        self._socket = socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP)
+        # browsers load all modules at once, instead of one level of imports after the other
+        script = SCRIPT.search((STATIC / page).read_text(encoding="utf-8"))
+        names = modules(script[1], folder=STATIC) if script else ()
+        self._preload = ", ".join(f"<{name}>; rel=modulepreload" for name in names)
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
         try:
             self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, UNREAD)
@@ -189,12 +196,8 @@ class Server:
         for suffix, kind in TYPES.items():
             mimetypes.add_type(kind, suffix)
 
-        # browsers load all modules at once, instead of one level of imports after the other
-        _, _, script = (STATIC / self.page).read_text(encoding="utf-8").partition('type="module" src="')
-        preload = ", ".join(f"<{name}>; rel=modulepreload" for name in modules(script.partition('"')[0]))
-
         async def page(_: Request) -> FileResponse:
-            return FileResponse(STATIC / self.page, headers={"link": preload})
+            return FileResponse(STATIC / self.page, headers={"link": self._preload})
 
         files = Mount("/", StaticFiles(directory=STATIC, check_dir=False))
         entrance = Route("/enter", self._enter, methods=["POST"])

@@ -9,7 +9,7 @@ import pytest
 from ecs_eco import World
 from ecs_eco.components import Position
 from ecs_eco.testing.browser import launched, served
-from ecs_eco.view import modules, server as module
+from ecs_eco.view import server as module
 from ecs_eco.view.live import Live
 from ecs_eco.view.player import Player
 from ecs_eco.view.replay import Replay
@@ -75,7 +75,7 @@ def server_of_mites(tmp_path_factory):
     (static / "page.js").write_text('import { a } from "./other.js"')
     (static / "other.js").write_text("export const a = 1;")
     (static.parent / "secret.txt").write_text("secret")
-    before, module.STATIC, modules.STATIC = module.STATIC, static, static
+    before, module.STATIC = module.STATIC, static
     ready, made = threading.Event(), SimpleNamespace()
 
     def live():
@@ -99,4 +99,4 @@ def server_of_mites(tmp_path_factory):
     yield made
     made.player.close()
     thread.join()
-    module.STATIC = modules.STATIC = before
+    module.STATIC = before

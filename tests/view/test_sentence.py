@@ -99,3 +99,13 @@ def test_what_rays_hit_has_the_name_of_its_kind():
 
 def test_who_has_not_lived_a_tick_yet_is_just_born():
     assert sentence(DEER | {"age": 0.0, "nerves": None}).startswith("Deer, just born, ")
+
+
+def test_of_several_targets_of_a_kind_the_nearest_is_named_and_one_at_the_same_point_has_no_direction():
+    sensors = sees(grass_1_near=0.5, grass_1_left=1.0, grass_2_near=0.9, wolf_near=1.0)
+    for reading, target in ((0, "grass"), (2, "grass"), (3, "wolf")):
+        sensors[reading] |= {"target": target, "range": 4.0}
+    said = sentence(DEER | {"nerves": {"sensors": sensors, "actions": []}}, ["grass"], ["wolf"])
+    assert said.endswith("saw wolf (an enemy) 0.0 m and grass (food) 0.4 m behind.") or said.endswith(
+        "saw wolf (an enemy) 0.0 m and grass (food) 0.4 m."
+    )

@@ -123,7 +123,7 @@ export class Knobs {
     this.changes = changes;
     this.list = h("div", { class: "knobs" });
     this.element = /** @type {HTMLDetailsElement} */ ($("knobs"));
-    const unfold = new ResizeObserver(() => (this.element.open = $("stage").clientWidth >= WIDE));
+    const fit = () => (this.element.open = $("stage").clientWidth >= WIDE), unfold = new ResizeObserver(fit);
     this.element.replaceChildren(h("summary", { text: "Knobs", onclick: () => {
       unfold.disconnect();
       try {
@@ -135,7 +135,7 @@ export class Knobs {
       kept = localStorage.getItem(KEPT);
     } catch {}
     if (kept) this.element.open = kept === "open";
-    else unfold.observe($("stage"));
+    else fit(), unfold.observe($("stage"));
     /** @type {{knob: Knob, slider: HTMLInputElement, show: () => void}[]} */
     this.sliders = [];
     changes.heard.push(() => this.sliders.forEach(({ show }) => show()));

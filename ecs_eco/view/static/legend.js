@@ -33,7 +33,7 @@ export function legend(stage, calls) {
   const rows = stage.kinds.map((kind, k) => row(stage, k, () => show(k, !stage.layers[k].shown), () => solo(k), () => calls.find(kind.name)));
   const box = h("input", { type: "checkbox", checked: calls.own, onchange: () => calls.onown(box.checked) });
   const note = h("label", { class: "legend-note", title: "Use the colors from the world file instead of a color-blind-safe palette" }, box, "colors from the world file");
-  const periods = h("div", { class: "legend-note", text: `rates: last ${RECENT} ticks; marks: last ${LASTS}` });
+  const periods = h("div", { class: "legend-periods", text: `rates: last ${RECENT} ticks${stage.kinds.some(({ moves }) => moves) ? `; marks: last ${LASTS}` : ""}` });
   const more = h("button", { class: "plain legend-more", type: "button", onclick: () => {
     open(!$("legend").classList.contains("full"));
     if (!stage.eye.touched) stage.eye.look(stage.eye.preset); // uses the free space
@@ -64,8 +64,8 @@ function marks(stage) {
   if (!stage.kinds.some(({ moves }) => moves)) return [];
   const cross = (/** @type {string} */ colour, /** @type {number} */ r) => s("path", { d: `M${8 - r} ${8 - r}L${8 + r} ${8 + r}M${8 - r} ${8 + r}L${8 + r} ${8 - r}`, stroke: colour, "stroke-width": r / 2 - 0.2, fill: "none" });
   const one = (/** @type {string} */ text, /** @type {SVGElement} */ shape) => h("span", {}, s("svg", { viewBox: "0 0 16 16", "aria-hidden": "true" }, shape), text);
-  const inView = h("span", { class: "soft" });
-  stage.over.told = (drawn, all) => write(inView, all ? `${drawn} of ${all} in view` : "none now");
+  const inView = h("span", { text: "none now" });
+  stage.over.told = (drawn, all) => write(inView, !all ? "none now" : stage.over.shown ? `${drawn} of ${all} in view` : `${all} hidden`);
   const button = h("button", { class: "legend-marks", type: "button", "aria-pressed": String(stage.over.shown), title: "Show or hide marks of animals that were born or died in the last five ticks", onclick: () => {
     stage.over.shown = !stage.over.shown;
     button.setAttribute("aria-pressed", String(stage.over.shown));

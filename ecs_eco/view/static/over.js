@@ -72,10 +72,11 @@ export class Over {
     const { stage, pen, canvas } = this;
     const ratio = Math.min(2, devicePixelRatio || 1);
     const [width, height] = [stage.canvas.clientWidth, stage.canvas.clientHeight];
-    const marks = this.shown ? this.marks : [];
+    const all = this.marks.filter(({ tick }) => stage.tick >= tick && stage.tick - tick < LASTS);
+    const marks = this.shown ? all : [];
     const found = stage.selected === null ? null : stage.find(stage.selected);
     const empty = !found && !marks.length && stage.hello.size.length < 3;
-    if (empty && this.clear) return;
+    if (empty && this.clear) return this.told(0, all.length);
     if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) [canvas.width, canvas.height] = [Math.round(width * ratio), Math.round(height * ratio)];
     pen.setTransform(ratio, 0, 0, ratio, 0, 0);
     pen.clearRect(0, 0, width, height);
@@ -85,8 +86,7 @@ export class Over {
     this.drew = { seen: 0, rays: 0, drawn: 0 };
     if (stage.hello.size.length > 2) this.depths();
     if (found) Object.assign(this.drew, sight(this, found, this.organism));
-    const all = marks.filter(({ tick }) => stage.tick >= tick && stage.tick - tick < LASTS);
-    for (const mark of all) this.mark(mark, width, height);
+    for (const mark of marks) this.mark(mark, width, height);
     this.told(this.drew.drawn, all.length);
   }
 

@@ -103,6 +103,7 @@ export function pair(connection, calls) {
     const scale = to.eye.span / from.eye.span;
     const [here, there] = [from.eye.middle(), to.eye.middle()];
     const same = (/** @type {import("./vendor.js").Vector3} */ place) => (here.equals(there) ? place : place.clone().sub(here).multiplyScalar(scale).add(there));
+    to.eye.controls.maxDistance = Math.max(to.eye.controls.maxDistance, from.eye.controls.maxDistance * scale);
     to.eye.put([same(from.eye.camera.position), same(from.eye.controls.target)]);
     to.eye.move(from.eye.shift);
     to.dirty = true;

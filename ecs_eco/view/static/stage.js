@@ -88,9 +88,10 @@ export class Stage {
     this.onlight = () => {};
     this.eye.controls.addEventListener("change", () => (this.dirty = true));
     this.sized = new ResizeObserver((entries) => {
-      const legend = entries.every(({ target }) => target.id === "legend");
       // the world is kept clear of a legend that has grown, but does not move when it shrinks
-      if (!legend || (this.eye.cover()[0]?.[3] ?? 0) > (this.eye.covered[0]?.[3] ?? 0)) this.resize();
+      const [now, before] = [this.eye.cover()[0] ?? [], this.eye.covered[0] ?? [0, 0, 0, 0]];
+      const grown = !this.eye.touched && (now[2] > before[2] || now[3] > before[3]);
+      if (grown || !entries.every(({ target }) => target.id === "legend")) this.resize();
     });
     this.sized.observe(canvas);
     this.resize();
