@@ -198,14 +198,6 @@ def test_readings_are_joined_to_the_networks_that_use_them(page):
     assert told == [["happiness =", "2 * b"], ["reflexes", "eat: +1 if a > 0.5"], ["policy", "none"]]
 
 
-TALLER = """() => {
-  const lines = document.createElement("p");
-  lines.innerHTML = "<br>".repeat(5);
-  document.getElementById("legend").append(lines);
-  window.shorter = () => lines.remove();
-}"""
-
-
 @pytest.mark.parametrize("eye", ["top", "side"])
 def test_all_of_the_world_is_clear_of_what_lies_over_the_scene(page, eye):
     pause(page)
@@ -213,10 +205,7 @@ def test_all_of_the_world_is_clear_of_what_lies_over_the_scene(page, eye):
     until(page, "ecs.still")
     assert len(page.evaluate("ecs.corners()")) >= 4
     clear = "ecs.still && ecs.corners().every(([x, y]) => document.elementFromPoint(x, y)?.id === 'canvas')"
-    until(page, clear, 20)
-    page.evaluate(TALLER)  # words in the legend may need more lines later
-    until(page, clear, 20)
-    page.evaluate("shorter()")
+    until(page, clear)
 
 
 def test_the_dead_are_not_followed(page):

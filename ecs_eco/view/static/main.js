@@ -149,7 +149,7 @@ function begin(hello) {
   page = { stage, charts, panel, timeline, loop, story, all, act, own: panels, hello };
   arrange(), panels.look();
   stage.eye.cover = overlay.covered;
-  for (const card of ["knobs", "legend"]) stage.sized.observe($(card));
+  stage.sized.observe($("knobs"));
   originates(() => `${hello.title || hello.world} · seed ${hello.seed ?? "–"} · tick ${number(stage.tick)} · ecs-eco`);
   stage.onrender = () => {
     overlay.follow(stage);

@@ -158,6 +158,6 @@ export function door(why) {
 /** The left, top, right and bottom [px] of each part of the stage that is covered by a card. @param {number[]} [from] a corner of the stage */
 export function covered([x, y] = [0, 0]) {
   const stage = $("stage").getBoundingClientRect(), left = stage.left + x, top = stage.top + y;
-  const boxes = ["legend", "cameras", ...(stage.width >= WIDE || !$("knobs").hasAttribute("open") ? ["knobs"] : []), "scale", "dial"].map((id) => $(id)).filter((card) => !card.hasAttribute("hidden")).map((card) => card.getBoundingClientRect());
+  const boxes = ["legend", "cameras", ...(stage.width >= WIDE ? ["knobs"] : []), "scale", "dial"].map((id) => $(id)).filter((card) => !card.hasAttribute("hidden")).map((card) => card.getBoundingClientRect());
   return boxes.filter(({ width }) => width).map((box) => [box.left - left - 4, box.top - top - 4, box.right - left + 4, box.bottom - top + 4]);
 }

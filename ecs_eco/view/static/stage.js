@@ -87,12 +87,7 @@ export class Stage {
     this.onrender = () => {};
     this.onlight = () => {};
     this.eye.controls.addEventListener("change", () => (this.dirty = true));
-    this.sized = new ResizeObserver((entries) => {
-      // the world is kept clear of a legend that has grown, but does not move when it shrinks
-      const [now, before] = [this.eye.cover()[0] ?? [], this.eye.covered[0] ?? [0, 0, 0, 0]];
-      const grown = !this.eye.touched && (now[2] > before[2] || now[3] > before[3]);
-      if (grown || !entries.every(({ target }) => target.id === "legend")) this.resize();
-    });
+    this.sized = new ResizeObserver(() => this.resize());
     this.sized.observe(canvas);
     this.resize();
     this.halt = onFrames((now) => this.draw(now));
