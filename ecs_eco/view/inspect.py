@@ -56,7 +56,7 @@ def state_of(world: World, uid: int, lives: Genealogy | None = None) -> dict[str
     >>> state_of(world, uid)["species"]
     'wolf'
     """
-    out: dict[str, Any] = {"kind": "organism", "uid": int(uid), "detail": "full", "note": ""}
+    out = {"kind": "organism", "uid": int(uid), "detail": "full", "note": ""}
     out |= dict.fromkeys(OF_NOW) | {"species": None, "parents": [], "children": []}
     out |= {} if lives is None else lives.facts(uid)
     try:
@@ -70,11 +70,8 @@ def state_of(world: World, uid: int, lives: Genealogy | None = None) -> dict[str
     genome = None if layout is None else marked(layout, table[Genome].loci[row])
     out |= body(world, table, row) | {"genome": genome, "nerves": nerves(table, row)}
     reach = reach_of(world, table, row)
-    if out["nerves"]:
-        seen = seen_by(world, table, reach)
-        for reading in out["nerves"]["sensors"]:
-            reading |= seen.get(reading["name"], {})
-    return out | ({"reach": reach} if reach else {})
+    eyes = {"reach": reach, "channels": seen_by(world, table, reach)}
+    return out | {key: value for key, value in eyes.items() if value}
 
 
 def seen_by(world: World, table: Table, reach: Mapping[str, float]) -> dict[str, dict[str, Any]]:

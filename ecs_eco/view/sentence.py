@@ -29,7 +29,8 @@ def _thought(state: Mapping[str, Any], foods: Sequence[str], enemies: Sequence[s
     nerves = state.get("nerves")
     if not nerves:
         return []
-    return [text for text in (_seen(nerves["sensors"], foods, enemies), _does(nerves["actions"])) if text]
+    seen = _seen(nerves["sensors"], state.get("channels", {}), foods, enemies)
+    return [text for text in (seen, _does(nerves["actions"])) if text]
 
 
 def _cause(cause: str) -> str:
@@ -51,13 +52,19 @@ def _fed(state: Mapping[str, Any]) -> str:
     return ", " + next((word for limit, word in words.items() if share < limit), "full")
 
 
-def _seen(sensors: Sequence[Mapping[str, Any]], foods: Sequence[str], enemies: Sequence[str]) -> str:
-    """Return a phrase about the nearest targets, their distances if ranges are given, and their directions."""
+def _seen(
+    sensors: Sequence[Mapping[str, Any]],
+    channels: Mapping[str, Mapping[str, Any]],
+    foods: Sequence[str],
+    enemies: Sequence[str],
+) -> str:
+    """Return a phrase about the nearest targets, their distances if `channels` gives ranges, and their
+    directions."""
     value = {s["name"]: s["value"] or 0.0 for s in sensors}
     near = {name.removesuffix("_near"): v for name, v in value.items() if name.endswith("_near") and v > SEEN}
     if not near:
         return ""
-    about = {s["name"].removesuffix("_near"): s for s in sensors}
+    about = {target: channels.get(f"{target}_near", {}) for target in near}
     who = {
         target: about[target].get("target")
         or next((name for name in (*enemies, *foods) if target.endswith(f"_{name}")), target)

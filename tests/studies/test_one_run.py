@@ -1,4 +1,4 @@
-"""What the study of processes that claim one folder counts."""
+"""How the study of processes that claim the same folder reads their errors."""
 
 import pytest
 

@@ -45,18 +45,18 @@ def test_enemies_come_first_and_reflexes_are_told_from_the_policy():
 
 def test_how_far_they_are_is_said_where_the_range_is_known():
     sensors = sees(wolf_near=0.25, wolf_forward=1.0, grass_near=0.5, grass_left=1.0)
-    sensors[0]["range"] = 12.0  # 0.25 is 1 − distance/range
-    said = sentence(DEER | {"nerves": {"sensors": sensors, "actions": []}}, ["grass"], ["wolf"])
+    channels = {"wolf_near": {"range": 12.0}}  # 0.25 is 1 − distance/range
+    state = DEER | {"channels": channels, "nerves": {"sensors": sensors, "actions": []}}
+    said = sentence(state, ["grass"], ["wolf"])
     assert "saw wolf (an enemy) 9.0 m ahead and grass (food) to the left" in said
 
 
 def test_what_is_above_or_below_is_said_so():
     def where(**direction):
         sensors = sees(food_near=0.5, **{f"food_{way}": value for way, value in direction.items()})
-        sensors[0]["target"] = "algae"
-        return sentence(DEER | {"nerves": {"sensors": sensors, "actions": []}}, ["algae"]).partition("saw ")[
-            2
-        ]
+        state = DEER | {"channels": {"food_near": {"target": "algae"}}}
+        said = sentence(state | {"nerves": {"sensors": sensors, "actions": []}}, ["algae"])
+        return said.partition("saw ")[2]
 
     assert where(forward=0.1, left=0.1, up=-0.99) == "algae (food) below."
     assert where(forward=0.7, left=0.1, up=0.7) == "algae (food) ahead and above."
@@ -103,7 +103,8 @@ def test_who_has_not_lived_a_tick_yet_is_just_born():
 
 def test_of_several_targets_of_a_kind_the_nearest_is_named_and_one_at_the_same_point_has_no_direction():
     sensors = sees(grass_1_near=0.5, grass_1_left=1.0, grass_2_near=0.9, wolf_near=1.0)
-    for reading, target in ((0, "grass"), (2, "grass"), (3, "wolf")):
-        sensors[reading] |= {"target": target, "range": 4.0}
-    said = sentence(DEER | {"nerves": {"sensors": sensors, "actions": []}}, ["grass"], ["wolf"])
+    targets = {"grass_1_near": "grass", "grass_2_near": "grass", "wolf_near": "wolf"}
+    channels = {name: {"target": target, "range": 4.0} for name, target in targets.items()}
+    state = DEER | {"channels": channels, "nerves": {"sensors": sensors, "actions": []}}
+    said = sentence(state, ["grass"], ["wolf"])
     assert said.endswith("saw wolf (an enemy) 0.0 m and grass (food) 0.4 m.")

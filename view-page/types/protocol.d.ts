@@ -359,8 +359,6 @@ export interface Genome {
 export interface Sensor {
   name: string;
   value: number | null;
-  range?: number; // [m] of a channel that reads 1 − distance/range, where it is known
-  target?: string; // the species or object whose closeness it reads
 }
 
 export interface Action {
@@ -403,6 +401,7 @@ export interface Organism {
   detail: "full" | "snapshot" | "record";
   as_of?: number; // of a dead organism: the tick of this last known state
   reach?: Record<string, number>; // current reach of its sensors [m], by number, where it differs from that of the species
+  channels?: Record<string, { range?: number; target?: string }>; // range [m] and target of those that read 1 − distance/range
   note?: string | null;
   sentence?: string;
   world?: string; // the name of its world, if there are two

@@ -27,7 +27,7 @@ export class Over {
     this.drew = { seen: 0, rays: 0, drawn: 0 };
     /** @type {[number, string][]} heights [m] at which light has fallen to the labeled share */
     this.levels = [];
-    /** @type {(drawn: number, all: number) => void} is told how many marks are in view */
+    /** @type {(drawn: number, all: number) => void} called with the number of marks in view and of all marks */
     this.told = () => {};
     this.clear = true;
     this.last = 0; // tick of the last frame
