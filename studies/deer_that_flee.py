@@ -344,8 +344,8 @@ STUDY = Study(
         "training ticks": 8,
         "looks": [20, 60, 20],
         "ground": {
-            "space.size": [100.0, 100.0],
-            "species.grass.count": 740,
+            "space.size": [120.0, 120.0],  # where 120 wolves fit
+            "species.grass.count": 1065,
             "species.deer.count": 120,
             "species.wolf.count": 40,
         },
