@@ -167,45 +167,49 @@ function ring(spine, i, wide, angles) {
   return angles.map((angle) => [x, y, z].map((middle, axis) => middle + r * (Math.sin(angle) * up[axis] + wide * Math.cos(angle) * left[axis])));
 }
 
-const mirrored = (/** @type {Corner[]} */ corners) => corners.map(([x, y, z]) => [x, -y, z]).toReversed();
-
 /**
- * Corners, normals and brightness of a shape, three each per facet.
+ * Corners, normals and brightness of a shape, and its facets as triples of corners. The facets of a part share corners, so that a shape of
+ * 450 facets is computed from some 250 corners instead of 1350, and share normals at them.
  * @param {string} shape
  * @param {number} variant index among kinds of the same type
  */
 export function animal(shape, variant = 0) {
   const [long, broad] = VARIANTS[variant % VARIANTS.length];
   const angles = Array.from({ length: AROUND }, (_, k) => (2 * Math.PI * k) / AROUND);
-  /** @type {{facet: Corner[], tone: number}[]} */
+  /** @type {Corner[]} */
+  const corners = [];
+  /** @type {Corner[]} */
+  const normals = [];
+  /** @type {number[]} */
+  const tones = [];
+  /** @type {number[]} */
   const facets = [];
-  for (const { spine, fin, wide = 1, tone = 1, pair } of SHAPES[shape]) {
-    /** @type {Corner[][]} */
-    const own = fin ? [fin] : [];
-    const rings = (spine ?? []).map((_, i, line) => ring(line, i, wide, angles));
-    if (rings.length) {
-      const cap = (/** @type {Corner[]} */ end) => end.slice(2).map((corner, k) => [end[0], end[k + 1], corner]);
-      own.push(...cap(rings[0]).map((facet) => facet.toReversed()), ...cap(rings[rings.length - 1]));
+  /** @type {(part: Corner[], own: number[][], tone: number) => void} */
+  const add = (part, own, tone) => {
+    const first = corners.length;
+    for (const [x, y, z] of part) corners.push([long * x, broad * y, z < 0 ? z : broad * z]), normals.push([0, 0, 0]), tones.push(tone);
+    for (const facet of own.map((ends) => ends.map((k) => first + k))) {
+      const [a, b, c] = facet.map((k) => corners[k]);
+      const [u, v] = [b, c].map((end) => end.map((value, axis) => value - a[axis]));
+      const normal = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+      for (const k of facet) normal.forEach((value, axis) => (normals[k][axis] += value));
+      facets.push(...facet);
     }
-    for (let i = 0; i + 1 < rings.length; i++)
-      for (let k = 0; k < AROUND; k++) {
-        const [a, b, c, d] = [rings[i][k], rings[i + 1][k], rings[i][(k + 1) % AROUND], rings[i + 1][(k + 1) % AROUND]];
-        own.push([a, b, c], [c, b, d]);
-      }
-    facets.push(...[...own, ...(pair ? own.map(mirrored) : [])].map((facet) => ({ facet, tone })));
+  };
+  for (const { spine, fin, wide = 1, tone = 1, pair } of SHAPES[shape]) {
+    const part = fin ?? (spine ?? []).flatMap((_, i, line) => ring(line, i, wide, angles)), last = part.length - AROUND;
+    /** @type {number[][]} */
+    const own = fin ? [[0, 1, 2]] : [];
+    for (let k = 2; spine && k < AROUND; k++) own.push([k, k - 1, 0], [last, last + k - 1, last + k]);
+    for (let k = 0; spine && k < last; k++) {
+      const next = k % AROUND === AROUND - 1 ? k + 1 - AROUND : k + 1;
+      own.push([k, k + AROUND, next], [next, k + AROUND, next + AROUND]);
+    }
+    add(part, own, tone);
+    if (pair) add(part.map(([x, y, z]) => [x, -y, z]), own.map((ends) => ends.toReversed()), tone);
   }
-  const corners = new Float32Array(facets.length * 9), normals = new Float32Array(facets.length * 9), tones = new Float32Array(facets.length * 3);
-  facets.forEach(({ facet, tone }, i) => {
-    const scaled = facet.map(([x, y, z]) => [long * x, broad * y, z < 0 ? z : broad * z]);
-    const [a, b, c] = scaled;
-    const u = b.map((value, axis) => value - a[axis]), v = c.map((value, axis) => value - a[axis]);
-    const normal = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
-    const length = Math.hypot(...normal) || 1;
-    corners.set(scaled.flat(), 9 * i);
-    for (let k = 0; k < 3; k++) normals.set(normal.map((value) => value / length), 9 * i + 3 * k);
-    tones.fill(tone, 3 * i, 3 * i + 3);
-  });
-  return { corners, normals, tones };
+  const unit = normals.map((normal) => normal.map((value) => value / (Math.hypot(...normal) || 1)));
+  return { corners: new Float32Array(corners.flat()), normals: new Float32Array(unit.flat()), tones: new Float32Array(tones), facets };
 }
 
 /** The outline of a shape seen from the right, as polygons of x and z, for icons. @param {string} shape @param {number} variant */

@@ -229,11 +229,9 @@ export class Layer {
     }
     shade.setAttribute("position", shade.getAttribute("corner"));
     if (darts) {
-      const form = this.kind.shape === "box" ? box() : this.kind.shape ? capsule() : animal(formOf(this.kind), this.kind.variant);
-      if (this.kind.shape) {
-        const forms = new InstancedInterleavedBuffer(new Float32Array(4 * room), 4);
-        geometry.setAttribute("form", new InterleavedBufferAttribute(forms, 4, 0));
-      }
+      const body = this.kind.shape ? null : animal(formOf(this.kind), this.kind.variant), form = body ?? (this.kind.shape === "box" ? box() : capsule());
+      geometry.setIndex(body?.facets ?? null);
+      if (!body) geometry.setAttribute("form", new InterleavedBufferAttribute(new InstancedInterleavedBuffer(new Float32Array(4 * room), 4), 4, 0));
       geometry.setAttribute("corner", new BufferAttribute(form.corners, 3));
       geometry.setAttribute("facing", new BufferAttribute(form.normals, 3));
       geometry.setAttribute("tone", new BufferAttribute(form.tones, 1));
