@@ -160,7 +160,7 @@ void main() {
   float blur = 1.2 / max(vPixels, 1.2), cover = 1.0 - smoothstep(1.0 - blur, 1.0, edge);
   vec2 tuft = vTuft > 0.0 ? blades(q) : vec2(0.0);
   if (vGrows > 0.5) cover = mix(0.5 * cover, tuft.x, vTuft); // at a distance, the ground is also green
-  if (cover < 0.1) discard;
+  if (cover < mix(0.1, 0.45, vTuft)) discard; // pale edges of tufts would cut holes into those behind them
   if (vTuft > 0.5) {
     gl_FragColor = vec4(vColour * tuft.y * (0.6 + 0.25 * (q.y + 1.0)), cover);
     return;
