@@ -76,7 +76,7 @@ def test_the_readme_is_short_and_light():
     assert len(readme.splitlines()) <= 120
     assert len(bullets) == 5
     assert max(map(len, bullets)) <= 110
-    assert (ROOT / "docs/img/predator_prey.gif").stat().st_size <= 4e6
+    assert (ROOT / "docs/img/predator_prey.gif").stat().st_size <= 3e6
     assert (ROOT / "docs/img/readme.png").stat().st_size <= 400e3
 
 
