@@ -110,7 +110,7 @@ export class Layer {
 
   /** Sends the first n organisms in some arrays. @param {Form} form @param {Uint16Array[]} arrays @param {number} n */
   upload(form, arrays, n) {
-    for (const [k, buffer] of form.buffers.entries()) {
+    for (const [k, buffer] of form.buffers.slice(0, this.block.genes ? 3 : 2).entries()) {
       buffer.array = arrays[k];
       buffer.clearUpdateRanges();
       buffer.addUpdateRange(0, n * buffer.stride);

@@ -1,9 +1,10 @@
 // Matches the organisms of a frame with the previous frame: by row if rows are stable, otherwise by a table of uids.
 
-import { LONGS, WORDS } from "./frame.js";
+import { LONGS } from "./frame.js";
 
 const NOBODY = 0xffffffff;
-const NEWBORN = 256; // bit in the fourth word of `before`
+const NEWBORN = 256 << 16; // bit in the second half of an organism's `before`
+const POSE = 0xffffff; // all bits of the second half of its words except those of its value
 
 /** Rows by uid: a hash table with open addressing, whose size is a power of two. */
 class Rows {
@@ -59,7 +60,7 @@ const table = new Rows();
  * @param {number} share progress of the motion from oldBefore to old, 0 … 1
  */
 export function match(before, block, old, oldBefore, share) {
-  const { n, words, longs, upper } = block;
+  const { n, longs, upper } = block, halves = new Uint32Array(before.buffer);
   let filled = false;
   for (let i = 0; i < n; i++) {
     const uid = longs[i * LONGS + 2], high = upper ? upper[i] : 0;
@@ -69,21 +70,10 @@ export function match(before, block, old, oldBefore, share) {
       filled = true;
       j = table.get(uid, high);
     }
-    const to = 4 * i;
-    if (j < 0) {
-      const w = WORDS * i;
-      before[to] = words[w];
-      before[to + 1] = words[w + 1];
-      before[to + 2] = words[w + 2];
-      before[to + 3] = (words[w + 3] & 255) | NEWBORN;
-    } else {
-      const w = WORDS * j;
-      before[to] = old.words[w];
-      before[to + 1] = old.words[w + 1];
-      before[to + 2] = old.words[w + 2];
-      before[to + 3] = old.words[w + 3] & 255;
-      if (share < 1) between(before, to, oldBefore, 4 * j, share);
-    }
+    const from = j < 0 ? longs : old.longs, first = LONGS * (j < 0 ? i : j);
+    halves[2 * i] = from[first];
+    halves[2 * i + 1] = (from[first + 1] & POSE) | (j < 0 ? NEWBORN : 0);
+    if (j >= 0 && share < 1) between(before, 4 * i, oldBefore, 4 * j, share);
   }
 }
 
@@ -110,11 +100,10 @@ function between(a, i, b, j, share) {
  * @param {Uint16Array} before
  * @param {import("./frame.js").Block} block
  */
-export function still(before, { n, words }) {
+export function still(before, { n, longs }) {
+  const halves = new Uint32Array(before.buffer);
   for (let i = 0; i < n; i++) {
-    before[4 * i] = words[WORDS * i];
-    before[4 * i + 1] = words[WORDS * i + 1];
-    before[4 * i + 2] = words[WORDS * i + 2];
-    before[4 * i + 3] = words[WORDS * i + 3] & 255;
+    halves[2 * i] = longs[LONGS * i];
+    halves[2 * i + 1] = longs[LONGS * i + 1] & POSE;
   }
 }
