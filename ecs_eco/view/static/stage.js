@@ -197,14 +197,14 @@ export class Stage {
   }
 
   /**
-   * Draws if anything is new; returns whether it has drawn.
+   * Draws if anything is new since the last drawing, from the first frame on; returns whether it has drawn.
    * @param {number} now [ms]
    */
   draw(now) {
     const moved = this.eye.update(now);
     const share = this.share(performance.now());
     const moving = share < 1 || this.shared.alpha.value < 1;
-    if (!moved && !moving && !this.dirty) return false;
+    if (!this.frames || (!moved && !moving && !this.dirty)) return false;
     this.dirty = false;
     this.shared.alpha.value = share;
     const crowd = this.crowding();
