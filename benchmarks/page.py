@@ -156,6 +156,7 @@ def first(browsers: int = 7, pages: int = 3) -> tuple[list[dict[str, Any]], dict
                     for took in seconds:
                         with browser.new_context(viewport={"width": 1440, "height": 900}) as context:
                             page = context.new_page()
+                            page.wait_for_timeout(1000)  # the browser has started, and closed earlier pages
                             page.goto(run.address(), wait_until="commit")
                             until(page, "window.ecs && ecs.frames > 0 && ecs.renders > 0")
                             took.append(page.evaluate("performance.now()") / 1e3)
