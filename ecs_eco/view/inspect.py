@@ -74,15 +74,15 @@ def state_of(world: World, uid: int, lives: Genealogy | None = None) -> dict[str
     return out | {key: value for key, value in eyes.items() if value}
 
 
-def seen_by(world: World, table: Table, reach: Mapping[str, float]) -> dict[str, dict[str, Any]]:
-    """Return, for each channel that reads 1 − distance/range, the target of its sensor if it has one, and the
-    range [m] unless it depends on light; `reach` is the output of `reach_of`."""
+def seen_by(world: World, table: Table, reach: Mapping[str, float | None]) -> dict[str, dict[str, Any]]:
+    """Return, for each channel that reads 1 − distance/range, the target of its sensor, if it has one, and the
+    range [m] if known and independent of light; `reach` contains individual ranges by number (None: unknown)."""
     out: dict[str, dict[str, Any]] = {}
     for number, sensor in enumerate(table.species.sensors):
         if sensor.kind not in ("nearest", "rays"):
             continue
-        lit = getattr(sensor, "sight", None) is not None
-        about = {} if lit else {"range": reach.get(str(number), sensor.range)}
+        lit, far = getattr(sensor, "sight", None) is not None, reach.get(str(number), sensor.range)
+        about = {} if lit or far is None else {"range": far}
         if sensor.kind == "nearest":
             targets = {} if sensor.kin else {f"{sensor.name or sensor.base()}_near": sensor.target}
         else:

@@ -14,6 +14,7 @@ from ecs_eco.ecosystem import World
 from ecs_eco.view.account import of_run
 from ecs_eco.view.curves import series
 from ecs_eco.view.genealogy import Genealogy
+from ecs_eco.view.inspect import seen_by
 from ecs_eco.view.interpolate import Organisms
 from ecs_eco.view.life import Lives
 from ecs_eco.view.parts import Cache
@@ -124,9 +125,8 @@ class Replay(Watched):
             learn = r.manifest.get("learn")
             for kind in message["species"]:
                 policy = config["species"][kind["name"]]["policy"]
-                learns = policy["learn"] if learn is None else learn
                 decides = policy["kind"] != "none" and r.manifest.get("policies") != "random"
-                kind["learns"] = decides and bool(learns)
+                kind["learns"] = decides and bool(policy["learn"] if learn is None else learn)
                 kind["color"] = colors.get(kind["name"], kind["color"])
             fields = [name for name in message["fields"] if name not in r.scene.fields]  # not recorded
             return message | {"objects": sized(message["objects"], r.objects, OBJECT_UID), "fields": fields}
@@ -156,10 +156,8 @@ class Replay(Watched):
         }
 
     def greeting(self) -> list[Message]:
-        both = super().greeting()
-        if self.recording.scene is not None:
-            return both
-        return [*both, said("warning", f"this world cannot be built here: {self.recording.why}")]
+        warning = said("warning", f"this world cannot be built here: {self.recording.why}")
+        return [*super().greeting(), *([warning] if self.recording.scene is None else [])]
 
     def marks(self) -> Message:
         r = self.recording
@@ -177,10 +175,8 @@ class Replay(Watched):
 
     def _filled(self) -> list[Message]:
         stretch = self._rerun.answer()
-        if stretch is None:
-            return []
-        if isinstance(stretch, str):
-            return [said("error", stretch, "fill")]
+        if stretch is None or isinstance(stretch, str):
+            return [said("error", stretch, "fill")] if stretch else []
         del self.stretches[: max(0, len(self.stretches) + 1 - STRETCHES)]
         self.stretches.append(stretch)
         text = f"ticks {stretch.first} to {stretch.last} have been rerun: all their details are available"
@@ -212,8 +208,7 @@ class Replay(Watched):
     def crowd(self, name: str) -> Crowd:
         r = self.recording
         if name in self.objects:
-            before = self.objects[: self.objects.index(name)]
-            first = OBJECT_UID + sum(len(r.objects[other]) for other in before)
+            first = OBJECT_UID + sum(len(r.objects[o]) for o in self.objects[: self.objects.index(name)])
             lying = r.objects[name]
             x, y, z, heading = (np.ascontiguousarray(lying[:, i]) for i in range(4))
             return Crowd(np.arange(first, first + len(lying), dtype=np.uint64), x, y, z, heading)
@@ -260,7 +255,12 @@ class Replay(Watched):
         return out | ({"shared": True} if self.past.shared and "flows" in out else {})
 
     def state(self, uid: int) -> Message:
-        return self.lives.organism(uid, self._tick)
+        state, r = self.lives.organism(uid, self._tick), self.recording
+        changed = str([what.get("set") for _, what in r.manifest.get("intervened", [])])
+        if r.scene is None or not state["nerves"] or ".sensors" in changed:
+            return state
+        table = r.scene.tables[state["species"]]
+        return state | {"channels": seen_by(r.scene, table, {str(n): None for n in table.species.own_ranges})}
 
     def _seek(self, request: Message) -> list[Message]:
         r = self.recording

@@ -141,6 +141,12 @@ def test_the_state_of_each_organism_is_the_same(twins):
             if state["alive"] and state["nerves"]:
                 detailed += 1
                 assert state["nerves"] == again["nerves"]
+                varied = "genome" in state and state["genome"]
+                for channel, seen in state.get("channels", {}).items():
+                    if not varied:
+                        assert again["channels"][channel] == seen
+                    else:  # the range may be a gene's, which is not recorded
+                        assert again["channels"][channel].items() <= seen.items()
     assert detailed > 5
 
 
