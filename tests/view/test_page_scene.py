@@ -293,6 +293,33 @@ def test_the_shapes_of_the_page_are_those_of_world_files(page):
     assert drawn == list(get_args(Look))
 
 
+def test_facets_share_corners_and_face_outward(page):
+    shapes = page.evaluate("""async () => {
+      const {animal} = await import('/body.js');
+      return ['deer', 'tree', 'fish', 'clover'].map((shape) => {
+        const {corners, normals, facets} = animal(shape);
+        return {corners: [...corners], normals: [...normals], facets};
+      });
+    }""")
+    for shape in shapes:
+        corners, normals = (np.reshape(shape[part], (-1, 3)) for part in ("corners", "normals"))
+        facets = np.reshape(shape["facets"], (-1, 3))
+        assert set(facets.flat) == set(range(len(corners)))  # no corner is left over
+        assert np.linalg.norm(normals, axis=1) == pytest.approx(1.0, abs=1e-5)
+        a, b, c = (corners[facets[:, k]] for k in range(3))
+        flat = np.cross(b - a, c - a)
+        leaning = (flat[:, None] * normals[facets]).sum(2)
+        assert (leaning > 0).mean() > 0.98  # corners face as their facets do, except in sharp bends
+    corners, normals = (np.reshape(shapes[2][part], (-1, 3)) for part in ("corners", "normals"))
+    body = corners[:35, 1:]  # five rings around the axis of a fish
+    assert ((body * normals[:35, 1:]).sum(1) > 0).all()  # outward, so that light from above falls on its back
+    corners, facets = (np.reshape(shapes[0][part], (-1, 3)) for part in ("corners", "facets"))
+    assert (len(facets), len(corners)) == (
+        452,
+        251,
+    )  # by hand: a deer's tubes of 10, 3, 3, 3, 3 and 2 rings, and its ears
+
+
 def test_heights_of_light_are_those_where_it_has_fallen(page):
     levels = page.evaluate("""async () => {
       const {FieldMap} = await import('/meadow.js');

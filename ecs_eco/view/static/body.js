@@ -203,7 +203,7 @@ export function animal(shape, variant = 0) {
     for (let k = 2; spine && k < AROUND; k++) own.push([k, k - 1, 0], [last, last + k - 1, last + k]);
     for (let k = 0; spine && k < last; k++) {
       const next = k % AROUND === AROUND - 1 ? k + 1 - AROUND : k + 1;
-      own.push([k, k + AROUND, next], [next, k + AROUND, next + AROUND]);
+      own.push([k, next, k + AROUND], [k + AROUND, next, next + AROUND]);
     }
     add(part, own, tone);
     if (pair) add(part.map(([x, y, z]) => [x, -y, z]), own.map((ends) => ends.toReversed()), tone);
