@@ -18,6 +18,7 @@ from unittest.mock import patch
 import numpy as np
 
 from ecs_eco.config import load
+from ecs_eco.config.shipped import shipped
 from ecs_eco.testing.browser import launched, served, until
 from tools.land import SIZES, six
 from tools.ten_seconds import go_to, still
@@ -175,7 +176,7 @@ def main() -> int:
         own = Path(made) / "six.toml"
         own.write_text(six())
         for world in words.worlds or TICKS:
-            path = own if world == "six" else ROOT / world if world.endswith(".toml") else Path(world)
+            path = own if world == "six" else shipped().get(world, ROOT / world)  # one file for both versions
             before, now = (words.folder / version / path.stem for version in ("before", "now"))
             for folder, tree in ((before, words.before.resolve()), (now, ROOT)):
                 if not (folder / "state.json").exists():
