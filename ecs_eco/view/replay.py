@@ -208,7 +208,7 @@ class Replay(Watched):
     def crowd(self, name: str) -> Crowd:
         r = self.recording
         if name in self.objects:
-            first = OBJECT_UID + sum(len(r.objects[o]) for o in self.objects[: self.objects.index(name)])
+            first = OBJECT_UID + sum(len(r.objects[n]) for n in self.objects[: self.objects.index(name)])
             lying = r.objects[name]
             x, y, z, heading = (np.ascontiguousarray(lying[:, i]) for i in range(4))
             return Crowd(np.arange(first, first + len(lying), dtype=np.uint64), x, y, z, heading)
@@ -256,8 +256,8 @@ class Replay(Watched):
 
     def state(self, uid: int) -> Message:
         state, r = self.lives.organism(uid, self._tick), self.recording
-        changed = str([what.get("set") for _, what in r.manifest.get("intervened", [])])
-        if r.scene is None or not state["nerves"] or ".sensors" in changed:
+        changed = (key for _, what in r.manifest.get("intervened", []) for key in what.get("set") or ())
+        if r.scene is None or not state["nerves"] or any(".sensors" in key for key in changed):
             return state
         table = r.scene.tables[state["species"]]
         return state | {"channels": seen_by(r.scene, table, {str(n): None for n in table.species.own_ranges})}
