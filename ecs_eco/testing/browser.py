@@ -26,6 +26,7 @@ FLAGS = [
     "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",
     "--ignore-gpu-blocklist",
+    "--disable-gpu-rasterization",  # as without a GPU: text and icons in software WebGL take seconds to compile
     "--disable-quic",
     "--no-first-run",
     "--disable-background-networking",
