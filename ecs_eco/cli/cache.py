@@ -1,7 +1,5 @@
 """The commands cache show, warm and clear, for compiled kernels kept between runs."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """The command compare: a world with and without treatments, with the same seeds."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from concurrent.futures import BrokenExecutor, Executor
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The commands docs and list: open the documentation, and list features from their source code."""
 
-from __future__ import annotations
-
 import ast
 import os
 import sys

@@ -1,7 +1,5 @@
 """The command doctor: the settings that affect results, and whether results agree with the release."""
 
-from __future__ import annotations
-
 import os
 import platform
 import shutil

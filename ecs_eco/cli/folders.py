@@ -1,7 +1,5 @@
 """Results folders, which are checked before any file is written."""
 
-from __future__ import annotations
-
 import tempfile
 from pathlib import Path
 

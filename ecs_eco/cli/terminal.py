@@ -1,7 +1,5 @@
 """The commands' output and exit codes."""
 
-from __future__ import annotations
-
 import json
 import re
 import sys

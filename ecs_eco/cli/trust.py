@@ -1,7 +1,5 @@
 """The option --trust, which allows the code listed by a world or a recorded run."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Sequence
 from pathlib import Path

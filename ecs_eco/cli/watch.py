@@ -1,7 +1,5 @@
 """The command watch, and run's option --watch."""
 
-from __future__ import annotations
-
 import os
 import socket
 from collections.abc import Callable, Iterator

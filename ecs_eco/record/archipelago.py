@@ -1,7 +1,5 @@
 """The manifest of an archipelago: one file that lists the checkpoints of all its islands at one barrier."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Mapping
 from pathlib import Path

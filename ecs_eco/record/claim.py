@@ -5,8 +5,6 @@ it when the process ends for any reason, so claims never become stale. Files lef
 before its run began are recognized and can be replaced.
 """
 
-from __future__ import annotations
-
 import errno
 import json
 import os
@@ -15,7 +13,7 @@ import socket
 import time
 from contextlib import AbstractContextManager, nullcontext, suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 from ecs_eco.engine import files
 from ecs_eco.engine.errors import FolderInUse
@@ -62,7 +60,7 @@ class Claim:
             _unmake(self._made)
         self._made = []
 
-    def __enter__(self) -> Claim:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -1,7 +1,5 @@
 """Storage of a run's code: sources in the run's folder, and their hashes in the manifest and checkpoints."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path

@@ -4,8 +4,6 @@ It contains the hash of its plan and the numerical mode. It is sealed like a run
 model. File names in it are untrusted: no file outside the folder is written or removed.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

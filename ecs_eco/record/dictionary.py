@@ -1,8 +1,6 @@
 """Unit, description and source of every column of a recording, for its Parquet files and its data
 dictionary."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path

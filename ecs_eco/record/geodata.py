@@ -1,7 +1,5 @@
 """Tracks of a run as geographic data: GeoPackage, GeoParquet or CSV, in the land's coordinate system."""
 
-from __future__ import annotations
-
 import json
 from io import BytesIO
 from pathlib import Path

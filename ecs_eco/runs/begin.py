@@ -1,7 +1,5 @@
 """Start a recorded run by writing its policies, a first checkpoint and its manifest, or restart it."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """Repeats a recorded run from its start, with all interventions that were carried out."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

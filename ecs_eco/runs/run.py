@@ -1,7 +1,5 @@
 """A recorded run, which can be stopped at any moment and resumed bit for bit from its last checkpoint."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Sequence
