@@ -11,7 +11,9 @@ import os
 import re
 import socket
 import time
+from collections.abc import Iterator
 from contextlib import AbstractContextManager, nullcontext, suppress
+from itertools import count
 from pathlib import Path
 from typing import Any, Self
 
@@ -83,20 +85,25 @@ def claim_new(path: str | Path) -> Claim:
 def claim_next(path: str | Path) -> Claim:
     """Claim a folder that does not exist yet: `path`, or the first unused name among path-2, path-3, …"""
     path = Path(path)
-    above, number, folder = _make(path.parent), 1, path
+    above, names = _make(path.parent), numbered(path)
     while True:
+        folder = next(names)
         try:
             folder.mkdir()
             claim = Claim(folder)
         except (FileExistsError, FolderInUse):
-            number += 1
-            folder = path.with_name(f"{path.name}-{number}")
             continue
         except BaseException:
             _unmake(above)
             raise
         claim._made = [*above, folder]
         return claim
+
+
+def numbered(path: Path) -> Iterator[Path]:
+    """Yield a path, then the same with the suffixes -2, -3, …"""
+    yield path
+    yield from (path.with_name(f"{path.name}-{number}") for number in count(2))
 
 
 def claimed(out: str | Path | Claim) -> AbstractContextManager[Claim]:
