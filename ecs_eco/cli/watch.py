@@ -150,8 +150,7 @@ class Options:
         return Pair(live, start=start, picker=picker)
 
     def picker(self, live: Live, what: str) -> Picker:
-        """Return the worlds that the viewer can start; --set and custom policies apply only to the named
-        world."""
+        """Return the worlds that the viewer can start; --set and custom policies apply only to the world `what`."""
 
         def build(world: str, seed: int | None) -> Pair:
             policies = self.policies if self.policies in POLICIES else "trained"
