@@ -1,5 +1,4 @@
-"""Unit, description and source of every column of a recording, for its Parquet files and its data
-dictionary."""
+"""Unit, description and source of each recorded column, for Parquet files and the data dictionary."""
 
 import re
 from collections.abc import Iterable, Iterator
@@ -96,14 +95,14 @@ class Meaning(NamedTuple):
     source: str
 
 
-def _fixed() -> dict[tuple[str, str], Meaning]:
-    rows = [line.split(None, 4) for line in COLUMNS.strip().splitlines()]
-    known = {(k, name): Meaning(unit.strip("-"), text, source) for k, name, unit, source, text in rows}
-    flows = matter.FLOWS | matter.MIGRATION
-    return known | {("matter", name): Meaning("mol", text, "world.matter") for name, text in flows.items()}
-
-
-FIXED = _fixed()
+FIXED = {
+    (kind, name): Meaning(unit.strip("-"), text, source)
+    for line in COLUMNS.strip().splitlines()
+    for kind, name, unit, source, text in [line.split(None, 4)]
+} | {
+    ("matter", name): Meaning("mol", text, "world.matter")
+    for name, text in (matter.FLOWS | matter.MIGRATION).items()
+}
 
 
 def described(table: pa.Table, kind: str, world: SpatialWorld) -> pa.Table:
