@@ -61,7 +61,7 @@ from ecs_eco.lab.treatments import check_policies
 from ecs_eco.record.archipelago import is_archipelago
 from ecs_eco.record.details import how_many
 from ecs_eco.runs.repeat import repeat as repeat_run
-from ecs_eco.runs.run import fork, read_manifest, resume as resume_run, run_to_folder, world_at
+from ecs_eco.runs.run import KEEP, fork, read_manifest, resume as resume_run, run_to_folder, world_at
 from ecs_eco.worlds.first_start import known_to_list, two_processes
 
 if TYPE_CHECKING:
@@ -272,17 +272,24 @@ def _run(
         _viewer(config.title or config.name, ticks, how) as viewer,
     ):
         out = claim.path
-        more = _given(
-            threads=how.threads,
-            report=how.report,
-            prepare=prepare if viewer is None else viewer.open,
-            record=record,
-            until=until or None,
-            checkpoint_every=checkpoint_every,
-            keep=checkpoint_every and keep,
-        )
         try:
-            result = run_to_folder(config, seed, ticks, claim, policies, learn, bar, command=command, **more)
+            result = run_to_folder(
+                config,
+                seed,
+                ticks,
+                claim,
+                policies,
+                learn,
+                bar,
+                threads=how.threads,
+                report=how.report,
+                command=command,
+                checkpoint_every=checkpoint_every,
+                keep=keep if checkpoint_every else KEEP,
+                record=record,
+                until=until,
+                prepare=prepare if viewer is None else viewer.open,
+            )
         except KeyboardInterrupt:
             stopped(bar.done, ticks, out)
     ended = f" (ended by {result['ended']['by']})" if result.get("ended") else ""
@@ -317,11 +324,6 @@ def _run_islands(made: Archipelago, name: str, how: How, **more: Any) -> None:
     say("\n".join(lines))
 
 
-def _given(**options: object) -> dict[str, Any]:
-    """Return the options that have a value."""
-    return {name: value for name, value in options.items() if value is not None}
-
-
 def _resume(
     folder: Path,
     until: int | None,
@@ -354,12 +356,12 @@ def _resume(
         _viewer(title, manifest["ticks"] if until is None else until, how) as viewer,
         progress(folder.name, how.quiet) as bar,
     ):
-        more = _given(
-            threads=how.threads,
-            report=how.report,
-            complain=complain,
-            prepare=prepare if viewer is None else viewer.open,
-        )
+        more: dict[str, Any] = {
+            "threads": how.threads,
+            "report": how.report,
+            "complain": complain,
+            "prepare": prepare if viewer is None else viewer.open,
+        }
         try:
             if claim is not None:
                 command = f"ecs-eco{portable.option()} resume {shlex.quote(str(folder))} --out DIR"
