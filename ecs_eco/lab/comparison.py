@@ -119,10 +119,11 @@ class Comparison:
         """Compare the arms; write compare.json, compare.html and figures; return the contents of compare.json."""
         arms = group(self.runs, lambda key: key.arm)
         folders = {arm: [self.runs[key][-1] for key in own] for arm, own in arms.items()}
-        seeds = {
-            arm: [k.training_seed for k in own if k.training_seed is not None] for arm, own in arms.items()
+        training = {
+            arm: seeds
+            for arm, own in arms.items()
+            if (seeds := [key.training_seed for key in own if key.training_seed is not None])
         }
-        training = {arm: own for arm, own in seeds.items() if own}
         return differences(folders, self.folder, training=training, policies=self.policies_in_words())
 
     def policies_folder(self, arm: Arm) -> Path:
@@ -134,12 +135,12 @@ class Comparison:
     def trainings(self) -> dict[Path, Training]:
         """Return all training runs, by folder."""
         owners = {self.policies_folder(arm): arm for arm in reversed(self.arms) if arm.trained_species}
-        folders = {
-            container.inside(self.folder, place / f"seed-{k}"): (arm.config, k)
+        return {
+            folder: (folder, arm.config, k)
             for place, arm in owners.items()
             for k in self.training_seeds or ()
+            for folder in [container.inside(self.folder, place / f"seed-{k}")]
         }
-        return {folder: (folder, *job) for folder, job in folders.items()}
 
     @cached_property
     def runs(self) -> dict[Key, Run]:
