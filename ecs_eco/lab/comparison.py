@@ -164,8 +164,9 @@ class Comparison:
         }
         runs = [key for key, job in self.runs.items() if not has_run(*job)]
         arms = {arm.name: self.policies_folder(arm) for arm in self.arms}
-        needs = {key: arms[key.arm] / f"seed-{key.training_seed}" for key in runs}
-        after: dict[Key | Path, Key | Path] = {key: place for key, place in needs.items() if place in calls}
+        after: dict[Key | Path, Key | Path] = {
+            key: place for key in runs if (place := arms[key.arm] / f"seed-{key.training_seed}") in calls
+        }
         return calls | {key: (run_arm, *self.runs[key]) for key in evenly(runs, lambda key: key.arm)}, after
 
     def policies_in_words(self) -> dict[str, str]:

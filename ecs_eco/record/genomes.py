@@ -63,12 +63,10 @@ def genes_of(table: "Table") -> dict[str, Any] | None:
             "letters": int(code.stop - code.first),
             "trait": code.gene.trait,
             **_meaning(code),
+            **({"dominance": code.gene.expression or layout.expression} if layout.ploidy > 1 else {}),
         }
         for code in layout.genes
     ]
-    if layout.ploidy > 1:
-        for gene, code in zip(genes, layout.genes, strict=True):
-            gene["dominance"] = code.gene.expression or layout.expression
     out = {"alphabet": layout.alphabet.letters, "ploidy": int(layout.ploidy), "genes": genes}
     if layout.longest is not None:
         for gene, code in zip(genes, layout.genes, strict=True):
