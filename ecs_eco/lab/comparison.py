@@ -190,6 +190,20 @@ class Comparison:
         return f"policies{some} {how}{same}, from {len(seeds)} training seed{'s' * (len(seeds) != 1)}"
 
 
+def comparison_of(
+    arms: Sequence[Arm],
+    folder: Path,
+    seeds: int,
+    ticks: int | None,
+    training_seeds: int | None,
+    retrain: bool,
+) -> Comparison:
+    """Return the comparison of these arms in a folder. Raises ConfigError for contradictory training options."""
+    check_training(arms, training_seeds, retrain)
+    training = None if training_seeds is None else range(1, training_seeds + 1)
+    return Comparison(folder, arms, ticks or arms[0].config.ticks, range(1, seeds + 1), training, retrain)
+
+
 def compare(
     world: WorldSource,
     treatments: Sequence[str] = ("random-policy",),
@@ -254,11 +268,8 @@ def compare(
     """
     called_with("progress", progress, "done", "total")
     arms = arms_of(world, list(changes), treatments)
-    check_training(arms, training_seeds, retrain)
-    training = None if training_seeds is None else range(1, training_seeds + 1)
     folder = Path(out).absolute()
-    ticks = ticks or arms[0].config.ticks
-    comparison = Comparison(folder, arms, ticks, range(1, seeds + 1), training, retrain)
+    comparison = comparison_of(arms, folder, seeds, ticks, training_seeds, retrain)
     errors: list[BaseException] = []
     with ours(folder), engine(executor, workers) as pool:
         comparison.begin()
