@@ -212,7 +212,13 @@ def _locked(folder: Path) -> int:
             if _same(handle, path):
                 os.ftruncate(handle, 0)
                 os.lseek(handle, 0, os.SEEK_SET)
-                os.write(handle, json.dumps(_myself()).encode())
+                owner = {
+                    "pid": os.getpid(),
+                    "started": _started(os.getpid()),
+                    "host": socket.gethostname(),
+                    "since": time.strftime("%Y-%m-%d %H:%M:%S"),
+                }
+                os.write(handle, json.dumps(owner).encode())
                 return handle
         except BaseException:
             os.close(handle)
@@ -265,15 +271,6 @@ def _owner(path: Path) -> str:
     if not (owner := read_note(path)):
         return "another process"
     return f"process {owner.get('pid')} on {owner.get('host')} since {owner.get('since')}"
-
-
-def _myself() -> dict[str, Any]:
-    return {
-        "pid": os.getpid(),
-        "started": _started(os.getpid()),
-        "host": socket.gethostname(),
-        "since": time.strftime("%Y-%m-%d %H:%M:%S"),
-    }
 
 
 def _started(pid: int) -> int | None:

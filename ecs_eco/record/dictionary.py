@@ -117,7 +117,9 @@ def meaning(kind: str, column: str, world: SpatialWorld) -> Meaning:
     if kind.startswith(DETAILS):
         return _of_details(world.tables[kind.removeprefix(DETAILS)], column, 3 if world.space.volume else 2)
     if kind == "series" and column in world.reporters:
-        return _of_reporter(world.reporters[column], column)
+        what = world.reporters[column]
+        text = what.text if isinstance(what, ReporterFormula) else function_name(what)
+        return Meaning("", f"your own measurement: {text}", f"reporters, {column}")
     if head == "died":
         return Meaning("1", f'deaths in the tick with the cause "{rest}"', "table.cause")
     if column.startswith(EATEN):
@@ -132,11 +134,6 @@ def meaning(kind: str, column: str, world: SpatialWorld) -> Meaning:
         each = {name: _happiness(table) for name, table in world.tables.items()}
         return _with(known, "; ".join(f"{name}: {formula}" for name, formula in each.items() if formula))
     return known
-
-
-def _of_reporter(what: object, name: str) -> Meaning:
-    text = what.text if isinstance(what, ReporterFormula) else function_name(what)
-    return Meaning("", f"your own measurement: {text}", f"reporters, {name}")
 
 
 def _of_field(column: str, world: SpatialWorld) -> Meaning:
