@@ -1,7 +1,5 @@
 """The commands cache show, warm and clear, for compiled kernels kept between runs."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 
@@ -13,11 +11,9 @@ from ecs_eco.cli.trust import allow
 from ecs_eco.compiled import kernel_folder
 from ecs_eco.compiled.numba_version import plain
 from ecs_eco.config import load
-from ecs_eco.config.loading import WorldSource
 from ecs_eco.config.shipped import shipped
 from ecs_eco.ecosystem import World
 from ecs_eco.worlds import first_start
-from ecs_eco.worlds.first_start import MARK, cores, known_to_list, two_processes
 
 cache = typer.Typer(
     no_args_is_help=True,
@@ -32,11 +28,11 @@ cache = typer.Typer(
 def show() -> None:
     """Print each folder of compiled kernels, the number of kernels and their size."""
     folder = kernel_folder.cache_folder()
-    say(f"{folder}\n  {_content(folder)}")
-    known = sorted(mark.stem for mark in folder.glob(f"*{MARK}"))
+    say(f"{folder}\n  {content_of(folder)}")
+    known = sorted(mark.stem for mark in folder.glob(f"*{first_start.MARK}"))
     say(f"  complete for {', '.join(known)}" if known else "  not complete for any shipped world")
     for other in _others(folder):
-        say(f"{other}, from another version or with different compiler settings\n  {_content(other)}")
+        say(f"{other}, from another version or with different compiler settings\n  {content_of(other)}")
 
 
 @cache.command()
@@ -64,15 +60,16 @@ def warm(
     configs = {world: load(world) for world in worlds or (sorted(shipped()) if plain() else [])}
     folder, names = (
         kernel_folder.cache_folder(),
-        list(dict.fromkeys(known_to_list(c.name) for c in configs.values())),
+        list(dict.fromkeys(first_start.known_to_list(c.name) for c in configs.values())),
     )
     before = len(_kernels(folder))
     with progress("kernels", quiet, "kernels") as bar:
         if listed:
-            first_start.warm(names or sorted(listed), workers or cores(), bar)
+            first_start.warm(names or sorted(listed), workers or first_start.cores(), bar)
         for world, config in configs.items():
             if world not in listed:
-                _try(config)
+                with first_start.two_processes("others"):
+                    World.from_config(config, record=False).run(3)  # compiles its kernels
     after = len(_kernels(folder))
     say(f"{after - before} kernels compiled, {after} in total in {folder}")
 
@@ -89,12 +86,6 @@ def clear(
     say(f"{removed} kernels removed from {folder.parent}")
 
 
-def _try(config: WorldSource) -> None:
-    """Run a world for a few ticks to compile its kernels."""
-    with two_processes("others"):
-        World.from_config(config, record=False).run(3)
-
-
 def _others(folder: Path) -> list[Path]:
     return [other for other in sorted(folder.parent.glob("kernels-*")) if other != folder and other.is_dir()]
 
@@ -103,7 +94,8 @@ def _kernels(folder: Path) -> list[Path]:
     return list(folder.rglob("*.nbc"))
 
 
-def _content(folder: Path) -> str:
+def content_of(folder: Path) -> str:
+    """Return the number and size of the kernels in a folder, in words."""
     sizes = [file.stat().st_size for file in _kernels(folder)]
     return f"{len(sizes)} kernels, {sum(sizes) / 1e6:.1f} MB"
 
@@ -114,7 +106,7 @@ def _clear(folder: Path) -> int:
         "*.nbc",
         "*.nbi",
         f"*{kernel_folder.CLAIM}",
-        f"*{MARK}",
+        f"*{first_start.MARK}",
         "*.nbc.*.tmp",
     )  # the contents of a kernel folder
     for file in [path for pattern in ours for path in folder.rglob(pattern)]:

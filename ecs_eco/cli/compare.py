@@ -1,7 +1,5 @@
 """The command compare: a world with and without treatments, with the same seeds."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from concurrent.futures import BrokenExecutor, Executor
 from dataclasses import replace
@@ -17,9 +15,9 @@ from ecs_eco.cli.folders import results
 from ecs_eco.cli.options import On, Policies, Quiet, Set, Ticks, Trust, Workers, World, new_folder, number
 from ecs_eco.cli.terminal import FAILED, INTERRUPTED, complain, exits, printable, progress, refuse, say
 from ecs_eco.cli.trust import allow
-from ecs_eco.lab.comparison import Comparison, Key, Planned
+from ecs_eco.lab.comparison import Comparison, Key, Planned, comparison_of
 from ecs_eco.lab.executors import LOCAL, check_engine, engine, prepare
-from ecs_eco.lab.treatments import arms_of, check_policies, check_training
+from ecs_eco.lab.treatments import arms_of, check_policies
 from ecs_eco.lab.work import run_jobs
 from ecs_eco.record import container
 from ecs_eco.record.claim import Claim
@@ -78,10 +76,7 @@ def compare(
             fault = "is not used, because --training-seeds trains policies"
             refuse("--policies", fault, policies, "only one of these options")
         arms = [arm.with_policies(_seen_from_everywhere(Path(policies), on)) for arm in arms]
-    check_training(arms, training_seeds, retrain)
-    training = None if training_seeds is None else range(1, training_seeds + 1)
-    ticks = ticks or arms[0].config.ticks
-    comparison = Comparison(out or Path(), arms, ticks, range(1, seeds + 1), training, retrain)
+    comparison = comparison_of(arms, out or Path(), seeds, ticks, training_seeds, retrain)
     with claim_folder(out, comparison) as claim:
         comparison = replace(comparison, folder=_seen_from_everywhere(claim.path, on))
         with engine(on, workers) as pool:

@@ -1,7 +1,5 @@
 """The commands docs and list: open the documentation, and list features from their source code."""
 
-from __future__ import annotations
-
 import ast
 import os
 import sys
@@ -44,7 +42,8 @@ def docs(
         complain(f"The site has not been built here, so this is the plain text. To build it: {BUILD}")
     there = {path.relative_to(pages).with_suffix("").as_posix(): path for path in pages.rglob(f"*{ending}")}
     name = page.strip("/").removesuffix(".html").removesuffix(".md")
-    found = there.get(name) or there.get(f"{name}/index") or _only(name, there)
+    alike = [path for key, path in there.items() if key.rpartition("/")[2] == name]
+    found = there.get(name) or there.get(f"{name}/index") or (alike[0] if len(alike) == 1 else None)
     if found is None:
         names = [n for n in there if not n.startswith(("source/", "_"))]
         last = {n.rpartition("/")[2]: n for n in names}
@@ -53,12 +52,6 @@ def docs(
     say(found.as_uri())
     if browser and graphical():
         webbrowser.open(found.as_uri())
-
-
-def _only(name: str, there: dict[str, Path]) -> Path | None:
-    """Return the page whose path ends with this name, if there is exactly one."""
-    same = [path for key, path in there.items() if key.rpartition("/")[2] == name]
-    return same[0] if len(same) == 1 else None
 
 
 def graphical() -> bool:

@@ -1,7 +1,5 @@
 """The command doctor: the settings that affect results, and whether results agree with the release."""
 
-from __future__ import annotations
-
 import os
 import platform
 import shutil
@@ -17,13 +15,13 @@ from rich.markup import escape
 from rich.table import Table
 
 from ecs_eco import __version__
+from ecs_eco.cli.cache import content_of
 from ecs_eco.cli.docs import graphical
 from ecs_eco.cli.options import Quiet
 from ecs_eco.cli.terminal import FAILED, complain, exits, progress, say
 from ecs_eco.compiled import jit, numba_version, portable
 from ecs_eco.testing import self_test
 from ecs_eco.testing.browser import chromium
-from ecs_eco.testing.self_test import Outcome
 from ecs_eco.testing.target import OTHERS, Target, instructions, target, versions
 
 Facts = list[tuple[str, str]]
@@ -85,7 +83,7 @@ def _self_test(here: Target, quiet: bool, console: Console) -> None:
     say(f"All results are the same with one thread, with two, and from a checkpoint{compared}.")
 
 
-def _table(outcomes: list[Outcome], other: list[str] | None) -> Table:
+def _table(outcomes: list[self_test.Outcome], other: list[str] | None) -> Table:
     table = Table(
         title=f"Self-test: {len(outcomes)} short runs",
         title_justify="left",
@@ -142,11 +140,8 @@ def _disk() -> Facts:
         usable = jit.FOLDER.usable()
     path, facts = jit.FOLDER.path, []
     if path.is_dir():
-        status, files = path.lstat(), list(path.rglob("*.nbc"))
-        size = sum(file.stat().st_size for file in files)
-        facts.append(("cache", str(path)))
-        about = f"owner {_owner(path)}, mode {stat.S_IMODE(status.st_mode):04o}"
-        facts.append(("", f"{about}, {len(files)} kernels, {size / 1e6:.1f} MB"))
+        about = f"owner {_owner(path)}, mode {stat.S_IMODE(path.lstat().st_mode):04o}"
+        facts += [("cache", str(path)), ("", f"{about}, {content_of(path)}")]
     if not usable:
         facts.append(("cache", f"NOT USED: {caught[0].message if caught else path}"))
     places = {

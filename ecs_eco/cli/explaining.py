@@ -1,7 +1,5 @@
 """The command explain: which alleles rose in a run, and what taking them out of forks changes."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Annotated

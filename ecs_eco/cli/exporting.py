@@ -1,7 +1,5 @@
 """The command export: a recorded run as a page in one file."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,12 +1,10 @@
 """Results folders, which are checked before any file is written."""
 
-from __future__ import annotations
-
 import tempfile
 from pathlib import Path
 
 from ecs_eco.cli.terminal import refuse
-from ecs_eco.record.claim import Claim, claim_new, claim_next
+from ecs_eco.record.claim import Claim, claim_new, claim_next, numbered
 
 
 def results(out: Path | None, default: str, begun: bool = False) -> Claim:
@@ -33,7 +31,8 @@ def results(out: Path | None, default: str, begun: bool = False) -> Claim:
             refuse("--out", "is a broken link", str(out), "a folder that can be created")
         return claim_new(out)
     except FileExistsError:
-        near = str(_free(out)) if out is not None and out.name else ""  # "." and "/" have no name
+        named = [] if out is None or not out.name else numbered(out)  # "." and "/" have no name
+        near = next((str(path) for path in named if not path.exists()), "")
         refuse("--out", "is not empty", str(out), "a new or empty folder", near)
     except OSError as error:
         refuse(
@@ -53,14 +52,6 @@ def pages(out: Path | None, folder: Path) -> None:
             _try_out(path / "figures")
     except OSError as error:
         refuse(source, f"cannot be written: {error.strerror or error}", str(path), allowed)
-
-
-def _free(folder: Path) -> Path:
-    """Return the folder or, if it exists, the first unused name with a suffix -2, -3, …"""
-    number, free = 2, folder
-    while free.exists():
-        free, number = folder.with_name(f"{folder.name}-{number}"), number + 1
-    return free
 
 
 def _try_out(folder: Path) -> None:

@@ -24,6 +24,17 @@ def new_folder(help: str) -> Any:
     return typer.Option(parser=path_of, metavar="PATH", help=help)
 
 
+def words(**options: object) -> list[str]:
+    """Return options as words of a command: True as a flag, a list as a repeated option, and None or False not at
+    all."""
+    found: list[str] = []
+    for name, value in options.items():
+        for one in value if isinstance(value, list) else [value]:
+            if one is not None and one is not False:
+                found += [f"--{name.replace('_', '-')}", *([] if one is True else [str(one)])]
+    return found
+
+
 World = Annotated[
     str, typer.Argument(metavar="WORLD", help="Name of a shipped world (see `list`) or a TOML file.")
 ]

@@ -1,7 +1,5 @@
 """The commands draw, picture and video: images without a browser."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager

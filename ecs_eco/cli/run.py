@@ -39,6 +39,7 @@ from ecs_eco.cli.options import (
     World,
     new_folder,
     number,
+    words,
 )
 from ecs_eco.cli.terminal import (
     FAILED,
@@ -61,7 +62,7 @@ from ecs_eco.lab.treatments import check_policies
 from ecs_eco.record.archipelago import is_archipelago
 from ecs_eco.record.details import how_many
 from ecs_eco.runs.repeat import repeat as repeat_run
-from ecs_eco.runs.run import fork, read_manifest, resume as resume_run, run_to_folder, world_at
+from ecs_eco.runs.run import KEEP, fork, read_manifest, resume as resume_run, run_to_folder, world_at
 from ecs_eco.worlds.first_start import known_to_list, two_processes
 
 if TYPE_CHECKING:
@@ -254,8 +255,7 @@ def _run(
     seed, ticks = config.seed if seed is None else seed, ticks or config.ticks
     if policies:
         check_policies(policies, config)
-    command = command_of(world, config, seed, ticks, policies, changes, learn, record)
-    command += "".join(f" --until {shlex.quote(rule)}" for rule in until)
+    command = command_of(world, config, seed, ticks, policies, changes, learn, record, until)
     if islands:
         from ecs_eco.lab.archipelago import Archipelago
 
@@ -272,17 +272,24 @@ def _run(
         _viewer(config.title or config.name, ticks, how) as viewer,
     ):
         out = claim.path
-        more = _given(
-            threads=how.threads,
-            report=how.report,
-            prepare=prepare if viewer is None else viewer.open,
-            record=record,
-            until=until or None,
-            checkpoint_every=checkpoint_every,
-            keep=checkpoint_every and keep,
-        )
         try:
-            result = run_to_folder(config, seed, ticks, claim, policies, learn, bar, command=command, **more)
+            result = run_to_folder(
+                config,
+                seed,
+                ticks,
+                claim,
+                policies,
+                learn,
+                bar,
+                threads=how.threads,
+                report=how.report,
+                command=command,
+                checkpoint_every=checkpoint_every,
+                keep=keep if checkpoint_every else KEEP,
+                record=record,
+                until=until,
+                prepare=prepare if viewer is None else viewer.open,
+            )
         except KeyboardInterrupt:
             stopped(bar.done, ticks, out)
     ended = f" (ended by {result['ended']['by']})" if result.get("ended") else ""
@@ -309,17 +316,12 @@ def _run_islands(made: Archipelago, name: str, how: How, **more: Any) -> None:
         f"{manifest['tick']} ticks of {manifest['world']} on {len(made.islands)} islands, seed "
         f"{manifest['seed']}, in {made.folder}",
         f"  digest {manifest['digest'][:16]}",
-    ]
-    lines += [
-        f"  {name}: " + ", ".join(f"{n} {species}" for species, n in state["n"].items())
-        for name, state in manifest["islands"].items()
+        *(
+            f"  {name}: " + ", ".join(f"{n} {species}" for species, n in state["n"].items())
+            for name, state in manifest["islands"].items()
+        ),
     ]
     say("\n".join(lines))
-
-
-def _given(**options: object) -> dict[str, Any]:
-    """Return the options that have a value."""
-    return {name: value for name, value in options.items() if value is not None}
 
 
 def _resume(
@@ -354,18 +356,17 @@ def _resume(
         _viewer(title, manifest["ticks"] if until is None else until, how) as viewer,
         progress(folder.name, how.quiet) as bar,
     ):
-        more = _given(
-            threads=how.threads,
-            report=how.report,
-            complain=complain,
-            prepare=prepare if viewer is None else viewer.open,
-        )
+        more: dict[str, Any] = {
+            "threads": how.threads,
+            "report": how.report,
+            "complain": complain,
+            "prepare": prepare if viewer is None else viewer.open,
+        }
         try:
             if claim is not None:
-                command = f"ecs-eco{portable.option()} resume {shlex.quote(str(folder))} --out DIR"
-                command += " --trust" if manifest["config"].get("code") else ""
-                command += "" if from_tick is None else f" --from-tick {from_tick}"
-                command += "".join(f" --set {shlex.quote(change)}" for change in changes)
+                code = bool(manifest["config"].get("code"))
+                options = words(out="DIR", trust=code, from_tick=from_tick, set=changes)
+                command = f"ecs-eco{portable.option()} {shlex.join(['resume', str(folder), *options])}"
                 result = fork(folder, claim, from_tick, changes, until, bar, command=command, **more)
             else:
                 result = resume_run(folder, until, bar, **more)
@@ -386,16 +387,22 @@ def command_of(
     changes: list[str],
     learn: bool | None,
     record: str | None,
+    until: list[str] | None = None,
 ) -> str:
     """Return the command that repeats a run, to be stored in its manifest."""
-    command = (
-        f"ecs-eco{portable.option()} run {shlex.quote(world)} --seed {seed} "
-        f"--ticks {ticks} --policies {shlex.quote(policies)}"
+    options = words(
+        seed=seed,
+        ticks=ticks,
+        policies=policies,
+        trust=bool(config.code),
+        set=changes,
+        learn=learn,
+        no_learn=learn is False,
+        out="DIR",
+        record=record,
+        until=until,
     )
-    command += " --trust" if config.code else ""
-    command += "".join(f" --set {shlex.quote(change)}" for change in changes)
-    command += {None: "", True: " --learn", False: " --no-learn"}[learn] + " --out DIR"
-    return command + ("" if record is None else f" --record {record}")
+    return f"ecs-eco{portable.option()} {shlex.join(['run', world, *options])}"
 
 
 def _has_islands(config: WorldConfig, world: str, how: How, checkpoint_every: int | None) -> bool:

@@ -1,7 +1,5 @@
 """The command search: find values that let a world persist, and confirm them."""
 
-from __future__ import annotations
-
 from concurrent.futures import BrokenExecutor
 from functools import partial
 from pathlib import Path

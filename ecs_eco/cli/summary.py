@@ -1,7 +1,5 @@
 """The command check, and the summary of a world that it prints."""
 
-from __future__ import annotations
-
 import json
 from typing import Annotated, Any
 

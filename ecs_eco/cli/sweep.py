@@ -1,7 +1,5 @@
 """The work of the sweep commands: run and resume a plan's jobs, print their state, collect results."""
 
-from __future__ import annotations
-
 import signal
 import threading
 from collections.abc import Iterator, Sequence

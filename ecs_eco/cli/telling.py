@@ -1,7 +1,5 @@
 """The commands report, why, lineage and tracks, which describe what happened in a run."""
 
-from __future__ import annotations
-
 import json
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The commands' output and exit codes."""
 
-from __future__ import annotations
-
 import json
 import re
 import sys
@@ -138,8 +136,7 @@ class Progress:
 
 @contextmanager
 def progress(word: str, quiet: bool, unit: str = "ticks") -> Iterator[Progress]:
-    """Show progress on stderr: a bar if it is a terminal, otherwise an occasional line; show nothing if
-    quiet."""
+    """Show progress on stderr: a bar on a terminal, otherwise an occasional line; show nothing if quiet."""
     columns = ("MofNCompleteColumn", unit, "TimeRemainingColumn")
     with shown(
         word,

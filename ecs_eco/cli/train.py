@@ -1,7 +1,5 @@
 """The command train: trains a world's policies before it is run."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from ecs_eco.analysis.learning import write_training

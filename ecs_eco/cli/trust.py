@@ -1,7 +1,5 @@
 """The option --trust, which allows the code listed by a world or a recorded run."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Sequence
 from pathlib import Path
@@ -35,10 +33,5 @@ def allow(wanted: bool, world: str | Path | None, changes: Sequence[str] | None 
 
 def _of_run(folder: Path) -> Code:
     """Return the code currently in a run's folder."""
-    listed = read_manifest(folder).get("code", [])
-    entries = (
-        [str(n["entry"]) for n in listed if isinstance(n, dict) and "entry" in n]
-        if isinstance(listed, list)
-        else []
-    )
+    entries = [listed["entry"] for listed in read_manifest(folder).get("code", []) if "entry" in listed]
     return read(entries, [folder / FOLDER])[0]

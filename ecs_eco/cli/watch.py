@@ -1,7 +1,5 @@
 """The command watch, and run's option --watch."""
 
-from __future__ import annotations
-
 import os
 import socket
 from collections.abc import Callable, Iterator
@@ -12,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from ecs_eco.cli.options import Learn, NoBrowser, Policies, Port, Seed, Set, Threads, Trust, number
+from ecs_eco.cli.options import Learn, NoBrowser, Policies, Port, Seed, Set, Threads, Trust, number, words
 from ecs_eco.cli.terminal import exits, refuse, say
 from ecs_eco.cli.trust import allow
 from ecs_eco.compiled import portable
@@ -141,19 +139,22 @@ class Options:
     def pair(self, live: Live, world: str, picker: Picker | None = None) -> Pair:
         """Return a live world for the viewer, with the arguments of the equivalent `run` command."""
         config = live.world.config
-        words = [*portable.option().split(), "run", world, "--seed", str(live.world.seed)]
-        words += ["--trust"] if config is not None and config.code else []
-        words += [] if self.ticks is None else ["--ticks", str(self.ticks)]
-        words += [] if self.learn is None else ["--learn" if self.learn else "--no-learn"]
-        words += [] if self.policies == "trained" else ["--policies", self.policies]
-        words += [word for change in self.changes for word in ("--set", change)]
+        options = words(
+            seed=live.world.seed,
+            trust=config is not None and bool(config.code),
+            ticks=self.ticks,
+            learn=self.learn,
+            no_learn=self.learn is False,
+            policies=None if self.policies == "trained" else self.policies,
+            set=self.changes,
+        )
         planned = [] if config is None else config.interventions
-        start = Start(words, [x.model_dump(mode="json", exclude_none=True) for x in planned])
+        command = [*portable.option().split(), "run", world, *options]
+        start = Start(command, [x.model_dump(mode="json", exclude_none=True) for x in planned])
         return Pair(live, start=start, picker=picker)
 
     def picker(self, live: Live, what: str) -> Picker:
-        """Return the worlds that the viewer can start; --set and custom policies apply only to the named
-        world."""
+        """Return the worlds that the viewer can start; --set and custom policies apply only to the world `what`."""
 
         def build(world: str, seed: int | None) -> Pair:
             policies = self.policies if self.policies in POLICIES else "trained"

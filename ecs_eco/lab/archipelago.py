@@ -24,8 +24,7 @@ from ecs_eco.lab.pool import finishing, once_free
 from ecs_eco.lab.work import run_jobs
 from ecs_eco.life.migration import Migrants, admit, copied, leave
 from ecs_eco.record import checkpoint, container, seal
-from ecs_eco.record.archipelago import FILE, ISLANDS, Manifest, check_island, digest_of, read, write
-from ecs_eco.record.checkpoint import name_of
+from ecs_eco.record.archipelago import FILE, ISLANDS, Manifest, check_island, digest_of, read
 from ecs_eco.record.claim import Claim, claim_new, claimed
 from ecs_eco.record.code import keep_copies, noted, recorded, sources
 from ecs_eco.record.folder import check_content, git_commit
@@ -187,7 +186,7 @@ class Archipelago:
         World
         """
         return World.restore(
-            self.islands[name] / "checkpoints" / name_of(self.tick), record=False, trust=trust
+            self.islands[name] / "checkpoints" / checkpoint.name_of(self.tick), record=False, trust=trust
         )
 
     def run(
@@ -245,7 +244,7 @@ class Archipelago:
             for path in self.islands.values():
                 if (path / "manifest.json").is_file():
                     check_content(path, seal.read_manifest(path)["parts"])
-            write(self.folder, self.manifest)
+            container.write(self.folder, Manifest, self.manifest)
             if self.tick < until:
                 first = config_of(self.folder, self.manifest, trust, next(iter(self.islands)))
                 prepare(pool, self.folder, first)
@@ -253,7 +252,7 @@ class Archipelago:
                 while self.tick < until:
                     self._stretch(pool, until, threads, trust, progress)
                     self.manifest["wall_seconds"] = spent + time.perf_counter() - start
-                    write(self.folder, self.manifest)
+                    container.write(self.folder, Manifest, self.manifest)
             except KeyboardInterrupt:
                 raise Stopped(self.tick, self.folder) from None
             finally:
@@ -304,8 +303,8 @@ def write_migrants(path: Path, archipelago: str, world: World) -> dict[str, dict
             f"{species}/uid": migrants.uid,
             f"{species}/born": migrants.born,
             f"{species}/to": migrants.to,
+            **{f"{species}/columns/{name}": column for name, column in migrants.columns.items()},
         }
-        arrays |= {f"{species}/columns/{name}": column for name, column in migrants.columns.items()}
     meta = {
         "archipelago": archipelago,
         "island": islands.here,

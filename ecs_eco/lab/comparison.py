@@ -119,10 +119,11 @@ class Comparison:
         """Compare the arms; write compare.json, compare.html and figures; return the contents of compare.json."""
         arms = group(self.runs, lambda key: key.arm)
         folders = {arm: [self.runs[key][-1] for key in own] for arm, own in arms.items()}
-        seeds = {
-            arm: [k.training_seed for k in own if k.training_seed is not None] for arm, own in arms.items()
+        training = {
+            arm: seeds
+            for arm, own in arms.items()
+            if (seeds := [key.training_seed for key in own if key.training_seed is not None])
         }
-        training = {arm: own for arm, own in seeds.items() if own}
         return differences(folders, self.folder, training=training, policies=self.policies_in_words())
 
     def policies_folder(self, arm: Arm) -> Path:
@@ -134,12 +135,12 @@ class Comparison:
     def trainings(self) -> dict[Path, Training]:
         """Return all training runs, by folder."""
         owners = {self.policies_folder(arm): arm for arm in reversed(self.arms) if arm.trained_species}
-        folders = {
-            container.inside(self.folder, place / f"seed-{k}"): (arm.config, k)
+        return {
+            folder: (folder, arm.config, k)
             for place, arm in owners.items()
             for k in self.training_seeds or ()
+            for folder in [container.inside(self.folder, place / f"seed-{k}")]
         }
-        return {folder: (folder, *job) for folder, job in folders.items()}
 
     @cached_property
     def runs(self) -> dict[Key, Run]:
@@ -163,8 +164,9 @@ class Comparison:
         }
         runs = [key for key, job in self.runs.items() if not has_run(*job)]
         arms = {arm.name: self.policies_folder(arm) for arm in self.arms}
-        needs = {key: arms[key.arm] / f"seed-{key.training_seed}" for key in runs}
-        after: dict[Key | Path, Key | Path] = {key: place for key, place in needs.items() if place in calls}
+        after: dict[Key | Path, Key | Path] = {
+            key: place for key in runs if (place := arms[key.arm] / f"seed-{key.training_seed}") in calls
+        }
         return calls | {key: (run_arm, *self.runs[key]) for key in evenly(runs, lambda key: key.arm)}, after
 
     def policies_in_words(self) -> dict[str, str]:
@@ -186,6 +188,20 @@ class Comparison:
             return f"the world's own policies{some}{same}"
         how = "trained again with its own values" if own else "trained in the unchanged world"
         return f"policies{some} {how}{same}, from {len(seeds)} training seed{'s' * (len(seeds) != 1)}"
+
+
+def comparison_of(
+    arms: Sequence[Arm],
+    folder: Path,
+    seeds: int,
+    ticks: int | None,
+    training_seeds: int | None,
+    retrain: bool,
+) -> Comparison:
+    """Return the comparison of these arms in a folder. Raises ConfigError for contradictory training options."""
+    check_training(arms, training_seeds, retrain)
+    training = None if training_seeds is None else range(1, training_seeds + 1)
+    return Comparison(folder, arms, ticks or arms[0].config.ticks, range(1, seeds + 1), training, retrain)
 
 
 def compare(
@@ -252,11 +268,8 @@ def compare(
     """
     called_with("progress", progress, "done", "total")
     arms = arms_of(world, list(changes), treatments)
-    check_training(arms, training_seeds, retrain)
-    training = None if training_seeds is None else range(1, training_seeds + 1)
     folder = Path(out).absolute()
-    ticks = ticks or arms[0].config.ticks
-    comparison = Comparison(folder, arms, ticks, range(1, seeds + 1), training, retrain)
+    comparison = comparison_of(arms, folder, seeds, ticks, training_seeds, retrain)
     errors: list[BaseException] = []
     with ours(folder), engine(executor, workers) as pool:
         comparison.begin()

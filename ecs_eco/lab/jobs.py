@@ -93,8 +93,13 @@ def run_job(folder: str | Path, number: int, allowed: Collection[str] = ()) -> d
         try:
             done = _do(sweep, job, place) | {"began": begin}
         except Exception as error:
-            failure = {"error": type(error).__name__, "text": str(error), "at": time.time()}
-            failure |= {"host": socket.gethostname(), "trace": traceback.format_exc()[-4000:]}
+            failure = {
+                "error": type(error).__name__,
+                "text": str(error),
+                "at": time.time(),
+                "host": socket.gethostname(),
+                "trace": traceback.format_exc()[-4000:],
+            }
             write_json(place / FAILED, failure)
             raise
         write_manifest(place, done, DONE)

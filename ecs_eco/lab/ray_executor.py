@@ -1,8 +1,6 @@
 """Ray as an executor: each call is a task with one CPU and one thread, and is repeated if its worker is lost.
 It resumes from the checkpoint in its folder, which all machines must share."""
 
-from __future__ import annotations
-
 import os
 import socket
 import sys
@@ -42,7 +40,7 @@ class Imported(list[str]):
 class Call(Future[Any]):
     """The future of a task. Canceling it while it runs asks the task to stop, as Ctrl-C would."""
 
-    def __init__(self, executor: RayExecutor, reference: Any) -> None:
+    def __init__(self, executor: "RayExecutor", reference: Any) -> None:
         super().__init__()
         self._executor, self.reference = executor, reference
         executor.calls.add(self)  # removed when the task has ended

@@ -106,11 +106,10 @@ def _table(rows: Sequence[Row], column: str) -> np.ndarray:
     """Return the means of a column by training seed and world seed."""
     training = sorted({row["training_seed"] or 0 for row in rows})
     worlds = sorted({row["world_seed"] for row in rows})
-    cells: dict[tuple[int, int], list[float]] = {}
-    for row in rows:
-        if row[column] is not None:
-            cells.setdefault((row["training_seed"] or 0, row["world_seed"]), []).append(float(row[column]))
-    return np.array([[np.mean(cells[a, b]) if (a, b) in cells else np.nan for b in worlds] for a in training])
+    known = [row for row in rows if row[column] is not None]
+    parts = group(known, lambda row: (row["training_seed"] or 0, row["world_seed"]))
+    means = {seeds: np.mean([float(row[column]) for row in part]) for seeds, part in parts.items()}
+    return np.array([[means.get((a, b), np.nan) for b in worlds] for a in training])
 
 
 FEW = 12  # with more values, each point is drawn instead of one point per value

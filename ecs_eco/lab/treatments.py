@@ -31,6 +31,13 @@ class NotApplicable(ValueError):
         super().__init__(f"{fault}; {allowed}")
 
 
+def _applicable(values: dict[str, Any], fault: str, allowed: str) -> dict[str, Any]:
+    """Return a treatment's values. Raises NotApplicable if there are none."""
+    if not values:
+        raise NotApplicable(fault, allowed)
+    return values
+
+
 def no_smell(config: WorldConfig) -> dict[str, Any]:
     """Disable the sense of smell; smells stay in the world, and networks keep their inputs."""
     values = {
@@ -39,31 +46,30 @@ def no_smell(config: WorldConfig) -> dict[str, Any]:
         for i, sensor in enumerate(species.sensors)
         if isinstance(sensor, Smell | Gradient)
     }
-    if not values:
-        raise NotApplicable("no species has a nose", 'a world with a sensor of kind "smell" or "gradient"')
-    return values
+    return _applicable(values, "no species has a nose", 'a world with a sensor of kind "smell" or "gradient"')
 
 
 def energy_only(config: WorldConfig) -> dict[str, Any]:
     """Replace happiness formulas that depend on light with energy alone."""
-    formulas = {name: _energy(own) for name, own in config.species.items() if _depends_on_light(own)}
-    if not any(formulas.values()):
-        allowed = "energy-and-light, or a happiness.formula that names energy and light"
-        raise NotApplicable("no species has a happiness.formula that depends on light", allowed)
-    return {f"species.{name}.happiness.formula": energy for name, energy in formulas.items() if energy}
+    values = {
+        f"species.{name}.happiness.formula": energy
+        for name, species in config.species.items()
+        if _depends_on_light(species) and (energy := _energy(species))
+    }
+    allowed = "energy-and-light, or a happiness.formula that names energy and light"
+    return _applicable(values, "no species has a happiness.formula that depends on light", allowed)
 
 
 def energy_and_light(config: WorldConfig) -> dict[str, Any]:
     """Make species that sense light dislike it: subtract 0.3 × light from formulas without light."""
-    values: dict[str, Any] = {}
-    for name, species in config.species.items():
-        light = _light(species)
-        has_formula = species.happiness is not None and bool(species.happiness.formula)
-        if light and has_formula and not _depends_on_light(species):
-            values[f"species.{name}.happiness.formula"] = f"{_formula(species)} - {LIGHT_WEIGHT} * {light}"
-    if not values:
-        raise NotApplicable("no species that senses light has a happiness.formula without it", "energy-only")
-    return values
+    values = {
+        f"species.{name}.happiness.formula": f"{_formula(species)} - {LIGHT_WEIGHT} * {light}"
+        for name, species in config.species.items()
+        if (light := _light(species)) and _formula(species) and not _depends_on_light(species)
+    }
+    return _applicable(
+        values, "no species that senses light has a happiness.formula without it", "energy-only"
+    )
 
 
 def individual_brains(config: WorldConfig) -> dict[str, Any]:
@@ -74,9 +80,7 @@ def individual_brains(config: WorldConfig) -> dict[str, Any]:
         for key, value in (("kind", "individual"), ("inherit", "learned"))
         if species.policy.kind == "shared"
     }
-    if not values:
-        raise NotApplicable("no species shares a policy", 'a world with policy.kind = "shared"')
-    return values
+    return _applicable(values, "no species shares a policy", 'a world with policy.kind = "shared"')
 
 
 def without(config: WorldConfig, species: str) -> dict[str, Any]:
@@ -112,14 +116,14 @@ def _energy(species: Species) -> str | None:
 
 
 def _formula(species: Species) -> str:
-    """Return a species' happiness formula, in parentheses unless it is a single name."""
-    text = "" if species.happiness is None else str(species.happiness.formula)
-    return text if text.isidentifier() else f"({text})"
+    """Return a species' happiness formula, in parentheses unless it is a single name; "" without one."""
+    text = (species.happiness and species.happiness.formula) or ""
+    return text if text.isidentifier() or not text else f"({text})"
 
 
 def _depends_on_light(species: Species) -> bool:
-    happiness, light = species.happiness, _light(species)
-    return bool(light and happiness and re.search(rf"\b{re.escape(light)}\b", happiness.formula or ""))
+    light = _light(species)
+    return bool(light and re.search(rf"\b{re.escape(light)}\b", _formula(species)))
 
 
 Policies: TypeAlias = str | dict[str, str]  # a name or folder, for all species or by species

@@ -1,7 +1,5 @@
 """The manifest of an archipelago: one file that lists the checkpoints of all its islands at one barrier."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Mapping
 from pathlib import Path
@@ -13,7 +11,6 @@ from ecs_eco.config.models.archipelago import Archipelago
 from ecs_eco.engine.errors import ForeignFile
 from ecs_eco.inputs.section import Name, Section
 from ecs_eco.record import container
-from ecs_eco.record.container import Container
 from ecs_eco.record.manifest import Config, Seed, Sha, Tick
 
 FILE = "archipelago.json"
@@ -36,7 +33,7 @@ class Barrier(Section):
     seconds: float
 
 
-class Manifest(Container):
+class Manifest(container.Container):
     """The manifest of an archipelago; as in a run, `versions` are part of its identity."""
 
     FILE: ClassVar = FILE
@@ -75,11 +72,6 @@ def is_archipelago(folder: Path | str) -> bool:
 def read(folder: Path) -> dict[str, Any]:
     """Return the manifest; raise RecordingError if it is missing or damaged."""
     return container.read(folder, Manifest)
-
-
-def write(folder: Path, manifest: Mapping[str, Any]) -> None:
-    """Write the manifest atomically."""
-    container.write(folder, Manifest, manifest)
 
 
 def check_island(path: Path, manifest: Mapping[str, Any], archipelago: str, name: str) -> None:

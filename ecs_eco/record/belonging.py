@@ -5,8 +5,6 @@ cover manual interventions, which happen later. The chain of seals distinguishes
 interventions, and reveals missing, swapped or extra parts.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Mapping

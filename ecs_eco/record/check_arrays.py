@@ -1,5 +1,4 @@
-"""Checks that a checkpoint fits a world, and that its numbers are valid; a seal only proves that the file is
-unchanged."""
+"""Checks that a checkpoint fits a world and has valid numbers; a seal only proves that a file is unchanged."""
 
 from __future__ import annotations
 
@@ -181,8 +180,7 @@ class ArrayChecks:
 
 
 def check_arrays(world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: str) -> None:
-    """Raise CheckpointError if the world was built differently, or if the file's numbers are invalid for
-    it."""
+    """Raise CheckpointError if the world was built differently, or the file's numbers are invalid for it."""
     checks = ArrayChecks(world, meta, arrays, where)
     checks.construction()
     try:

@@ -5,17 +5,17 @@ it when the process ends for any reason, so claims never become stale. Files lef
 before its run began are recognized and can be replaced.
 """
 
-from __future__ import annotations
-
 import errno
 import json
 import os
 import re
 import socket
 import time
+from collections.abc import Iterator
 from contextlib import AbstractContextManager, nullcontext, suppress
+from itertools import count
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 from ecs_eco.engine import files
 from ecs_eco.engine.errors import FolderInUse
@@ -62,7 +62,7 @@ class Claim:
             _unmake(self._made)
         self._made = []
 
-    def __enter__(self) -> Claim:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -85,20 +85,25 @@ def claim_new(path: str | Path) -> Claim:
 def claim_next(path: str | Path) -> Claim:
     """Claim a folder that does not exist yet: `path`, or the first unused name among path-2, path-3, …"""
     path = Path(path)
-    above, number, folder = _make(path.parent), 1, path
+    above, names = _make(path.parent), numbered(path)
     while True:
+        folder = next(names)
         try:
             folder.mkdir()
             claim = Claim(folder)
         except (FileExistsError, FolderInUse):
-            number += 1
-            folder = path.with_name(f"{path.name}-{number}")
             continue
         except BaseException:
             _unmake(above)
             raise
         claim._made = [*above, folder]
         return claim
+
+
+def numbered(path: Path) -> Iterator[Path]:
+    """Yield a path, then the same with the suffixes -2, -3, …"""
+    yield path
+    yield from (path.with_name(f"{path.name}-{number}") for number in count(2))
 
 
 def claimed(out: str | Path | Claim) -> AbstractContextManager[Claim]:
@@ -207,7 +212,13 @@ def _locked(folder: Path) -> int:
             if _same(handle, path):
                 os.ftruncate(handle, 0)
                 os.lseek(handle, 0, os.SEEK_SET)
-                os.write(handle, json.dumps(_myself()).encode())
+                owner = {
+                    "pid": os.getpid(),
+                    "started": _started(os.getpid()),
+                    "host": socket.gethostname(),
+                    "since": time.strftime("%Y-%m-%d %H:%M:%S"),
+                }
+                os.write(handle, json.dumps(owner).encode())
                 return handle
         except BaseException:
             os.close(handle)
@@ -260,15 +271,6 @@ def _owner(path: Path) -> str:
     if not (owner := read_note(path)):
         return "another process"
     return f"process {owner.get('pid')} on {owner.get('host')} since {owner.get('since')}"
-
-
-def _myself() -> dict[str, Any]:
-    return {
-        "pid": os.getpid(),
-        "started": _started(os.getpid()),
-        "host": socket.gethostname(),
-        "since": time.strftime("%Y-%m-%d %H:%M:%S"),
-    }
 
 
 def _started(pid: int) -> int | None:

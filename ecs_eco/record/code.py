@@ -1,7 +1,5 @@
 """Storage of a run's code: sources in the run's folder, and their hashes in the manifest and checkpoints."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -45,8 +43,7 @@ def noted(sources: Iterable[Source]) -> Noted:
 
 def keep_copies(sources: Iterable[Source], folder: Path) -> None:
     """Write the sources that are files to a run's folder."""
-    sources = [s for s in sources if s.is_file]
-    if sources:
+    if sources := [s for s in sources if s.is_file]:
         (folder / FOLDER).mkdir(exist_ok=True)
         keep_beside(sources, folder / FOLDER)
 
@@ -86,8 +83,7 @@ def check_code(listed: Any, places: Sequence[Path], where: str, trust: bool = Fa
 
 
 def recorded(path: Path, manifest: Mapping[str, Any], config: Any = None, trust: bool = False) -> WorldConfig:
-    """Return a recorded run's configuration, or `config`, with its code. Raises ConfigError,
-    RecordingError."""
+    """Return a recorded run's configuration, or `config`, with its code. Raises ConfigError, RecordingError."""
     try:
         code = check_code(manifest.get("code", []), [path / FOLDER], str(path), trust)
     except CheckpointError as error:

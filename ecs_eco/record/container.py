@@ -4,8 +4,6 @@ It contains the hash of its plan and the numerical mode. It is sealed like a run
 model. File names in it are untrusted: no file outside the folder is written or removed.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os
@@ -114,8 +112,7 @@ def check(folder: Path, model: Model, plan: Mapping[str, Any]) -> dict[str, Any]
 
 
 def may_continue(folder: Path, manifest: Mapping[str, Any], model: Model) -> None:
-    """Raise ForeignFile if a container was begun in a different numerical mode, or if a link at its top level
-    leads out of it."""
+    """Raise ForeignFile if a container was begun in the other numerical mode, or a top-level link leads out."""
     if why := portable.other_mode({"target": manifest}):
         raise ForeignFile(f"{folder / model.FILE}: {why}")
     for path in folder.iterdir():
@@ -145,8 +142,7 @@ def _hash(content: Mapping[str, Any], model: Model) -> str:
 
 
 def inside(root: Path, path: Path) -> Path:
-    """Return a path in a container; raise ForeignFile if it, or a link below it, leads out of the
-    container."""
+    """Return a path in a container; raise ForeignFile if it, or a link below it, leads out of the container."""
     home = os.path.realpath(root)
     links = [
         Path(at, name)
@@ -161,8 +157,7 @@ def inside(root: Path, path: Path) -> Path:
 
 
 def remove(folder: Path, patterns: Sequence[str]) -> bool:
-    """Remove the files in a folder that match the patterns, then the folder; return False if other files
-    remain."""
+    """Remove the files in a folder that match the patterns, then the folder; return False if others remain."""
     if folder.is_symlink():
         return False
     for file in [p for pattern in patterns for p in folder.glob(pattern) if p.is_file() or p.is_symlink()]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ecs_eco.components import Metabolism, Nervous, Position
-from ecs_eco.engine.errors import ConfigError, Problem
+from ecs_eco.engine.errors import refusal
 from ecs_eco.nervous.thoughts import numbers_of, thinkers, weighed
 
 if TYPE_CHECKING:
@@ -33,9 +33,7 @@ def how_many(record: str | None, source: str = "--record") -> int | None:
     if word == "focal" and number.isdecimal() and 1 <= int(number) <= 1_000_000:
         return int(number)
     near = "full" if record.startswith("fu") else "focal=50"
-    raise ConfigError(
-        [Problem((), "invalid value", record, "focal=N with N from 1 to 1000000, or full", near, source)]
-    )
+    raise refusal((), "invalid value", record, "focal=N with N from 1 to 1000000, or full", near, source)
 
 
 def columns_of(nerves: Nerves) -> list[str]:

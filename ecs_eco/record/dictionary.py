@@ -1,7 +1,4 @@
-"""Unit, description and source of every column of a recording, for its Parquet files and its data
-dictionary."""
-
-from __future__ import annotations
+"""Unit, description and source of each recorded column, for Parquet files and the data dictionary."""
 
 import re
 from collections.abc import Iterable, Iterator
@@ -98,14 +95,14 @@ class Meaning(NamedTuple):
     source: str
 
 
-def _fixed() -> dict[tuple[str, str], Meaning]:
-    rows = [line.split(None, 4) for line in COLUMNS.strip().splitlines()]
-    known = {(k, name): Meaning(unit.strip("-"), text, source) for k, name, unit, source, text in rows}
-    flows = matter.FLOWS | matter.MIGRATION
-    return known | {("matter", name): Meaning("mol", text, "world.matter") for name, text in flows.items()}
-
-
-FIXED = _fixed()
+FIXED = {
+    (kind, name): Meaning(unit.strip("-"), text, source)
+    for line in COLUMNS.strip().splitlines()
+    for kind, name, unit, source, text in [line.split(None, 4)]
+} | {
+    ("matter", name): Meaning("mol", text, "world.matter")
+    for name, text in (matter.FLOWS | matter.MIGRATION).items()
+}
 
 
 def described(table: pa.Table, kind: str, world: SpatialWorld) -> pa.Table:
@@ -120,7 +117,9 @@ def meaning(kind: str, column: str, world: SpatialWorld) -> Meaning:
     if kind.startswith(DETAILS):
         return _of_details(world.tables[kind.removeprefix(DETAILS)], column, 3 if world.space.volume else 2)
     if kind == "series" and column in world.reporters:
-        return _of_reporter(world.reporters[column], column)
+        what = world.reporters[column]
+        text = what.text if isinstance(what, ReporterFormula) else function_name(what)
+        return Meaning("", f"your own measurement: {text}", f"reporters, {column}")
     if head == "died":
         return Meaning("1", f'deaths in the tick with the cause "{rest}"', "table.cause")
     if column.startswith(EATEN):
@@ -135,11 +134,6 @@ def meaning(kind: str, column: str, world: SpatialWorld) -> Meaning:
         each = {name: _happiness(table) for name, table in world.tables.items()}
         return _with(known, "; ".join(f"{name}: {formula}" for name, formula in each.items() if formula))
     return known
-
-
-def _of_reporter(what: object, name: str) -> Meaning:
-    text = what.text if isinstance(what, ReporterFormula) else function_name(what)
-    return Meaning("", f"your own measurement: {text}", f"reporters, {name}")
 
 
 def _of_field(column: str, world: SpatialWorld) -> Meaning:

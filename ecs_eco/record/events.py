@@ -1,5 +1,4 @@
-"""Individual events of a recording: their columns, their text encoded as numbers for checkpoints, and
-migrants."""
+"""Individual events of a recording: their columns, their text as numbers for checkpoints, and migrants."""
 
 from __future__ import annotations
 
@@ -75,9 +74,8 @@ class Migrations:
         if s is None:
             return
         r._counts[count][r._at, s] += rows.size
-        energy = table[Metabolism].energy[rows] if Metabolism in table else None
-        if energy is not None:
-            r._ledger[flow][r._at, s] += energy.sum(dtype=np.float64)
+        if Metabolism in table:
+            r._ledger[flow][r._at, s] += table[Metabolism].energy[rows].sum(dtype=np.float64)
         if r.keeps:
             more = island.astype(np.int8), *more, *r.fields.of(table, rows)
             r._events[kind].append((*r._where(table, s, rows), *more))

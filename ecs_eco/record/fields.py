@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ecs_eco._lazy import stored_name
-from ecs_eco.engine.errors import ConfigError, Problem, listed
+from ecs_eco.engine.errors import listed, refusal
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -32,15 +32,13 @@ class Fields:
             if not found:
                 some = dict.fromkeys(c.__name__ for table in self._tables for c in table.columns)
                 what = f"no species has the component {field.partition('.')[0]}"
-                raise ConfigError([Problem(("record", i), what, field, listed(some, 40))])
+                raise refusal(("record", i), what, field, listed(some, 40))
             size, dtype = max(map(_size, found)), np.result_type(*(values.dtype for values in found))
             single = all(len(values.shape) == 1 for values in found)
             names = [field] if single else [f"{field}.{place}" for place in range(size)]
             self._columns |= {name: (field, place, dtype) for place, name in enumerate(names)}
             if len(self._columns) > MOST_COLUMNS:
-                raise ConfigError(
-                    [Problem(("record", i), "too many columns", field, f"at most {MOST_COLUMNS} in all")]
-                )
+                raise refusal(("record", i), "too many columns", field, f"at most {MOST_COLUMNS} in all")
         self.names = tuple(self._columns)
 
     def of(self, table: Table, rows: np.ndarray) -> tuple[np.ndarray, ...]:

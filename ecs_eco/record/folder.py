@@ -73,8 +73,7 @@ class Folder:
         dictionary.write_dictionary(self.path, self.parts, self.world)
 
     def go_on_from(self, written: Mapping[str, Any], manifest: Mapping[str, Any]) -> None:
-        """Continue from a checkpoint's state. Raises ForeignFile or RecordingError if the parts do not
-        match."""
+        """Continue from a checkpoint's state. Raises ForeignFile or RecordingError if parts do not match."""
         try:
             self.parts = {kind: int(n) for kind, n in written["parts"].items()}
             self.heads = dict(written["heads"])

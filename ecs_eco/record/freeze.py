@@ -147,13 +147,14 @@ def thaw(
             loaded = config if as_it_is else load_world(config, systems=systems)
             if loaded.resolved() != present(meta["config"]):
                 raise CheckpointError(f"{where}: was saved with a different configuration")
-        options = dict(meta["options"])
-        options["policies"] = {
-            name: "random" if source == "random" else "untrained"
-            for name, source in options["policies"].items()
-        }
-        options["learn"] = {
-            name: made["learning"] for name, made in meta["tables"].items() if name in loaded.species
+        options = meta["options"] | {
+            "policies": {
+                name: "random" if source == "random" else "untrained"
+                for name, source in meta["options"]["policies"].items()
+            },
+            "learn": {
+                name: made["learning"] for name, made in meta["tables"].items() if name in loaded.species
+            },
         }
         world = build(cls, loaded, seed=meta["clock"]["seed"], threads=threads, populate=False, **options)
     except CodeError as error:

@@ -10,7 +10,6 @@ from ecs_eco.genomes.codes import Code
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
-    from ecs_eco.genomes.traits import Trait
 
 
 def texts_of(table: "Table", rows: np.ndarray, letters: np.ndarray) -> np.ndarray:
@@ -63,12 +62,10 @@ def genes_of(table: "Table") -> dict[str, Any] | None:
             "letters": int(code.stop - code.first),
             "trait": code.gene.trait,
             **_meaning(code),
+            **({"dominance": code.gene.expression or layout.expression} if layout.ploidy > 1 else {}),
         }
         for code in layout.genes
     ]
-    if layout.ploidy > 1:
-        for gene, code in zip(genes, layout.genes, strict=True):
-            gene["dominance"] = code.gene.expression or layout.expression
     out = {"alphabet": layout.alphabet.letters, "ploidy": int(layout.ploidy), "genes": genes}
     if layout.longest is not None:
         for gene, code in zip(genes, layout.genes, strict=True):
@@ -81,16 +78,18 @@ def genes_of(table: "Table") -> dict[str, Any] | None:
         out |= {"longest": layout.longest, "separator": layout.separator}
     if derived := getattr(table.species.heredity, "derived", None):
         out["derived"] = [
-            {"name": name, "formula": formula.text, **_bounds(trait)}
+            {
+                "name": name,
+                "formula": formula.text,
+                "trait": trait.name,
+                "low": trait.low,
+                "high": trait.high,
+                "default": trait.default,
+                **({"whole": True} if trait.kind in ("whole", "sign") else {}),
+            }
             for name, (formula, trait) in derived.items()
         ]
     return out
-
-
-def _bounds(trait: "Trait") -> dict[str, Any]:
-    """Return the limits of a derived trait as JSON."""
-    whole = {"whole": True} if trait.kind in ("whole", "sign") else {}
-    return {"trait": trait.name, "low": trait.low, "high": trait.high, "default": trait.default, **whole}
 
 
 def _meaning(code: Code) -> dict[str, Any]:

@@ -1,7 +1,5 @@
 """Tracks of a run as geographic data: GeoPackage, GeoParquet or CSV, in the land's coordinate system."""
 
-from __future__ import annotations
-
 import json
 from io import BytesIO
 from pathlib import Path
@@ -14,7 +12,7 @@ import pyarrow.compute as pc
 from ecs_eco.config.land.land import KEPT, Land, kept_land
 from ecs_eco.config.land.raster import DEGREES, INSTALL
 from ecs_eco.engine import files
-from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
+from ecs_eco.engine.errors import listed, nearest, refusal
 from ecs_eco.record.parquet import read_parts
 from ecs_eco.record.seal import read_manifest
 
@@ -47,17 +45,21 @@ def write_tracks(
     """
     run, file = Path(run), Path(file)
     if file.suffix.lower() not in ENDINGS:
-        raise _refused("FILE", "unsupported format", str(file), f"a file ending in {listed(ENDINGS)}")
+        raise refusal(
+            (), "unsupported format", str(file), f"a file ending in {listed(ENDINGS)}", source="FILE"
+        )
     manifest = read_manifest(run)
     known = list(manifest.get("species") or ())
     if species is not None and species not in known:
-        raise _refused(
-            "--species", "no such species in this run", species, listed(known), nearest(species, known)
+        raise refusal(
+            (), "no such species in this run", species, listed(known), nearest(species, known), "--species"
         )
     if lines and manifest["config"]["space"]["edges"] == "torus":
-        raise _refused("--lines", "cannot be drawn on a torus", "", "points, or a world with walls")
+        raise refusal((), "cannot be drawn on a torus", "", "points, or a world with walls", source="--lines")
     if lines and file.suffix.lower() == ".csv":
-        raise _refused("--lines", "cannot be written to a CSV file", str(file), "a .gpkg or a .parquet")
+        raise refusal(
+            (), "cannot be written to a CSV file", str(file), "a .gpkg or a .parquet", source="--lines"
+        )
     table = _places(run, species, float(manifest.get("dt", 1.0)))
     land = kept_land(run) if "land" in manifest and (run / KEPT).is_file() else NO_LAND
     x, y = land.coordinates(*(table[axis].to_numpy().astype(np.float64) for axis in "xy"))
@@ -138,9 +140,8 @@ def _lines(table: pa.Table, x: np.ndarray, y: np.ndarray) -> tuple[pa.Table, pa.
 def _csv(table: pa.Table, x: np.ndarray, y: np.ndarray, file: Path) -> None:
     from pyarrow import csv
 
-    sink = pa.BufferOutputStream()
-    csv.write_csv(table.append_column("x", pa.array(x)).append_column("y", pa.array(y)), sink)
-    files.write(file, sink.getvalue().to_pybytes())
+    with files.writing(file) as beside:
+        csv.write_csv(table.append_column("x", pa.array(x)).append_column("y", pa.array(y)), beside)
 
 
 def _geoparquet(
@@ -161,20 +162,20 @@ def _geoparquet(
         about["bbox"] = [float(f(axis)) for f in (np.min, np.max) for axis in places]
     geo = {"version": "1.1.0", "primary_column": "geometry", "columns": {"geometry": about}}
     table = table.append_column("geometry", geometry).replace_schema_metadata({"geo": json.dumps(geo)})
-    sink = pa.BufferOutputStream()
-    pq.write_table(table, sink, compression="zstd")
-    files.write(file, sink.getvalue().to_pybytes())
+    with files.writing(file) as beside:
+        pq.write_table(table, beside, compression="zstd")
 
 
 def _projjson(crs: str, file: Path) -> Any:
     try:
         from rasterio.crs import CRS
     except ImportError:
-        raise _refused(
-            "FILE",
+        raise refusal(
+            (),
             f"needs rasterio, which is not installed, to name {crs}",
             str(file),
             f"{INSTALL}; or a .csv",
+            source="FILE",
         ) from None
     return CRS.from_user_input(crs).to_dict(projjson=True)
 
@@ -183,11 +184,12 @@ def _geopackage(table: pa.Table, geometry: pa.Array, crs: str, lines: bool, file
     try:
         from pyogrio import raw
     except ImportError:
-        raise _refused(
-            "FILE",
+        raise refusal(
+            (),
             "needs pyogrio, which is not installed",
             str(file),
             f"{INSTALL}; or write .parquet or .csv, which need no extra library",
+            source="FILE",
         ) from None
     columns = [table[name].to_numpy() for name in table.column_names]
     columns = [c.astype(np.int64) if c.dtype == np.uint64 else c for c in columns]
@@ -203,7 +205,3 @@ def _geopackage(table: pa.Table, geometry: pa.Array, crs: str, lines: bool, file
         crs=crs or None,
     )
     files.write(file, made.getvalue())
-
-
-def _refused(source: str, what: str, value: str, allowed: str, near: str = "") -> ConfigError:
-    return ConfigError([Problem((), what, value, allowed, near, source)])

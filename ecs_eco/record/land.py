@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -27,9 +26,8 @@ def keep_land(world: SpatialWorld, folder: Path) -> str | None:
         arrays["wet"] = terrain.land.wet
     if land is not None:
         arrays |= land.arrays()
-    content = io.BytesIO()
-    np.savez_compressed(content, allow_pickle=False, **arrays)
-    files.write(folder / LAND, content.getvalue())
+    with files.writing(folder / LAND) as beside, open(beside, "wb") as file:
+        np.savez_compressed(file, allow_pickle=False, **arrays)
     return None if land is None else str(land.sha256)
 
 

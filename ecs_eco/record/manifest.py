@@ -3,8 +3,6 @@
 Keys that older versions did not write are optional; unknown keys are ignored.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, ConfigDict, Field

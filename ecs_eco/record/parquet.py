@@ -15,7 +15,6 @@ import pyarrow.parquet as pq
 from ecs_eco.engine import files
 from ecs_eco.engine.errors import RecordingError
 from ecs_eco.record import belonging, seal
-from ecs_eco.record.belonging import Mark
 
 
 def to_arrow(
@@ -88,7 +87,7 @@ def to_codes(column: pa.ChunkedArray) -> tuple[list[str], np.ndarray]:
     return column.dictionary.to_pylist(), to_numpy(pa.chunked_array([column.indices]))
 
 
-def write_part(table: pa.Table, path: Path, mark: Mark | None = None) -> str:
+def write_part(table: pa.Table, path: Path, mark: belonging.Mark | None = None) -> str:
     """Atomically write one Parquet part with its mark and seal; return the seal."""
     floats = [f.name for f in table.schema if pa.types.is_floating(f.type)]
     words = [

@@ -1,8 +1,6 @@
 """The unwritten part of a recording, which is summed over the processes of a divided world, and rewound when
 a world goes back in time."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ecs_eco.record.events import EVENTS

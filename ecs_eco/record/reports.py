@@ -13,7 +13,7 @@ from ecs_eco.config.checks.reporters import fault_of_name
 from ecs_eco.config.formula import Formula, FormulaError
 from ecs_eco.config.models.reporters import EATEN, is_reporter
 from ecs_eco.config.reporter_formula import ReporterFormula, Scope, compile_reporter
-from ecs_eco.engine.errors import ConfigError, Problem, listed, unknown_name
+from ecs_eco.engine.errors import listed, refusal, unknown_name
 from ecs_eco.record.fields import values_of
 from ecs_eco.record.parquet import read_parts
 
@@ -177,9 +177,7 @@ def _compiled(world: SpatialWorld, name: str, text: str) -> ReporterFormula:
     try:
         return compile_reporter(text, world.tables, fields)
     except FormulaError as error:
-        raise ConfigError(
-            [Problem(("reporters", name), error.what, text, error.allowed, error.nearest)]
-        ) from None
+        raise refusal(("reporters", name), error.what, text, error.allowed, error.nearest) from None
 
 
 def _check_fields(world: SpatialWorld, name: str, what: Any, species: list[str]) -> None:
@@ -189,9 +187,7 @@ def _check_fields(world: SpatialWorld, name: str, what: Any, species: list[str])
         if all(values_of(world.tables[s], f"{component}.{field}") is None for s in among):
             some = (c.__name__ for s in among for c in world.tables[s].columns)
             fault = (f"{of} does not have" if of else "no species has") + f" the component {component}"
-            raise ConfigError(
-                [Problem(("reporters", name), fault, what.text, listed(dict.fromkeys(some), 40))]
-            )
+            raise refusal(("reporters", name), fault, what.text, listed(dict.fromkeys(some), 40))
 
 
 def absent(column: str, n: int) -> np.ndarray:

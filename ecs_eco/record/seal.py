@@ -4,8 +4,6 @@ In a Parquet part, the seal is an entry in the footer, computed with the entry z
 key `seal`, computed without the key. Files without a seal can be read unless their manifest requires one.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Mapping

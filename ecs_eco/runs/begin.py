@@ -1,7 +1,5 @@
 """Start a recorded run by writing its policies, a first checkpoint and its manifest, or restart it."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -66,8 +64,7 @@ def opened(
     weights: Mapping[str, Path],
     prepare: Callable[[Any], None] | None = None,
 ) -> Folder:
-    """Write a run's policies, code, data and land to a claimed folder, begin its recording, and complete the
-    manifest."""
+    """Write a run's policies, code, data and land to its folder, begin its recording, complete its manifest."""
 
     if world.awaited is not None:
         world.awaited.require()

@@ -1,7 +1,5 @@
 """Repeats a recorded run from its start, with all interventions that were carried out."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -43,21 +41,16 @@ def repeatable(manifest: dict[str, Any]) -> dict[str, Any]:
     >>> repeatable(manifest)["name"]
     'predator-prey'
     """
-    done = [dict(intervention) | {"at": tick} for tick, intervention in manifest.get("intervened", [])]
-    interventions = done + _to_come(manifest)
+    planned = TypeAdapter(list[AnyIntervention]).validate_python(manifest["config"].get("interventions", []))
+    interventions = [dict(done) | {"at": tick} for tick, done in manifest.get("intervened", [])]
+    interventions += [
+        intervention.model_dump(mode="json", exclude_none=True)
+        for intervention in coming(planned, manifest["done"])
+    ]
     return manifest["config"] | {
         "interventions": interventions,
         "ticks": max(1, manifest["done"], *(1 + intervention["at"] for intervention in interventions)),
     }
-
-
-def _to_come(manifest: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return the world file's interventions that are due after the recorded ticks."""
-    planned = TypeAdapter(list[AnyIntervention]).validate_python(manifest["config"].get("interventions", []))
-    return [
-        intervention.model_dump(mode="json", exclude_none=True)
-        for intervention in coming(planned, manifest["done"])
-    ]
 
 
 def repeat(

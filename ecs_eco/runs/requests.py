@@ -1,8 +1,6 @@
 """Interventions requested by hand during a run. They are recorded in its manifest before they are carried
 out, and repeated when ticks are rerun."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from ecs_eco.ecosystem import World

@@ -1,7 +1,5 @@
 """A recorded run, which can be stopped at any moment and resumed bit for bit from its last checkpoint."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Sequence
@@ -21,7 +19,6 @@ from ecs_eco.engine.hooks import listening
 from ecs_eco.engine.versions import versions
 from ecs_eco.life.reconfigure import reconfigure
 from ecs_eco.record import belonging, checkpoint, seal
-from ecs_eco.record.belonging import check_checkpoint
 from ecs_eco.record.claim import Claim, stopped_early
 from ecs_eco.record.details import how_many
 from ecs_eco.record.folder import Folder, check_content, git_commit
@@ -241,7 +238,7 @@ def resume(
             raise RecordingError(f"{path}: {why}")
         until = manifest["ticks"] if until is None else until
         newest = checkpoint.latest(
-            path / "checkpoints", complain=complain, check=partial(check_checkpoint, manifest)
+            path / "checkpoints", complain=complain, check=partial(belonging.check_checkpoint, manifest)
         )
         if newest is None and "forked" in manifest:
             raise CheckpointError(
@@ -384,7 +381,7 @@ def near(
     To continue as the run did, call `repeat_requests` before each tick. Raises CheckpointError,
     RecordingError or ConfigError for a run that cannot be repeated here.
     """
-    check = partial(check_checkpoint, manifest) if "id" in manifest else None  # older runs have no id
+    check = partial(belonging.check_checkpoint, manifest) if "id" in manifest else None  # old runs have no id
     file = checkpoint.latest(path / "checkpoints", before=tick, complain=complain, check=check)
     if file is not None:
         return World.restore(file, threads=threads, record=False, trust=trust)
@@ -484,7 +481,7 @@ def restored(
 ) -> tuple[Any, Folder]:
     """Restore a checkpoint of a run and its recorder, after checking that earlier parts belong to it."""
 
-    written = check_checkpoint(manifest, file, checkpoint.describe(file))
+    written = belonging.check_checkpoint(manifest, file, checkpoint.describe(file))
     del written["id"]
     folders: list[Folder] = []
     world = World.restore(
@@ -501,8 +498,7 @@ def restored(
 def _begin_anew(claim: Claim, manifest: dict[str, Any], threads: int, trust: bool) -> tuple[Any, Folder]:
     """Restart a run that has no usable checkpoint."""
 
-    start = start_of(claim.path, manifest, trust=trust)
-    world = World.from_config(threads=threads, record=False, **start)
+    world = World.from_config(threads=threads, record=False, **start_of(claim.path, manifest, trust=trust))
     folder = recording(claim, world, manifest)
     folder.go_on_from({"parts": folder.parts, "heads": {}}, manifest)
     return world, folder

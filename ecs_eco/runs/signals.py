@@ -1,7 +1,5 @@
 """Signals that stop a run after a complete tick."""
 
-from __future__ import annotations
-
 import signal
 import threading
 from collections.abc import Callable, Iterator

@@ -1,7 +1,5 @@
 """Write a world recorded in memory to a folder, as a run."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 from typing import Any

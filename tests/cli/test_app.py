@@ -210,7 +210,8 @@ def test_run_hands_on_its_options(
     config, seed, ticks, out, *rest = args
     assert (config.name, seed, ticks, out.path) == ("predator-prey", 3, 7, Path("runs/predator-prey-3"))
     command = kwargs.pop("command")
-    assert (rest[0], rest[1], kwargs) == (policies, learn, {"threads": threads, "report": report})
+    others = {"record": None, "until": [], "checkpoint_every": None, "keep": 3, "prepare": None}
+    assert (rest[0], rest[1], kwargs) == (policies, learn, {"threads": threads, "report": report} | others)
     assert command.startswith(f"ecs-eco run predator-prey --seed 3 --ticks 7 --policies {policies}")
     assert ("--learn" in command, "--no-learn" in command) == (learn is True, learn is False)
     assert not (here / "runs").exists()

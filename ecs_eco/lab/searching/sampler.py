@@ -256,8 +256,7 @@ def _density(at: np.ndarray, of: Population) -> np.ndarray:
 
 def write_posterior(sampler: Sampler, out: Path) -> dict[str, Any]:
     """Write posterior.csv, with a row for each accepted candidate, nearest first: candidate, generation,
-    weight (summing to 1), distance, parameter values by dotted key, statistics; return the posterior's entry in
-    search.json."""
+    weight (summing to 1), distance, parameter values by dotted key, statistics; return its search.json entry."""
     kept = sampler.posterior()
     entries = {e["candidate"]: e for e in sampler.journal.of("candidate")}
     names, measured = [p.name for p in sampler.plan.parameters], list(sampler.fit.observed)
