@@ -11,7 +11,7 @@ import pyarrow as pa
 
 from ecs_eco.analysis.page import drawn, interval, number, page, table, write_text
 from ecs_eco.analysis.palette import AXIS, TIME
-from ecs_eco.analysis.runs import Series, tables
+from ecs_eco.analysis.runs import Series, whole_table
 from ecs_eco.analysis.style import Figure, colors, colors_of, panels, styled
 from ecs_eco.record.parquet import to_numpy
 
@@ -82,12 +82,6 @@ def acts_of(table: pa.Table) -> dict[str, Acts]:
         share[row, [names.index(a) for a in action[chosen]]] = done[chosen] / of[chosen]
         out[s] = Acts(when, names, share)
     return out
-
-
-def read(run: Path | str, kind: str) -> pa.Table | None:
-    """Return a run folder's rows of a kind ("learning", "actions", "matter"), or None if there are none."""
-    found = list(tables(run, kind))
-    return pa.concat_tables(found) if found else None
 
 
 def thinned(ticks: np.ndarray, values: np.ndarray, points: int = POINTS) -> tuple[np.ndarray, np.ndarray]:
@@ -199,11 +193,11 @@ WORDS = {
 
 def blocks(run: Path, series: Series, place: Path) -> list[str]:
     """Return the sections on learning and on actions, if recorded, and write their figures to `place`."""
-    updates, acts = read(run, "learning"), read(run, "actions")
+    updates, acts = (whole_table(run, kind) for kind in ("learning", "actions"))
     out = []
-    if updates is not None and len(updates):
+    if len(updates):
         out += learnt(updates_of(updates), happiness_of(series), colors_of(series), place)
-    if acts is not None and len(acts):
+    if len(acts):
         numbers = {s: f"-{i}" for i, s in enumerate(series.species)}
         out += done({s: (of, numbers.get(s, "")) for s, of in acts_of(acts).items()}, place)
     return out

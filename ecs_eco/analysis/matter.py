@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pyarrow as pa
 
-from ecs_eco.analysis.learning import read as read_kind, thinned
+from ecs_eco.analysis.learning import thinned
 from ecs_eco.analysis.page import bullets, drawn, number, table
-from ecs_eco.analysis.runs import Series, pivot
+from ecs_eco.analysis.runs import Series, pivot, whole_table
 from ecs_eco.analysis.style import PALETTE, Figure, colors_of, panels, styled
 
 WITHIN = ("eaten", "taken_up", "released", "emitted", "remains")
@@ -55,8 +55,8 @@ def ledger_of(table: pa.Table) -> Ledger:
 
 def read(run: Path | str) -> Ledger | None:
     """Return the matter ledger of a run folder, or None if it has none."""
-    table = read_kind(run, "matter")
-    return ledger_of(table) if table is not None and len(table) else None
+    table = whole_table(run, "matter")
+    return ledger_of(table) if len(table) else None
 
 
 def told(ledger: Ledger) -> list[str]:
