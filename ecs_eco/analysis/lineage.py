@@ -60,26 +60,24 @@ def newick(lineage: Pedigree, names: Sequence[str] | None = None) -> str:
     # the children of i are order[begin[i] : begin[i + 1]]
     begin = np.searchsorted(lineage.mother[order], np.arange(n + 1)).tolist()
     order = order.tolist()
-    alone = len(roots) == 1
-    words: list[str] = [] if alone else ["("]
-    stack = roots[::-1]  # i opens node i, −1 − i closes it
-    while stack:
-        i = stack.pop()
-        if i >= 0 and begin[i] < begin[i + 1]:
-            if words and words[-1] != "(":
-                words.append(",")
-            words.append("(")
-            stack.append(-1 - i)
-            stack.extend(order[begin[i] : begin[i + 1]][::-1])
+    alone, words = len(roots) == 1, list[str]()
+    left: list[int | str] = [*roots] if alone else _within(roots, ")")
+    while left:
+        i = left.pop()
+        if isinstance(i, str):
+            words.append(i)
             continue
-        if i >= 0 and words and words[-1] != "(":
-            words.append(",")
-        if i < 0:
-            i = -1 - i
-            words.append(")")
         since = born[mother[i]] if mother[i] >= 0 else first
-        words.append(label[i] if alone and mother[i] < 0 else f"{label[i]}:{born[i] - since}")
-    return "".join([*words, ";" if alone else ");"])
+        name = label[i] if alone and mother[i] < 0 else f"{label[i]}:{born[i] - since}"
+        children = order[begin[i] : begin[i + 1]]
+        left += _within(children, f"){name}") if children else [name]
+    return "".join([*words, ";"])
+
+
+def _within(nodes: list[int], end: str) -> list[int | str]:
+    """Return nodes in parentheses, separated by commas, the last first."""
+    apart = [part for node in reversed(nodes) for part in (node, ",")]
+    return [end, *apart[:-1], "("]
 
 
 def quoted(name: str) -> str:
