@@ -37,8 +37,7 @@ from ecs_eco.engine.errors import shortened, unknown_name
 
 @styled
 def populations(series: Series) -> Figure:
-    """Plot population sizes over time; a species more than four times as numerous as any other has its own
-    axis.
+    """Plot population sizes over time; a species over four times as numerous as the next has its own axis.
 
     Parameters
     ----------
@@ -153,8 +152,7 @@ def over_time(series: Series, column: str) -> Figure:
 
 @styled
 def phase(series: Series, pairs: Sequence[tuple[str, str]]) -> Figure:
-    """Plot trajectories of pairs of species (prey on x, consumer on y), colored by time and smoothed over 1%
-    of the run.
+    """Plot pairs of species over time (prey on x, consumer on y; color: time), smoothed over 1% of the run.
 
     Parameters
     ----------
@@ -195,8 +193,7 @@ def phase(series: Series, pairs: Sequence[tuple[str, str]]) -> Figure:
 
 @styled
 def spectra(peaks: Mapping[str, Peak], hue: Mapping[str, str] | None = None) -> Figure:
-    """Plot each species' spectrum, the fitted red noise, and the level that the noise exceeds in 1 of 20
-    cases.
+    """Plot each species' spectrum, the fitted red noise, and the level that noise exceeds in 1 of 20 cases.
 
     Parameters
     ----------

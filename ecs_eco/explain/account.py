@@ -420,8 +420,7 @@ def of_two_sweeps(other: Allele, taken: TakenOut) -> str:
 
 
 def two_by_two(taken: TakenOut, first: str, second: str) -> tuple[str, str]:
-    """Return a clause on the effects of taking out the first, the second and both, and a sentence on their
-    interaction."""
+    """Return a clause on the effects of two removals and of both, and a sentence on their interaction."""
     ways = {"first": first, "second": second, "both": "both"}
     young = [f"{signed(taken.effect('births', of))} without {what}" for of, what in ways.items()]
     x = taken.effect("births", "interaction")

@@ -249,8 +249,7 @@ def with_another(sweeps: Sequence[Sweep]) -> dict[int, Sweep]:
 
 
 def bred(lineage: Lineage, species: str, place: Path) -> list[str]:
-    """Return sections on quantitative genes: selection on their values, and the response. Figures are
-    `place`-*.svg."""
+    """Return sections on selection on quantitative genes, and the response; figures are `place`-*.svg."""
     blocks, kept = [], lineage.genomes.get(species, {})
     recorded = (lineage.genome[lineage.species == species] != "").any()
     genes = quantitative(kept) if kept and recorded else []
