@@ -12,7 +12,7 @@ from ecs_eco.analysis.carriers import values_of
 from ecs_eco.analysis.genes import generation_time
 from ecs_eco.analysis.palette import GREY, INK
 from ecs_eco.analysis.pedigree import ALIVE, Pedigree
-from ecs_eco.analysis.style import PALETTE, Figure, panels, styled
+from ecs_eco.analysis.style import PALETTE, Figure, mean_and_sd, panels, styled
 from ecs_eco.analysis.survival import Interval
 from ecs_eco.engine.errors import UnknownName, unknown_name
 from ecs_eco.record.frame import SeriesTable
@@ -463,11 +463,7 @@ def responses(found: Breeding, title: str = "") -> Figure:
         name: np.array([c.estimates[name] for c in found.cohorts]).T
         for name in ("mean", "sd", "differential", "response")
     }
-    mean, sd = of["mean"][0], of["sd"][0]
-    left.plot(ticks, mean, color=INK, lw=1.6, label="mean")
-    for sign in (-1, 1):
-        label = "± 1 standard deviation" if sign > 0 else None
-        left.plot(ticks, mean + sign * sd, color=INK, lw=0.9, ls=(0, (4, 2)), label=label)
+    mean_and_sd(left, ticks, of["mean"][0], of["sd"][0])
     left.set(xlabel="tick of birth", ylabel=found.values[0], title=title or found.species)
     apart = np.diff(ticks).min(initial=found.cohorts[0].stop - found.cohorts[0].start) / 10
     for k, (name, label) in enumerate((("differential", "S"), ("response", "R"))):

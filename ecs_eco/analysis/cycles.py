@@ -242,8 +242,7 @@ def lag(a: np.ndarray, b: np.ndarray, period: float, *, n_boot: int = 999, seed:
 
 
 def median_lag_interval(lags: Sequence[float], level: float = 0.95) -> dict[str, float]:
-    """Return the circular median of lags over seeds with a distribution-free interval between order
-    statistics.
+    """Return the circular median of lags over seeds, and a distribution-free interval between order statistics.
 
     Parameters
     ----------

@@ -35,7 +35,16 @@ from ecs_eco.analysis.escapes import (
 from ecs_eco.analysis.page import drawn, number, table
 from ecs_eco.analysis.palette import AXIS, NIGHT, SUN
 from ecs_eco.analysis.runs import Series, mean_of_there
-from ecs_eco.analysis.style import PALETTE, Figure, colors_of, grid_of_arms, many_and_one, panels, styled
+from ecs_eco.analysis.style import (
+    PALETTE,
+    Figure,
+    colors_of,
+    grid_of_arms,
+    many_and_one,
+    over_ticks,
+    panels,
+    styled,
+)
 from ecs_eco.analysis.svg import DIM
 
 NOON = "#fff6d1"
@@ -92,14 +101,13 @@ def by_hour(shares: Mapping[str, np.ndarray], height: float, light: np.ndarray) 
 @styled
 def over_time(edges: np.ndarray, numbers: Mapping[str, np.ndarray], height: float) -> Figure:
     """Plot the mean number of each species by layer (rows, surface at the top) and period (columns)."""
-    figure, axes = panels(len(numbers), 1, 9, 1.9 * len(numbers) + 0.6, sharex=True)
-    for ax, (s, count) in zip(axes[:, 0], numbers.items(), strict=True):
+    figure, axes = over_ticks(len(numbers), 1.9, 0.6)
+    for ax, (s, count) in zip(axes, numbers.items(), strict=True):
         deep, most = np.linspace(0, height, len(count) + 1), max(float(count.max()), 1e-9)
         seen = ax.pcolormesh(edges, deep, count, cmap="viridis", vmin=0, vmax=most, rasterized=True)
         ax.set(title=s, ylabel="depth [m]", ylim=(height, 0), xlim=(edges[0], edges[-1]))
         ax.grid(visible=False)
         figure.colorbar(seen, ax=ax, label="mean number", pad=0.015)
-    axes[-1, 0].set_xlabel("tick")
     return figure
 
 
@@ -108,7 +116,7 @@ def arms(runs: Mapping[str, Sequence[Series]], species: Sequence[str]) -> Figure
     """Plot mean depth by hour in each arm (columns) for each species (rows): runs (thin) and means (thick)."""
     first = next(iter(runs.values()))[0]
     hue, labels = colors_of(first), [f"mean depth of {s} [m]" for s in species]
-    figure, axes = grid_of_arms(runs, labels, (2.6, 2.3), 0.5, sharey=True)
+    figure, axes = grid_of_arms(runs, labels, (2.6, 2.3), 0.5, "hour", sharey=True)
     for column, members in zip(axes.T, runs.values(), strict=True):
         for ax, s in zip(column, species, strict=True):
             days = np.array([day_by_hour(run, s) for run in members])
@@ -121,7 +129,6 @@ def arms(runs: Mapping[str, Sequence[Series]], species: Sequence[str]) -> Figure
             many_and_one(ax, np.arange(HOURS) + 0.5, days, mean_of_there(days), hue[s], lw=2.2)
             ax.set(xlim=(0, 24), xticks=[0, 6, 12, 18, 24], ylim=(water_of(first), 0))
             ax.grid(visible=False)
-        column[-1].set_xlabel("hour")
     return figure
 
 

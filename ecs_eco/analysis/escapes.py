@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.analysis.depth import is_night, surface_light
-from ecs_eco.analysis.runs import load_series, tables
+from ecs_eco.analysis.runs import load_series, whole_table
 from ecs_eco.analysis.tracks import (
     Box,
     Record,
@@ -74,9 +74,8 @@ def _places(run: Path | str, name: str, first: int) -> dict[int, tuple[np.ndarra
 
 def _details(run: Path | str, name: str, columns: list[str]) -> list[np.ndarray]:
     """Return columns of a species' recorded details; empty if there are none."""
-    parts = tables(run, f"details-{name}", columns)
-    blocks = [[rows[column].to_numpy() for column in columns] for rows in parts]
-    return [np.concatenate(column) for column in zip(*blocks, strict=True)]
+    rows = whole_table(run, f"details-{name}", columns)
+    return [rows[column].to_numpy() for column in columns if rows.column_names]
 
 
 def _to_nearest(

@@ -123,8 +123,7 @@ def lifetime(series: Series) -> tuple[float, bool]:
 
 
 def opening(series: Series) -> list[str]:
-    """Return the opening of a run's report: whether all species persisted and, if not, which died out, when and
-    why.
+    """Return the opening of a run's report: whether all species persisted or which died out, when and why.
 
     Parameters
     ----------

@@ -23,6 +23,7 @@ from ecs_eco.analysis.style import (
     fills,
     grid_of_arms,
     many_and_one,
+    over_ticks,
     panels,
     save as save,
     save_svg as save_svg,
@@ -36,8 +37,7 @@ from ecs_eco.engine.errors import shortened, unknown_name
 
 @styled
 def populations(series: Series) -> Figure:
-    """Plot population sizes over time; a species more than four times as numerous as any other has its own
-    axis.
+    """Plot population sizes over time; a species over four times as numerous as the next has its own axis.
 
     Parameters
     ----------
@@ -152,8 +152,7 @@ def over_time(series: Series, column: str) -> Figure:
 
 @styled
 def phase(series: Series, pairs: Sequence[tuple[str, str]]) -> Figure:
-    """Plot trajectories of pairs of species (prey on x, consumer on y), colored by time and smoothed over 1%
-    of the run.
+    """Plot pairs of species over time (prey on x, consumer on y; color: time), smoothed over 1% of the run.
 
     Parameters
     ----------
@@ -194,8 +193,7 @@ def phase(series: Series, pairs: Sequence[tuple[str, str]]) -> Figure:
 
 @styled
 def spectra(peaks: Mapping[str, Peak], hue: Mapping[str, str] | None = None) -> Figure:
-    """Plot each species' spectrum, the fitted red noise, and the level that the noise exceeds in 1 of 20
-    cases.
+    """Plot each species' spectrum, the fitted red noise, and the level that noise exceeds in 1 of 20 cases.
 
     Parameters
     ----------
@@ -330,17 +328,16 @@ def deaths(series: Series) -> Figure:
     shown = [i for i in range(len(series.species)) if counts[:, i].any()]
     used = [j for j in range(len(series.causes)) if counts[..., j].any()]
     causes, looks = [series.causes[j] for j in used], fills(series)
-    figure, axes = panels(max(1, len(shown)), 1, 9, 1.9 * max(1, len(shown)) + 0.7, sharex=True)
-    for ax, i in zip(axes[:, 0], shown, strict=False):
+    figure, axes = over_ticks(max(1, len(shown)), 1.9, 0.7)
+    for ax, i in zip(axes, shown, strict=False):
         middle, rate = binned(series, counts[:, i][:, used])
         ax.stackplot(middle, rate.T, colors=[looks[cause][0] for cause in causes], lw=0)
         for cause, area in zip(causes, ax.collections, strict=True):
             area.set(hatch=looks[cause][1], edgecolor="white", linewidth=0)
         ax.set(ylabel="deaths per tick", title=series.species[i], ylim=(0, None))
         ax.margins(x=0)
-    axes[-1, 0].set_xlabel("tick")
     if shown:
-        figure.legend(axes[0, 0].collections, causes, loc="outside upper left", ncols=5)
+        figure.legend(axes[0].collections, causes, loc="outside upper left", ncols=5)
     return figure
 
 
@@ -374,8 +371,8 @@ def energy(series: Series) -> Figure:
     >>> figures.energy(series).axes[-1].get_xlabel()
     'tick'
     """
-    figure, axes = panels(len(series.species), 1, 9, 2.1 * len(series.species) + 0.6, sharex=True)
-    for ax, (i, s) in zip(axes[:, 0], enumerate(series.species), strict=True):
+    figure, axes = over_ticks(len(series.species), 2.1, 0.6)
+    for ax, (i, s) in zip(axes, enumerate(series.species), strict=True):
         for sign in (1, -1):
             flows = [flow for flow in FLOWS if flow[2] == sign and flow[0] in series.columns]
             middle, rate = binned(series, np.stack([series.columns[flow[0]][:, i] for flow in flows], -1))
@@ -384,8 +381,7 @@ def energy(series: Series) -> Figure:
         ax.axhline(0, color=INK, lw=0.8)
         ax.set(title=s, ylabel="energy per tick")
         ax.margins(x=0)
-    axes[-1, 0].set_xlabel("tick")
-    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper left", ncols=5)
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper left", ncols=5)
     return figure
 
 
@@ -485,7 +481,6 @@ def arms(runs: Mapping[str, Sequence[Series]]) -> Figure:
             x = np.linspace(members[0].ticks[0], members[0].ticks[length - 1], len(numbers[0]))
             many_and_one(ax, x, np.array(numbers), np.median(numbers, axis=0), hue[s])
             ax.margins(x=0)
-        column[-1].set_xlabel("tick")
     for ax in axes[:, 0]:
         ax.set_ylim(0, None)  # last, because it ends the automatic scaling of the whole row
     return figure

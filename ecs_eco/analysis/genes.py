@@ -61,8 +61,7 @@ def quantitative(genomes: Mapping[str, Any]) -> list[str]:
 
 
 def course(lineage: Pedigree, species: str, gene: str, every: int, bins: int = BINS) -> Course:
-    """Return the mean, spread and distribution of a gene's values among living organisms, sampled every
-    `every` ticks.
+    """Return the mean, spread and distribution of a gene among living organisms, sampled every `every` ticks.
 
     Parameters
     ----------

@@ -19,9 +19,9 @@ from ecs_eco.analysis.genes import (
 )
 from ecs_eco.analysis.lineage import Lineage
 from ecs_eco.analysis.page import drawn, number, table
-from ecs_eco.analysis.palette import GREY, INK
+from ecs_eco.analysis.palette import GREY
 from ecs_eco.analysis.runs import Series
-from ecs_eco.analysis.style import DASHES, PALETTE, Figure, panels, several, styled
+from ecs_eco.analysis.style import DASHES, PALETTE, Figure, mean_and_sd, over_ticks, several, styled
 
 PANELS = 8  # of one figure
 
@@ -49,18 +49,15 @@ def courses(genes: Sequence[Course], traits: Mapping[str, str | None], title: st
     """Plot quantitative genes over time: their distribution (shades), mean and standard deviation (lines)."""
     from matplotlib.colors import LinearSegmentedColormap, PowerNorm
 
-    figure, axes = panels(len(genes), 1, 9, 2.3 * len(genes) + 0.7, sharex=True)
+    figure, axes = over_ticks(len(genes), 2.3, 0.7)
     shades = LinearSegmentedColormap.from_list("share", [GREY + "00", GREY])
-    for k, (ax, g) in enumerate(zip(axes[:, 0], genes, strict=True)):
+    for k, (ax, g) in enumerate(zip(axes, genes, strict=True)):
         half = np.diff(g.ticks)[0] / 2 if len(g.ticks) > 1 else 0.5
         sides, share = np.append(g.ticks - half, g.ticks[-1] + half), np.nan_to_num(g.share.T)
         top = max(float(share.max(initial=0.0)), 1e-9)
         norm = PowerNorm(0.5, vmin=0.0, vmax=top)
         mesh = ax.pcolormesh(sides, g.edges, share, cmap=shades, norm=norm, rasterized=True)
-        ax.plot(g.ticks, g.mean, color=INK, lw=1.6, label="mean")
-        for sign in (-1, 1):
-            label = "± 1 standard deviation" if sign > 0 else None
-            ax.plot(g.ticks, g.mean + sign * g.sd, color=INK, lw=0.9, ls=(0, (4, 2)), label=label)
+        mean_and_sd(ax, g.ticks, g.mean, g.sd)
         ax.set(xlim=(g.ticks[0], max(g.ticks[-1], 1)), ylabel=traits.get(g.gene) or g.gene)
         ax.set_title(f"{title}: {g.gene}" if title else g.gene)
         ax.grid(visible=False)
@@ -69,7 +66,6 @@ def courses(genes: Sequence[Course], traits: Mapping[str, str | None], title: st
         bar.set_ticks([0, top / 4, top])
         if k == 0:
             figure.legend(*ax.get_legend_handles_labels(), loc="outside upper left", ncols=2)
-    axes[-1, 0].set_xlabel("tick")
     return figure
 
 

@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.compute as pc
 
 from ecs_eco.analysis.page import drawn, interval, number, page, table, write_text
 from ecs_eco.analysis.palette import AXIS, TIME
-from ecs_eco.analysis.runs import Series, tables
-from ecs_eco.analysis.style import Figure, colors, colors_of, panels, styled
+from ecs_eco.analysis.runs import Series, pivot, whole_table
+from ecs_eco.analysis.style import Figure, colors, colors_of, over_ticks, panels, styled
 from ecs_eco.record.parquet import to_numpy
 
 POINTS = 150  # maximum number of points per curve
@@ -54,40 +55,22 @@ class Acts:
 
 def updates_of(table: pa.Table) -> dict[str, Updates]:
     """Return the updates of each species from a table of `Recorder.learning_series`."""
-    species = np.array(table["species"].cast(pa.string()).to_pylist(), object)
-    columns = {
-        name: np.asarray(c.to_numpy() if c.null_count else to_numpy(c), float)
-        for name, c in zip(table.column_names, table.columns, strict=True)
-        if name not in ("tick", "species")
-    }
-    ticks = to_numpy(table["tick"])
-    return {
-        s: Updates(ticks[species == s], {name: v[species == s] for name, v in columns.items()})
-        for s in dict.fromkeys(species.tolist())
-    }
+    species, out = table["species"].cast(pa.string()), {}
+    for s in pc.unique(species).to_pylist():
+        own = table.filter(pc.equal(species, s))
+        names = [name for name in table.column_names if name not in ("tick", "species")]
+        out[s] = Updates(to_numpy(own["tick"]), {name: own[name].to_numpy().astype(float) for name in names})
+    return out
 
 
 def acts_of(table: pa.Table) -> dict[str, Acts]:
     """Return the actions of each species from a table of `Recorder.action_series`."""
-    species, action = (
-        np.array(table[name].cast(pa.string()).to_pylist(), object) for name in ("species", "action")
-    )
-    ticks, done, of = (to_numpy(table[name]) for name in ("tick", "n", "of"))
-    out = {}
-    for s in dict.fromkeys(species.tolist()):
-        chosen = species == s
-        names = tuple(dict.fromkeys(action[chosen].tolist()))
-        when, row = np.unique(ticks[chosen], return_inverse=True)
-        share = np.full((len(when), len(names)), np.nan)
-        share[row, [names.index(a) for a in action[chosen]]] = done[chosen] / of[chosen]
-        out[s] = Acts(when, names, share)
+    species, out = table["species"].cast(pa.string()), {}
+    for s in pc.unique(species).to_pylist():
+        own = table.filter(pc.equal(species, s)).select(["tick", "action", "n", "of"])
+        ticks, (names,), columns = pivot(own, "action")
+        out[s] = Acts(ticks, names, columns["n"] / np.where(columns["of"], columns["of"], np.nan))
     return out
-
-
-def read(run: Path | str, kind: str) -> pa.Table | None:
-    """Return a run folder's rows of a kind ("learning", "actions", "matter"), or None if there are none."""
-    found = list(tables(run, kind))
-    return pa.concat_tables(found) if found else None
 
 
 def thinned(ticks: np.ndarray, values: np.ndarray, points: int = POINTS) -> tuple[np.ndarray, np.ndarray]:
@@ -136,8 +119,8 @@ def actions(acts: Acts, title: str = "") -> Figure:
     """Plot the frequencies of actions over time, as stacked fractions for each action group."""
     groups = {g: at for g, at in acts.groups.items() if len(at) > 1 or np.ptp(acts.share[:, at[0]]) > 0}
     groups = groups or acts.groups
-    figure, axes = panels(len(groups), 1, 9, 1.9 * len(groups) + 0.7, sharex=True)
-    for ax, (group, at) in zip(axes[:, 0], groups.items(), strict=True):
+    figure, axes = over_ticks(len(groups), 1.9, 0.7)
+    for ax, (group, at) in zip(axes, groups.items(), strict=True):
         curves = [thinned(acts.ticks, acts.share[:, i]) for i in at]
         ax.stackplot(
             curves[0][0],
@@ -149,7 +132,6 @@ def actions(acts: Acts, title: str = "") -> Figure:
         ax.set(ylabel="share", ylim=(0, 1), title=f"{title}: {group}" if title else group)
         ax.margins(x=0)
         ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
-    axes[-1, 0].set_xlabel("tick")
     return figure
 
 
@@ -199,11 +181,11 @@ WORDS = {
 
 def blocks(run: Path, series: Series, place: Path) -> list[str]:
     """Return the sections on learning and on actions, if recorded, and write their figures to `place`."""
-    updates, acts = read(run, "learning"), read(run, "actions")
+    updates, acts = (whole_table(run, kind) for kind in ("learning", "actions"))
     out = []
-    if updates is not None and len(updates):
+    if len(updates):
         out += learnt(updates_of(updates), happiness_of(series), colors_of(series), place)
-    if acts is not None and len(acts):
+    if len(acts):
         numbers = {s: f"-{i}" for i, s in enumerate(series.species)}
         out += done({s: (of, numbers.get(s, "")) for s, of in acts_of(acts).items()}, place)
     return out

@@ -13,11 +13,12 @@ import pyarrow as pa
 from ecs_eco.analysis import breeding as breeder, carriers, genes
 from ecs_eco.analysis.page import write_text
 from ecs_eco.analysis.pedigree import ALIVE, Pedigree, among
-from ecs_eco.analysis.runs import read_manifest, tables
+from ecs_eco.analysis.runs import read_manifest, tables, whole_table
 from ecs_eco.engine.uids import island_of
 from ecs_eco.record.archipelago import ISLANDS, is_archipelago, read
 from ecs_eco.record.frame import SeriesTable
 from ecs_eco.record.genomes import genes_of
+from ecs_eco.record.parquet import to_codes
 
 PLAIN = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789.-")
 
@@ -59,26 +60,24 @@ def newick(lineage: Pedigree, names: Sequence[str] | None = None) -> str:
     # the children of i are order[begin[i] : begin[i + 1]]
     begin = np.searchsorted(lineage.mother[order], np.arange(n + 1)).tolist()
     order = order.tolist()
-    alone = len(roots) == 1
-    words: list[str] = [] if alone else ["("]
-    stack = roots[::-1]  # i opens node i, −1 − i closes it
-    while stack:
-        i = stack.pop()
-        if i >= 0 and begin[i] < begin[i + 1]:
-            if words and words[-1] != "(":
-                words.append(",")
-            words.append("(")
-            stack.append(-1 - i)
-            stack.extend(order[begin[i] : begin[i + 1]][::-1])
+    alone, words = len(roots) == 1, list[str]()
+    left: list[int | str] = [*roots] if alone else _within(roots, ")")
+    while left:
+        i = left.pop()
+        if isinstance(i, str):
+            words.append(i)
             continue
-        if i >= 0 and words and words[-1] != "(":
-            words.append(",")
-        if i < 0:
-            i = -1 - i
-            words.append(")")
         since = born[mother[i]] if mother[i] >= 0 else first
-        words.append(label[i] if alone and mother[i] < 0 else f"{label[i]}:{born[i] - since}")
-    return "".join([*words, ";" if alone else ");"])
+        name = label[i] if alone and mother[i] < 0 else f"{label[i]}:{born[i] - since}"
+        children = order[begin[i] : begin[i + 1]]
+        left += _within(children, f"){name}") if children else [name]
+    return "".join([*words, ";"])
+
+
+def _within(nodes: list[int], end: str) -> list[int | str]:
+    """Return nodes in parentheses, separated by commas, the last first."""
+    apart = [part for node in reversed(nodes) for part in (node, ",")]
+    return [end, *apart[:-1], "("]
 
 
 def quoted(name: str) -> str:
@@ -90,6 +89,7 @@ __all__ = ["ALIVE", "Lineage"]
 COLUMNS = ("uid", "species", "parent", "parent2", "born", "died", "cause", "genome")  # of `to_pandas`
 BIRTHS = {"tick": int, "species": str, "uid": int, "parent": int, "parent2": int, "genome": str}
 DEATHS = {"tick": int, "species": str, "uid": int, "cause": str}
+ARROW = {int: pa.uint64(), float: pa.float64(), str: pa.string()}  # types of columns that a record lacks
 
 
 @dataclass(frozen=True)
@@ -336,8 +336,8 @@ class Lineage(Pedigree):
 
 def _events(folder: Path | str, kind: str, columns: dict[str, type]) -> dict[str, np.ndarray]:
     """Return columns of all files as str, integers, or f64 for recorded fields; null becomes "", 0 or NaN."""
-    held = list(tables(folder, kind))
-    return {name: _column(held, name, dtype) for name, dtype in columns.items()}
+    rows = whole_table(folder, kind)
+    return {name: _column(rows, name, dtype) for name, dtype in columns.items()}
 
 
 def _recorded(folder: Path | str) -> dict[str, type]:
@@ -368,22 +368,16 @@ def _present(
     return births, {name: np.concatenate([column, more[name]]) for name, column in deaths.items()}
 
 
-def _column(tables: list[pa.Table], name: str, dtype: type) -> np.ndarray:
-    if not tables or any(name not in t.column_names for t in tables):
-        rows = sum(len(t) for t in tables)
-        if name == "genome":
-            return np.full(rows, "", object)
-        if dtype is float:
-            return np.full(rows, np.nan)
-        return np.zeros(rows, "U1" if dtype is str else np.uint64)
-    chunked = [t.column(name).cast(pa.string()) if dtype is str else t.column(name) for t in tables]
-    column = pa.chunked_array([chunk for c in chunked for chunk in c.chunks], chunked[0].type)
-    if name == "genome":
-        return column.fill_null("").to_numpy()
+def _column(rows: pa.Table, name: str, dtype: type) -> np.ndarray:
+    missing = pa.chunked_array([pa.nulls(len(rows), ARROW[dtype])])
+    column = rows[name] if name in rows.column_names else missing
     if dtype is not str:
-        return column.to_numpy().astype(float) if dtype is float else column.to_numpy()
-    words = column.fill_null("").combine_chunks().dictionary_encode()
-    return np.array(words.dictionary.to_pylist() or [""])[words.indices.to_numpy(zero_copy_only=False)]
+        return column.to_numpy().astype(float) if dtype is float else column.fill_null(0).to_numpy()
+    column = column.cast(pa.string()).fill_null("")
+    if name == "genome":
+        return column.to_numpy()
+    words, code = to_codes(column)
+    return np.array(words or [""])[code]
 
 
 def _with_founders(births: dict[str, np.ndarray], deaths: dict[str, np.ndarray]) -> dict[str, np.ndarray]:

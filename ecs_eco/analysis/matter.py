@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pyarrow as pa
 
-from ecs_eco.analysis.learning import read as read_kind, thinned
+from ecs_eco.analysis.learning import thinned
 from ecs_eco.analysis.page import bullets, drawn, number, table
-from ecs_eco.analysis.runs import Series, pivot
-from ecs_eco.analysis.style import PALETTE, Figure, colors_of, panels, styled
+from ecs_eco.analysis.runs import Series, pivot, whole_table
+from ecs_eco.analysis.style import PALETTE, Figure, colors_of, over_ticks, styled
 
 WITHIN = ("eaten", "taken_up", "released", "emitted", "remains")
 """Flows between holders; all other flows enter, leave, or are reactions."""
@@ -55,8 +55,8 @@ def ledger_of(table: pa.Table) -> Ledger:
 
 def read(run: Path | str) -> Ledger | None:
     """Return the matter ledger of a run folder, or None if it has none."""
-    table = read_kind(run, "matter")
-    return ledger_of(table) if table is not None and len(table) else None
+    table = whole_table(run, "matter")
+    return ledger_of(table) if len(table) else None
 
 
 def told(ledger: Ledger) -> list[str]:
@@ -82,9 +82,9 @@ def told(ledger: Ledger) -> list[str]:
 @styled
 def stocks(ledger: Ledger, hue: Mapping[str, str]) -> Figure:
     """Plot stacked stocks over time, with a row for each substance; only species are not hatched."""
-    figure, axes = panels(len(ledger.substances), 1, 9, 2.1 * len(ledger.substances) + 0.7, sharex=True)
+    figure, axes = over_ticks(len(ledger.substances), 2.1, 0.7)
     others = [h for h in ledger.holders if h not in hue]
-    for k, (ax, name) in enumerate(zip(axes[:, 0], ledger.substances, strict=True)):
+    for k, (ax, name) in enumerate(zip(axes, ledger.substances, strict=True)):
         for_all = [thinned(ledger.ticks, ledger.stock[:, i, k], 400) for i in range(len(ledger.holders))]
         shades = [hue.get(h) or PALETTE[(others.index(h) + 3) % len(PALETTE)] for h in ledger.holders]
         areas = ax.stackplot(
@@ -95,8 +95,7 @@ def stocks(ledger: Ledger, hue: Mapping[str, str]) -> Figure:
                 area.set(hatch="//", edgecolor="white", linewidth=0)
         ax.set(title=name, ylabel="stock [mol]", ylim=(0, None))
         ax.margins(x=0)
-    axes[-1, 0].set_xlabel("tick")
-    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper left", ncols=5)
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper left", ncols=5)
     return figure
 
 

@@ -14,7 +14,7 @@ from ecs_eco.analysis.page import number, table
 from ecs_eco.analysis.palette import INK
 from ecs_eco.analysis.runs import Series, tables
 from ecs_eco.analysis.seed_grid import mean_interval, mean_of_known
-from ecs_eco.analysis.style import Figure, colors_of, grid_of_arms, many_and_one, panels, styled
+from ecs_eco.analysis.style import Figure, colors_of, grid_of_arms, many_and_one, over_ticks, styled
 from ecs_eco.analysis.survival import Interval, bootstrap_difference
 
 Rows = Sequence[Sequence[Series]]  # an arm's runs by training seed
@@ -73,16 +73,15 @@ def lines(series: Series) -> list[str]:
 def figure(series: Series) -> Figure:
     """Draw a panel for each reporter, with a line for each species."""
     kinds, hue = measured(series), colors_of(series)
-    figure, axes = panels(len(kinds), 1, 9, 1.9 * len(kinds) + 0.5, sharex=True)
-    for ax, (name, named) in zip(axes[:, 0], kinds.items(), strict=True):
+    figure, axes = over_ticks(len(kinds), 1.9, 0.5)
+    for ax, (name, named) in zip(axes, kinds.items(), strict=True):
         for of in named:
             ax.plot(series.ticks, course(series, name, of), color=hue.get(of, INK), label=of)
         ax.set_ylabel(name)
         ax.margins(x=0)
         if named != [WORLD]:
             ax.legend(loc="upper right")
-    axes[-1, 0].set_xlabel("tick")
-    mark(axes[0, 0], interventions(series))
+    mark(axes[0], interventions(series))
     return figure
 
 
@@ -142,7 +141,6 @@ def arms_figure(runs: Mapping[str, Sequence[Series]]) -> Figure:
                 median = np.ma.median(np.ma.masked_invalid(courses), axis=0).filled(np.nan)
                 many_and_one(ax, x, courses, median, color, label=of)
             ax.margins(x=0)
-        column[-1].set_xlabel("tick")
     for ax, named in zip(axes[:, 0], kinds.values(), strict=True):
         if named != [WORLD]:
             ax.legend(loc="upper right")

@@ -42,18 +42,13 @@ def _cell(x: object) -> str:
     return str(x) if isinstance(x, Markup) else escape(str(x))
 
 
-def picture(svg: Path, caption: str) -> str:
-    """Return a figure with an embedded SVG from `style.save_svg`, which scrolls if wider than the screen."""
-    drawn = embedded(svg.read_text(encoding="utf-8"), caption)
+def drawn(figure: Figure, file: Path, caption: str) -> str:
+    """Write a figure to a file and return it as HTML; it scrolls if it is wider than the screen."""
+    svg = embedded(save_svg(figure, file).read_text(encoding="utf-8"), caption)
     return (
-        f'<figure><div class="wide" tabindex="0">{drawn}</div>'
+        f'<figure><div class="wide" tabindex="0">{svg}</div>'
         f"<figcaption>{escape(caption)}</figcaption></figure>"
     )
-
-
-def drawn(figure: Figure, file: Path, caption: str) -> str:
-    """Write a figure to a file and return it as HTML."""
-    return picture(save_svg(figure, file), caption)
 
 
 def bullets(lines: Iterable[str]) -> str:

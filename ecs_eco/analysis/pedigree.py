@@ -200,8 +200,7 @@ class Pedigree:
         return self.uid[np.array(below[:-1], bool)]
 
     def generation(self) -> np.ndarray:
-        """Return the generation of each organism: 0 for founders, otherwise 1 plus the mean of its parents'
-        generations.
+        """Return each organism's generation: 0 for founders, otherwise 1 plus the mean of its parents'.
 
         Returns
         -------

@@ -12,7 +12,7 @@ import pyarrow as pa
 
 from ecs_eco.config.models.reporters import is_reporter
 from ecs_eco.record import belonging, seal
-from ecs_eco.record.parquet import read_part, to_codes, to_numpy
+from ecs_eco.record.parquet import each_batch, read_part, to_codes, to_numpy
 
 DIED = "died: "
 """Prefix of the series columns that count deaths by cause."""
@@ -162,16 +162,27 @@ def parts(run: Path | str, kind: str) -> list[Path]:
     return belonging.parts(Path(run), kind, seal.read_manifest(Path(run)) if there else {})
 
 
-def tables(run: Path | str, kind: str, columns: Sequence[str] | None = None) -> Iterator[pa.Table]:
-    """Yield the tables of one kind, with these columns or all; dictionary columns become strings, because they
-    differ between files. Raises errors as `parts` does, and RecordingError if a file is damaged."""
+def tables(
+    run: Path | str, kind: str, columns: Sequence[str] | None = None, batches: bool = False
+) -> Iterator[pa.Table]:
+    """Yield the tables of one kind, with these columns or all, a file or (`batches`) a part of a file at a time.
+    Dictionary columns become strings, because they differ between files. Raises errors as `parts` does, and
+    RecordingError if a file is damaged."""
     sealed, text = seal.has_seals(Path(run)), pa.string()
     for file in parts(run, kind):
-        table = read_part(file, columns, sealed)
-        kinds = [
-            field.with_type(text) if pa.types.is_dictionary(field.type) else field for field in table.schema
-        ]
-        yield table.cast(pa.schema(kinds, table.schema.metadata))
+        for table in each_batch(file, columns, sealed) if batches else [read_part(file, columns, sealed)]:
+            kinds = [
+                field.with_type(text) if pa.types.is_dictionary(field.type) else field
+                for field in table.schema
+            ]
+            yield table.cast(pa.schema(kinds, table.schema.metadata))
+
+
+def whole_table(run: Path | str, kind: str, columns: Sequence[str] | None = None) -> pa.Table:
+    """Return all rows of one kind, without columns if there are no files. Columns that a file lacks, such as
+    causes before their first death, are null in its rows. Raises errors as `tables` does."""
+    found = list(tables(run, kind, columns))
+    return pa.concat_tables(found, promote_options="permissive") if found else pa.table({})
 
 
 def load_series(
@@ -214,11 +225,10 @@ def load_series(
     elif isinstance(run, pa.Table):
         series = _pivot(run, {})
     else:
-        manifest, held = read_manifest(run), list(tables(run, "series"))
-        if not held:
+        manifest, table = read_manifest(run), whole_table(run, "series")
+        if not table.column_names:
             raise FileNotFoundError(f"{run} contains no series: expected series/part-00000.parquet")
-        # files written before a cause's first death lack its column
-        series = _pivot(pa.concat_tables(held, promote_options="default"), manifest)
+        series = _pivot(table, manifest)
     if species is None or tuple(species) == series.species:
         return series
     order = [series.index(name) for name in species]

@@ -226,8 +226,7 @@ def mean_of_seeds(values: np.ndarray) -> Interval | None:
 
 
 def effective_runs(table: np.ndarray, level: float = 0.95) -> float:
-    """Return the number of independent runs that would be as informative about a share as this table (Korn and
-    Graubard 1998).
+    """Return the number of independent runs as informative about a share as this table (Korn and Graubard 1998).
 
     Parameters
     ----------

@@ -245,8 +245,7 @@ def spectral_peak(
     min_cycles: float = MIN_CYCLES,
     seed: int = 0,
 ) -> Peak | None:
-    """Return the strongest spectral peak of a population series, with its p value against red noise from a
-    parametric bootstrap.
+    """Return a population's strongest spectral peak, and its p value from a parametric bootstrap of red noise.
 
     Parameters
     ----------

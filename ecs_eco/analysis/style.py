@@ -88,6 +88,13 @@ def panels(rows: int, columns: int, width: float, height: float, **more: Any) ->
     return figure, figure.subplots(rows, columns, squeeze=False, **more)
 
 
+def over_ticks(n: int, each: float, edge: float) -> tuple[Figure, list[Axes]]:
+    """Return a figure with n rows of axes over the same ticks, each row `each` [inches] high, and a margin."""
+    figure, axes = panels(n, 1, 9, each * n + edge, sharex=True)
+    axes[-1, 0].set_xlabel("tick")
+    return figure, list(axes[:, 0])
+
+
 def fills(series: Series) -> dict[str, tuple[str, str]]:
     """Return the color and hatching of each cause of death: the eater's color, or one that no species has."""
     hue = colors_of(series)
@@ -115,15 +122,18 @@ def grid_of_arms(
     labels: Sequence[str],
     each: tuple[float, float],
     edge: float,
+    time: str = "tick",
     **more: Any,
 ) -> tuple[Figure, np.ndarray]:
-    """Return a figure with axes of size `each` [inches] for each arm (columns) and each label (rows)."""
+    """Return a figure with axes of size `each` [inches] over time for each arm (columns) and each label (rows)."""
     wide, high = each[0] * len(runs) + 1, each[1] * len(labels) + edge
     figure, axes = panels(len(labels), len(runs), wide, high, sharex=True, **more)
     for ax, (arm, members) in zip(axes[0], runs.items(), strict=True):
         ax.set_title(fill(f"{arm} (n = {len(members)})", max(12, int(9 * figure.get_figwidth() / len(runs)))))
     for ax, label in zip(axes[:, 0], labels, strict=True):
         ax.set_ylabel(label)
+    for ax in axes[-1]:
+        ax.set_xlabel(time)
     return figure, axes
 
 
@@ -131,6 +141,13 @@ def many_and_one(ax: Axes, x: np.ndarray, many: np.ndarray, one: np.ndarray, hue
     """Plot a thin curve for each run [runs, x], and a thick curve that summarizes them."""
     ax.plot(x, np.transpose(many), color=hue, lw=0.6, alpha=0.5)
     ax.plot(x, one, color=hue, **{"lw": 2, **more})
+
+
+def mean_and_sd(ax: Axes, x: np.ndarray, mean: np.ndarray, sd: np.ndarray) -> None:
+    """Plot a mean, and lines one standard deviation above and below it."""
+    ax.plot(x, mean, color=INK, lw=1.6, label="mean")
+    for sign, label in ((-1, None), (1, "± 1 standard deviation")):
+        ax.plot(x, mean + sign * sd, color=INK, lw=0.9, ls=(0, (4, 2)), label=label)
 
 
 @contextmanager

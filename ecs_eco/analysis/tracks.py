@@ -97,11 +97,8 @@ def approaches(distance: np.ndarray, within: float, rest: int) -> np.ndarray:
 def event_average(series: np.ndarray, events: np.ndarray, before: int, after: int) -> np.ndarray:
     """Return the mean course of a series f64[ticks, animals] around events (tick, animal) i64[k, 2], without
     ticks outside the record or in which an animal was not alive (NaN): f64[before + 1 + after]."""
-    windows = np.full((len(events), before + 1 + after), np.nan)
-    for i, (tick, animal) in enumerate(events):
-        first, last = max(tick - before, 0), min(tick + after + 1, len(series))
-        windows[i, first - tick + before : last - tick + before] = series[first:last, animal]
-    return mean_of_there(windows)
+    padded = np.pad(series, ((before, after), (0, 0)), constant_values=np.nan)
+    return mean_of_there(padded[events[:, :1] + np.arange(before + 1 + after), events[:, 1:]])
 
 
 def v_test(cosines: np.ndarray) -> tuple[float, float]:

@@ -43,15 +43,6 @@ class Options(TypedDict, total=False):
     trust: bool
 
 
-class Which(TypedDict):
-    """The choice of what is taken out, when and how often: see `account`."""
-
-    tick: When
-    forks: int
-    learned: bool
-    reverse: bool
-
-
 class Job(NamedTuple):
     """Alleles that forks at a tick take out or, if the kind is "reverse", put in."""
 
@@ -429,8 +420,7 @@ def of_two_sweeps(other: Allele, taken: TakenOut) -> str:
 
 
 def two_by_two(taken: TakenOut, first: str, second: str) -> tuple[str, str]:
-    """Return a clause on the effects of taking out the first, the second and both, and a sentence on their
-    interaction."""
+    """Return a clause on the effects of two removals and of both, and a sentence on their interaction."""
     ways = {"first": first, "second": second, "both": "both"}
     young = [f"{signed(taken.effect('births', of))} without {what}" for of, what in ways.items()]
     x = taken.effect("births", "interaction")

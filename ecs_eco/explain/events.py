@@ -289,8 +289,7 @@ def _rank(of: Assessment, j: int) -> tuple[float, bool]:
 
 
 def _limits(path: np.ndarray, begin: int, end: int) -> tuple[int, int]:
-    """Return the samples with the lowest frequency before an allele's highest within a window, and the
-    highest."""
+    """Return the samples with an allele's lowest frequency before its highest in a window, and the highest."""
     path = np.nan_to_num(path[begin : end + 1])
     top = int(path.argmax())
     low = top - int(path[top::-1].argmin())

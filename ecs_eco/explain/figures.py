@@ -149,8 +149,7 @@ def words(measure: str) -> str:
 
 @styled
 def way(account: Account, trait: str) -> Figure:
-    """Draw the path from an allele through its trait and the action and cause of death that change most to the
-    number of young."""
+    """Draw the path from an allele to young: its trait, and the action and cause of death that change most."""
     allele, taken = account.taken[0]
     boxes = [
         allele.name,

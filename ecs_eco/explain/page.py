@@ -26,7 +26,6 @@ from ecs_eco.explain.account import (
     Account,
     Options,
     When,
-    Which,
     account,
     candidates,
     jobs_of,
@@ -147,8 +146,7 @@ def write_explanation(
     sweeps, tests = sweeps_and_tests(lineage, species, fdr)
     paths = {name: of.paths for name, of in tests.items()}
     some = [] if islands or not forks else sorted(sweeps, key=lambda sweep: sweep.p)[:MOST]
-    options: Which = {"tick": tick, "forks": forks, "learned": learned, "reverse": reverse}
-    accounts = accounts_of(run, some, options, how, together, progress)
+    accounts = accounts_of(run, some, tick, forks, learned, reverse, together, progress, how)
     told = [accounts.get(id(sweep), Account(sweep)) for sweep in sweeps]
     summary = [*headline(told), *opening(sweeps, lineage, list(paths), islands and bool(forks), bool(some))]
     if together and some and not with_another(some):
@@ -208,25 +206,36 @@ def write_page(
 def accounts_of(
     run: Path | str,
     sweeps: Sequence[Sweep],
-    which: Which,
-    how: Options,
+    tick: When,
+    forks: int,
+    learned: bool,
+    reverse: bool,
     together: bool,
     progress: Callable[[int, int], None] | None,
+    how: Options,
 ) -> dict[int, Account]:
     """Take the alleles of several sweeps, the clearest first, out of a run, with one progress for all of them;
-    return the accounts by the sweeps' ids."""
+    return the accounts by the sweeps' ids. `how` contains the other arguments of `account`."""
     others = with_another(sweeps) if together else {}
-    rest = which["tick"], which["learned"], which["reverse"]
-    jobs = [len(jobs_of(sweep, *rest, others.get(id(sweep)))) for sweep in sweeps]
+    jobs = [forks * len(jobs_of(s, tick, learned, reverse, others.get(id(s)))) for s in sweeps]
     accounts = {}
     for i, sweep in enumerate(sweeps):
 
         def show(done: int, _: int, before: int = sum(jobs[:i])) -> None:
             if progress is not None:
-                progress(before * which["forks"] + done, sum(jobs) * which["forks"])
+                progress(before + done, sum(jobs))
 
-        other = others.get(id(sweep))
-        accounts[id(sweep)] = account(run, sweep, other=other, progress=show, **which, **how)
+        accounts[id(sweep)] = account(
+            run,
+            sweep,
+            tick=tick,
+            forks=forks,
+            learned=learned,
+            reverse=reverse,
+            other=others.get(id(sweep)),
+            progress=show,
+            **how,
+        )
     return accounts
 
 
@@ -240,8 +249,7 @@ def with_another(sweeps: Sequence[Sweep]) -> dict[int, Sweep]:
 
 
 def bred(lineage: Lineage, species: str, place: Path) -> list[str]:
-    """Return sections on quantitative genes: selection on their values, and the response. Figures are
-    `place`-*.svg."""
+    """Return sections on selection on quantitative genes, and the response; figures are `place`-*.svg."""
     blocks, kept = [], lineage.genomes.get(species, {})
     recorded = (lineage.genome[lineage.species == species] != "").any()
     genes = quantitative(kept) if kept and recorded else []

@@ -158,9 +158,9 @@ def read_group(path: Path, file: pq.ParquetFile, number: int, columns: Sequence[
 
 
 def each_batch(
-    path: Path, columns: Sequence[str], needed: bool = False, rows: int = 1 << 17
+    path: Path, columns: Sequence[str] | None = None, needed: bool = False, rows: int = 1 << 17
 ) -> Iterator[pa.Table]:
-    """Yield columns of a part as tables of `rows` rows; raise RecordingError if the part cannot be read."""
+    """Yield a part, with these columns or all, as tables of `rows` rows; raise RecordingError if it is damaged."""
     file = open_part(path, needed)
     with _named(path):
         for batch in file.iter_batches(rows, columns=columns, use_threads=False):

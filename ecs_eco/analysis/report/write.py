@@ -9,15 +9,23 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.analysis import depth_figures, figures, flows, genes_figures, learning, matter, measures
+from ecs_eco.analysis import (
+    against as outside_series,
+    depth_figures,
+    figures,
+    flows,
+    genes_figures,
+    learning,
+    matter,
+    measures,
+)
 from ecs_eco.analysis.cycles import CycleStatistics, Lag, cycle_statistics
 from ecs_eco.analysis.extinction import opening, swings
 from ecs_eco.analysis.land import land_at
 from ecs_eco.analysis.page import Markup, bullets, drawn, number, page, table, verdict, write_text
 from ecs_eco.analysis.palette import ON_DARK
 from ecs_eco.analysis.relief import Relief
-from ecs_eco.analysis.report import against as outside_series
-from ecs_eco.analysis.runs import DIED, Series, load_series, parts
+from ecs_eco.analysis.runs import DIED, Series, load_series, parts, tables
 from ecs_eco.analysis.spectrum import Peak
 from ecs_eco.analysis.style import Figure, as_delivered, colors_of
 from ecs_eco.compiled.garbage import uncollected
@@ -25,7 +33,7 @@ from ecs_eco.config.measurements import Outside, read_outside
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.record import seal
 from ecs_eco.record.ledger import LEDGER, imbalance
-from ecs_eco.record.parquet import each_batch, read_part, to_codes, to_numpy
+from ecs_eco.record.parquet import read_part, to_codes, to_numpy
 
 FEW_PERIODS = 5
 """If a run contains fewer periods, the report recommends a longer run."""
@@ -151,14 +159,12 @@ def energy(series: Series) -> str:
 def ages_at_death(run: Path | str) -> dict[str, tuple[int, float]]:
     """Return each species' number of deaths and mean age at death [s], streamed from deaths/*.parquet."""
     totals: dict[str, np.ndarray] = {}
-    sealed = seal.has_seals(Path(run))
-    for file in parts(run, "deaths"):
-        for batch in each_batch(file, ["species", "age"], sealed):
-            names, code = to_codes(batch["species"])
-            age = to_numpy(batch["age"])
-            for i, s in enumerate(names):
-                here = age[code == i]
-                totals[s] = totals.get(s, np.zeros(2)) + (len(here), here.sum(dtype=np.float64))
+    for batch in tables(run, "deaths", ["species", "age"], batches=True):
+        names, code = to_codes(batch["species"])
+        age = to_numpy(batch["age"])
+        for i, s in enumerate(names):
+            here = age[code == i]
+            totals[s] = totals.get(s, np.zeros(2)) + (len(here), here.sum(dtype=np.float64))
     return {s: (int(n), float(total / n) if n else np.nan) for s, (n, total) in totals.items()}
 
 

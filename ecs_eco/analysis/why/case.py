@@ -11,12 +11,10 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
-from ecs_eco.analysis.runs import DIED, Series, load_series, parts, tables
+from ecs_eco.analysis.runs import DIED, Series, load_series, tables, whole_table
 from ecs_eco.config.explain import value_at
 from ecs_eco.config.models.reporters import EATEN
 from ecs_eco.config.ranges import key_of, real_key
-from ecs_eco.record import seal
-from ecs_eco.record.parquet import each_batch
 
 KINDS = ("eaten", "starved", "old", "poisoned", "removed", "surroundings")
 """Kinds of causes of death: eaten, lack of energy, age, deadly food, intervention, other lethal limits."""
@@ -50,7 +48,8 @@ class Case:
         folder, series = Path(run), load_series(run)
         config = in_force(series.manifest)
         animals = [s for s, values in config.get("species", {}).items() if values.get("diet")]
-        return cls(series, config, _deaths(folder, animals), _snapshots(folder))
+        snapshots = whole_table(folder, "snapshots", ["tick", "species", "x", "y", "z", "energy"])
+        return cls(series, config, _deaths(folder, animals), _by_species(snapshots))
 
     @property
     def species(self) -> tuple[str, ...]:
@@ -175,27 +174,16 @@ def look_up(config: Mapping[str, Any], key: str) -> Any:
 
 def _deaths(folder: Path, animals: list[str]) -> dict[str, dict[str, np.ndarray]]:
     """Return the tick, age and cause of each animal's death, streamed because plants die by the million."""
-    by_species: dict[str, list[pa.Table]] = {s: [] for s in animals}
-    for file in parts(folder, "deaths"):
-        for table in each_batch(file, ["tick", "species", "cause", "age"], seal.has_seals(folder)):
-            name = table["species"].cast(pa.string())
-            for s in animals:
-                some = table.filter(pc.equal(name, s))
-                if len(some):
-                    by_species[s].append(some)
-    joined = {s: pa.concat_tables(some) for s, some in by_species.items() if some}
-    text = pa.string()
-    return {
-        s: {"cause": t["cause"].cast(text).to_numpy(), **{c: t[c].to_numpy() for c in ("tick", "age")}}
-        for s, t in joined.items()
-    }
+    some = pa.array(animals, pa.string())
+    batches = tables(folder, "deaths", ["tick", "species", "cause", "age"], batches=True)
+    found = [rows.filter(pc.is_in(rows["species"], some)) for rows in batches]
+    return _by_species(pa.concat_tables(found)) if found else {}
 
 
-def _snapshots(folder: Path) -> dict[str, dict[str, np.ndarray]]:
-    names = ["tick", "species", "x", "y", "z", "energy"]
-    rows = list(tables(folder, "snapshots", names))
+def _by_species(rows: pa.Table) -> dict[str, dict[str, np.ndarray]]:
+    """Return the other columns of each species' rows."""
     out = {}
-    for s in sorted({str(v) for t in rows for v in pc.unique(t["species"]).to_pylist()}):
-        some = [t.filter(pc.equal(t["species"], s)) for t in rows]
-        out[s] = {c: np.concatenate([t[c].to_numpy() for t in some]) for c in names if c != "species"}
+    for s in pc.unique(rows["species"]).to_pylist() if len(rows) else ():
+        own = rows.filter(pc.equal(rows["species"], s))
+        out[s] = {name: own[name].to_numpy() for name in rows.column_names if name != "species"}
     return out

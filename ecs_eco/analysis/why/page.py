@@ -18,7 +18,7 @@ from ecs_eco.analysis.runs import DIED
 from ecs_eco.analysis.why.advice import advise
 from ecs_eco.analysis.why.case import Case
 from ecs_eco.analysis.why.diagnose import VERDICTS, diagnose
-from ecs_eco.analysis.why.figure import draw
+from ecs_eco.analysis.why.figure import OUT, draw
 from ecs_eco.analysis.why.limits import phases
 from ecs_eco.config.models.interventions import describe
 
@@ -161,11 +161,10 @@ def _link(f: Mapping[str, Any], cause: str, share: float) -> str:
 
 def energy(species: str, flows: Mapping[str, float]) -> str:
     """Return a sentence on the energy budget of a species."""
-    total = sum(max(flows[k], 0.0) for k in ("burnt", "given", "lost"))
+    total = sum(max(flows[name], 0.0) for name, _, _ in OUT)
     if total <= 0 or flows["taken_in"] == flows["burnt"] == 0:
         return ""
-    words = {"burnt": "burned", "given": "given to newborns", "lost": "held at death"}
-    parts = ", ".join(f"{max(flows[k], 0) / total:.0%} {word}" for k, word in words.items())
+    parts = ", ".join(f"{max(flows[name], 0) / total:.0%} {word}" for name, word, _ in OUT)
     return (
         f"{species}: {number(flows['taken_in'])} taken in per capita per tick, "
         f"{number(flows['burnt'])} burned. Outflows: {parts}."
@@ -288,7 +287,7 @@ def _nearest(here: np.ndarray, there: np.ndarray, size: list[float], torus: bool
     return float(tree.query(here % box)[0].mean())
 
 
-FLOWS = ("taken_in", "burnt", "given", "lost")
+FLOWS = ("taken_in", *(name for name, _, _ in OUT))
 NEAR = 0.05  # fraction of its mean below which a species counts as nearly extinct
 
 
