@@ -65,10 +65,8 @@ def _numbers(key: Key, kind: Any, field: FieldInfo, span: tuple[float, float, bo
     elif origin in (Union, types.UnionType):
         for part in arguments:
             yield from _numbers(key, part, field, span)
-    elif origin is dict:
-        yield from _numbers((*key, PLACE), arguments[1], field, span)
-    elif origin is list:
-        yield from _numbers((*key, PLACE), arguments[0], field, span)
+    elif origin in (dict, list):
+        yield from _numbers((*key, PLACE), arguments[-1], field, span)
     elif isinstance(kind, type) and issubclass(kind, Section):
         for pattern, number in numbers_of(kind).items():
             yield replace(number, pattern=(*key, *pattern))
