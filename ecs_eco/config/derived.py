@@ -1,5 +1,4 @@
-"""Derived traits of a genome: formulas over its gene values, so that one gene can have several effects
-(pleiotropy)."""
+"""Derived traits of a genome: formulas over gene values, so that a gene can have several effects (pleiotropy)."""
 
 from __future__ import annotations
 

@@ -38,8 +38,8 @@ class Document:
     @cached_property
     def lines(self) -> dict[Key, int]:
         """The line of every key in the text; empty if there is no text."""
-        lines = key_lines(self.text) if self.text else {}
-        return {both_names(key, self.data, WorldConfig)[0]: line for key, line in lines.items()}
+        lines = key_lines(self.text).items()
+        return {both_names(key, self.data, WorldConfig)[0]: line for key, line in lines}
 
     def quoted(self, key: Key, value: object) -> str:
         """Return a key's value as written in the text if it is on a single line, otherwise ""."""
@@ -51,7 +51,7 @@ class Document:
 
     @cached_property
     def _spans(self) -> dict[Key, tuple[int, int]]:
-        return value_spans(self.text) if self.text else {}
+        return value_spans(self.text)
 
     def __post_init__(self) -> None:
         self.set: dict[Key, Key] = {}  # key: the key as written
@@ -97,8 +97,7 @@ def present(data: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _path(world: object) -> Path:
-    """Return the file of a world given by its name, its path, or a folder with a single world file. Raises
-    ConfigError."""
+    """Return the file of a world given by its name or path, or a folder with one world file. Raises ConfigError."""
     if (known := named(world)) is not None:
         return known
     worlds, path = shipped(), Path(str(world))

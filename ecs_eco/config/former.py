@@ -38,8 +38,7 @@ def rename(data: Any, kind: Any, key: Key = ()) -> Iterator[tuple[Key, str]]:
 
 
 def both_names(key: Key, data: Any, kind: Any) -> tuple[Key, Key, Any]:
-    """Return a key with its current names and with its former names, and its type; `kind` is the type of
-    `data`."""
+    """Return a key with its current names and with its former names, and its type; `kind` is that of `data`."""
     now, before = list(key), list(key)
     for i, part in enumerate(key):
         kind = type_of(kind, data)
@@ -132,8 +131,7 @@ def below(kind: Any, data: Any, part: str | int) -> tuple[Any, Any]:
 
 
 def type_of(kind: Any, data: object) -> Any:
-    """Return a type without Annotated and None; for a union of sections, return the section with the
-    data's `kind`."""
+    """Return a type without Annotated and None; for a union of sections, the one with the data's `kind`."""
     if isinstance(data, Section):
         return type(data)
     members = members_of(kind)

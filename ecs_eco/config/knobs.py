@@ -11,7 +11,7 @@ from ecs_eco.config.derived import all_genes
 from ecs_eco.config.models.search import Knob
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.world import WorldConfig
-from ecs_eco.config.mutable_keys import may_change, why_not
+from ecs_eco.config.mutable_keys import why_not
 from ecs_eco.config.numbers import labels, narrowed
 from ecs_eco.config.ranges import Key, key_of, name_of, real_key
 from ecs_eco.config.traits import label_of
@@ -22,9 +22,8 @@ NOT_NOW = frozenset({"ticks", "seed", "training", "interventions"})
 Way = tuple[str, ...]
 
 
-def check_knobs(config: WorldConfig, set_: Iterable[Key] = ()) -> list[Problem]:
-    """Return problems with [viewer]: knobs without a number, a range or an effect."""
-    problems: list[Problem] = []
+def check_knobs(config: WorldConfig, set_: Iterable[Key] = ()) -> Iterator[Problem]:
+    """Yield problems with [viewer]: knobs without a number, a range or an effect."""
     data = config.model_dump() if config.viewer.knobs else {}
     real = [real_key(data, key_of(knob.key)) for knob in config.viewer.knobs]
     names = [".".join(map(str, key)) for key, _, _ in real]
@@ -36,20 +35,17 @@ def check_knobs(config: WorldConfig, set_: Iterable[Key] = ()) -> list[Problem]:
         if outside & {parts[: n + 1] for parts in given for n in range(len(parts))}:
             continue
         if wrong is not None:
-            problems.append(wrong.moved(key=(*place, "key"), value=knob.key))
+            yield wrong.moved(key=(*place, "key"), value=knob.key)
         elif name in names[:i]:
-            problems.append(Problem((*place, "key"), "is already a knob", knob.key, "each key once"))
+            yield Problem((*place, "key"), "is already a knob", knob.key, "each key once")
         elif name not in rows or isinstance(value, bool):
-            problems.append(_not_offered(config, (*place, "key"), knob, name, value))
+            yield _not_offered(config, (*place, "key"), knob, name, value)
         elif not knob.min < knob.max:
-            problems.append(
-                Problem((*place, "max"), "is not above min", knob.max, f"more than min, {knob.min:g}")
-            )
+            yield Problem((*place, "max"), "is not above min", knob.max, f"more than min, {knob.min:g}")
         elif not knob.min <= value <= knob.max:
             end = "min" if value < knob.min else "max"
             fault = f"the range does not contain the world's value, {value:g}"
-            problems.append(Problem((*place, end), fault, getattr(knob, end), "a range that contains it"))
-    return problems
+            yield Problem((*place, end), fault, getattr(knob, end), "a range that contains it")
 
 
 def _not_offered(config: WorldConfig, place: Key, knob: Knob, name: str, value: object) -> Problem:
@@ -104,7 +100,7 @@ def parameters(config: WorldConfig, keys: Iterable[str] | None = None) -> list[d
         for row in rows
         if row["key"] not in genes
         and row["key"].split(".")[0] not in NOT_NOW
-        and may_change(row["key"], type(config))
+        and not why_not(row["key"], type(config))
     ]
 
 
@@ -164,8 +160,6 @@ def _walk(
             )
     elif isinstance(value, BaseModel):
         for name, info in type(value).model_fields.items():
-            if wanted is not None and (*key, name) not in wanted:
-                continue
             yield from _walk(getattr(value, name), (*key, name), _field(info), wanted)
     elif isinstance(value, dict):
         for name, inner in value.items():

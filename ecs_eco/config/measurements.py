@@ -1,5 +1,4 @@
-"""Measurements: external time series from CSV files with evenly spaced times, and checks of the [data]
-section."""
+"""Measurements: external series from CSV files with evenly spaced times, and checks of the [data] section."""
 
 import csv
 from collections.abc import Iterator, Mapping, Sequence
@@ -160,13 +159,12 @@ def _refused(place: Place, what: str, file: str | Path, allowed: str) -> ConfigE
     return ConfigError([Problem(place.file, what, str(file), allowed, source=place.of_file)])
 
 
-def check_measurements(config: WorldConfig) -> list[Problem]:
-    """Return the problems with the file named in [data]."""
+def check_measurements(config: WorldConfig) -> Iterator[Problem]:
+    """Yield the problems with the file named in [data]."""
     try:
         measured(config)
     except ConfigError as error:
-        return list(error.problems)
-    return []
+        yield from error.problems
 
 
 def check_data(config: WorldConfig) -> Iterator[Problem]:

@@ -39,8 +39,7 @@ def require_memory(config: WorldConfig, available: float | None = None) -> None:
 
 
 def needs(config: WorldConfig) -> Iterator[tuple[Key, float]]:
-    """Yield the key and size [bytes] of everything that a world allocates at its start and in its first
-    rollout."""
+    """Yield the key and size [bytes] of all that a world allocates at its start and in its first rollout."""
     for name, field in config.fields.items():
         cells = math.prod(max(1.0, s / field.cell) for s in config.space.size)
         yield ("fields", name, "cell"), (12 if field.substance is None else 32) * cells

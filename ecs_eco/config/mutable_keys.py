@@ -45,11 +45,6 @@ def refused(old: WorldConfig, new: WorldConfig) -> list[Problem]:
     return problems
 
 
-def may_change(key: str, model: type[WorldConfig] = WorldConfig) -> bool:
-    """Return whether the value of a dotted key can change during a run."""
-    return not why_not(key, model)
-
-
 @lru_cache(10_000)  # keys can come from untrusted users
 def why_not(key: str, model: type[WorldConfig] = WorldConfig) -> str:
     """Return the alternative if the value of a dotted key cannot change, otherwise ""."""

@@ -65,10 +65,8 @@ def _numbers(key: Key, kind: Any, field: FieldInfo, span: tuple[float, float, bo
     elif origin in (Union, types.UnionType):
         for part in arguments:
             yield from _numbers(key, part, field, span)
-    elif origin is dict:
-        yield from _numbers((*key, PLACE), arguments[1], field, span)
-    elif origin is list:
-        yield from _numbers((*key, PLACE), arguments[0], field, span)
+    elif origin in (dict, list):
+        yield from _numbers((*key, PLACE), arguments[-1], field, span)
     elif isinstance(kind, type) and issubclass(kind, Section):
         for pattern, number in numbers_of(kind).items():
             yield replace(number, pattern=(*key, *pattern))
@@ -122,13 +120,18 @@ def _values(pattern: Key, key: Key, value: object) -> Iterator[tuple[Key, Key, f
 def labels(entries: list[Any]) -> list[str]:
     """Return labels for list entries: name, food or property, numbered if not unique; otherwise the index."""
     words = ("label", "name", "eats", "property")
-    names = [str(next(filter(None, (getattr(e, w, None) for w in words)), i)) for i, e in enumerate(entries)]
-    shared, seen = Counter(names), Counter[str]()
-    for i, name in enumerate(names):
+    return numbered(
+        [str(next(filter(None, (getattr(e, w, None) for w in words)), i)) for i, e in enumerate(entries)]
+    )
+
+
+def numbered(names: list[str]) -> list[str]:
+    """Return the same names; those that occur more than once are numbered from 1."""
+    shared, seen, out = Counter(names), Counter[str](), []
+    for name in names:
         seen[name] += 1
-        if shared[name] > 1:
-            names[i] = f"{name}_{seen[name]}"
-    return names
+        out.append(f"{name}_{seen[name]}" if shared[name] > 1 else name)
+    return out
 
 
 def with_value(part: Any, key: Key, value: float) -> Any:

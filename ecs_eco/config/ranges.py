@@ -31,11 +31,12 @@ def take_ranges(data: dict[str, Any]) -> tuple[dict[str, Key], list[Problem]]:
     problems: list[Problem] = []
     for holder, key in list(_tables(data, ())):
         part: Any = holder[key[-1]]
-        unknown = [k for k in part if k not in PARTS]
         if "value" not in part:
             problems.append(Problem((*key, "value"), "is missing next to the range", allowed="a number"))
         problems += [
-            Problem((*key, k), "unknown key", part[k], listed(PARTS), nearest(k, PARTS)) for k in unknown
+            Problem((*key, k), "unknown key", part[k], listed(PARTS), nearest(k, PARTS))
+            for k in part
+            if k not in PARTS
         ]
         holder[key[-1]] = part.get("value", 1)
         search = data.setdefault("search", {})

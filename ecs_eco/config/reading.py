@@ -81,13 +81,12 @@ def too_deep(data: object) -> Problem | None:
     """Return the problem with the first table or list nested more than DEEPEST levels deep, or None."""
     level: list[tuple[tuple[str | int, ...], Any]] = [((), data)]
     for _ in range(DEEPEST):
-        inner: list[tuple[tuple[str | int, ...], Any]] = []
-        for key, node in level:
-            parts = node.items() if isinstance(node, dict) else enumerate(node)
-            for name, part in parts:
-                if isinstance(part, dict | list):
-                    inner.append(((*key, name), part))
-        level = inner
+        level = [
+            ((*key, name), part)
+            for key, node in level
+            for name, part in (node.items() if isinstance(node, dict) else enumerate(node))
+            if isinstance(part, dict | list)
+        ]
     if not level:
         return None
     return Problem(

@@ -140,8 +140,7 @@ class _Compiler(Compiler):
         return self._count(tree) if name == "count" and whole else self._aggregate(tree, name)
 
     def _count(self, tree: ast.Call) -> Node:
-        """Return a function that counts the organisms of the species that the number describes, or of a named
-        kind."""
+        """Return a function that counts the species that the number describes, or a named kind."""
         of = tree.args[0].id if tree.args else None  # type: ignore[attr-defined]
         if of is not None and of not in self.kinds:
             fault = f'no species or object type named "{of}"'

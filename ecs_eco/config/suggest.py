@@ -1,5 +1,4 @@
-"""Find the likely meaning of an unknown key: in its section, in a variant of that section, or in a nearby
-section."""
+"""Find the likely meaning of an unknown key: in its section, in a variant of it, or in a nearby section."""
 
 import typing
 from collections.abc import Iterator, Mapping

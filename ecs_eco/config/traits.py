@@ -37,8 +37,7 @@ def traits_of(species: Species, dims: int, extra_components: Iterable[Any] = ())
     ]
     in_traits = {trait.name for trait in traits if trait.component == "Traits"}
     section = species.genome
-    traits_of_genes = [gene.trait for gene in section.genes] if section else []
-    coded = [*traits_of_genes, *(one.trait for one in section.derived.values())] if section else []
+    coded = [g.trait for g in section.genes] + [d.trait for d in section.derived.values()] if section else []
     places = [trait for trait in coded if trait in in_traits]  # the order of these entries must never change
     return {
         trait.name: replace(trait, index=places.index(trait.name))

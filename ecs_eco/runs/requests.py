@@ -38,12 +38,12 @@ def note_requests(world: World, manifest: dict[str, Any]) -> bool:
     return bool(new)
 
 
-def asked_by_hand(world: World) -> list[list[Any]]:
-    """Return the interventions requested by hand, not planned in the world's file, as [tick, intervention]."""
-    plan, done = world.recorder.began.interventions, world.intervened
+def asked_by_hand(world: World, plan: list[Any], first: int = 0, end: int = 2**63) -> list[list[Any]]:
+    """Return interventions by hand, not in `plan`, of ticks `first` to `end` - 1, as [tick, intervention]."""
+    done = world.intervened
     return [
         [tick, request]
-        for tick in dict.fromkeys(tick for tick, _ in done)
+        for tick in dict.fromkeys(tick for tick, _ in done if first <= tick < end)
         for request in without(
             [what for at, what in done if at == tick], [each.once(tick) for each in plan if each.due(tick)]
         )

@@ -25,7 +25,7 @@ def to_folder(world: World, out: str | Path | Claim) -> dict[str, Any]:
     manifest = manifest_of(world, world.tick, **start) | {
         "config": config.resolved(),
         "config_hash": config.config_hash,
-        "asked": asked_by_hand(world),
+        "asked": asked_by_hand(world, config.interventions),
         "snapshot_every": recorder.snapshot_every or max(1, world.tick - 1),
         "checkpoint_every": None,
         "keep": 1,

@@ -14,7 +14,7 @@ from ecs_eco.ecosystem import World
 from ecs_eco.engine.errors import CheckpointError
 from ecs_eco.inputs.section import Use, function_name
 from ecs_eco.record import freeze as frozen
-from ecs_eco.runs.requests import waiting, without
+from ecs_eco.runs.requests import asked_by_hand, waiting, without
 from ecs_eco.runs.run import near
 from ecs_eco.systems.intervene import checked
 from ecs_eco.view.live import Live
@@ -159,9 +159,5 @@ def as_done_to(live: Live, world: World) -> None:
 
 def by_hand(world: World, first: int, end: int) -> list[Message]:
     """Return the interventions in ticks `first` to `end` - 1 that were not planned, in world-file form."""
-    plan = () if world.config is None else world.config.interventions
-    out: list[Message] = []
-    for tick in dict.fromkeys(tick for tick, _ in world.intervened if first <= tick < end):
-        done = [what for when, what in world.intervened if when == tick]
-        out += without(done, [one.once(tick) for one in plan if one.due(tick)])
-    return out
+    plan = [] if world.config is None else world.config.interventions
+    return [what for _, what in asked_by_hand(world, plan, first, end)]

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.view.genealogy import Genealogy, Lives, Young
+from ecs_eco.view.parts import matched
 from ecs_eco.view.source import Message, uid_of
 
 SLOTS = 12  # families of a species that get their own color
@@ -35,8 +36,8 @@ class Families:
     def roots(self, uid: np.ndarray) -> np.ndarray:
         """Return the founder of each organism: u64[n]. An organism without known parents is its own founder."""
         self._grow()
-        row = np.minimum(np.searchsorted(self._uid, uid), max(self._uid.size - 1, 0))
-        return np.where(self._uid[row] == uid, self._root[row], uid) if self._uid.size else uid
+        row, known = matched(self._uid, uid)
+        return np.where(known, self._root[row], uid) if self._uid.size else uid
 
     def values(self, name: str, uid: np.ndarray) -> np.ndarray:
         """Return the values u8[n] of a species' organisms for the color "family". Each of the largest
@@ -93,8 +94,8 @@ class Families:
         root = uid.astype(np.uint64)
         if known:
             root[:known] = self._root[np.searchsorted(self._uid, uid[:known])]
-        row = np.minimum(np.searchsorted(uid, parent[known:]), max(uid.size - 1, 0))
-        hit = (parent[known:] > 0) & (uid[row] == parent[known:]) if uid.size else np.zeros(0, bool)
+        row, hit = matched(uid, parent[known:])
+        hit &= parent[known:] > 0
         while True:  # each pass adds one generation
             now = np.where(hit, root[row], root[known:])
             if (now == root[known:]).all():

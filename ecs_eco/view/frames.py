@@ -52,7 +52,7 @@ class Encoder:
         if genes is not None and not share[2]:
             z, share, genes = genes.astype(np.float32), np.append(share[:2], np.float32(1)), None
         words = np.empty(WORDS * x.size, np.uint32)
-        end, upper = pack(alive, x, y, z, heading, value, uid, share, words, 0)
+        end, upper = pack(alive, x, y, z, heading, value, uid, share, words)
         self._parts.append(words[:end])
         self._shows |= genes is not None
         self._rows.append((uid, np.zeros(uid.size, np.uint16) if genes is None else genes, alive))
@@ -71,17 +71,15 @@ class Encoder:
 
 
 @njit
-def pack(alive, x, y, z, heading, value, uid, share, words, at):
-    """Write living organisms to `words` from index `at`, three words each; return the new end and the bitwise
-    OR of the upper halves of all uids."""
+def pack(alive, x, y, z, heading, value, uid, share, words):
+    """Write living organisms to `words`, three words each; return the end and the bitwise OR of the upper
+    halves of all uids."""
     top, turn = np.float32(65535.0), np.float32(256.0 / (2.0 * math.pi))
     half = np.float32(0.5)
-    upper = np.uint64(0)
+    at, upper = 0, np.uint64(0)
     for row in range(alive.size):
         if not alive[row]:
             continue
-        if at + 3 > words.size:
-            break
         px = np.uint32(min(max(x[row] * share[0], np.float32(0.0)), top) + half)
         py = np.uint32(min(max(y[row] * share[1], np.float32(0.0)), top) + half)
         pz = np.uint32(min(max(z[row] * share[2], np.float32(0.0)), top) + half)

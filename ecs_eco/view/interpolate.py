@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ecs_eco.view.parts import Columns
+from ecs_eco.view.parts import Columns, matched
 
 STATE = ("x", "y", "z", "heading", "energy", "happiness")
 EVENT = ("uid", "species", "x", "y", "z", "energy")
@@ -68,11 +68,7 @@ class Chapter:
         self, by_uid: np.ndarray, columns: Columns, names: Sequence[str], when: int | np.ndarray
     ) -> np.ndarray:
         """Interpolate these organisms to their states at `when`; return their indices."""
-        if not self.uid.size or not columns["uid"].size:
-            return np.zeros(0, np.int64)
-        known = self.uid[by_uid]
-        place = np.minimum(np.searchsorted(known, columns["uid"].astype(np.uint64)), known.size - 1)
-        there = known[place] == columns["uid"]
+        place, there = matched(self.uid[by_uid], columns["uid"].astype(np.uint64))
         at = by_uid[place[there]]
         for name in names:
             self.goal[STATE.index(name), at] = columns[name][there]

@@ -40,7 +40,6 @@ def describe(folder: Path) -> Message:
     manifest = read(folder)
     config = manifest["config"]
     plan = Archipelago.model_validate(config["archipelago"])
-    named = [(name, values) for name, values in config["species"].items()]
     at = places(plan)
     island = folder / ISLANDS / plan.names[0]
     colours = own_colors(
@@ -63,7 +62,7 @@ def describe(folder: Path) -> Message:
                 "wanders": name in plan.migration_probability,
                 "moves": bool(values.get("locomotion")),
             }
-            for name, values in named
+            for name, values in config["species"].items()
         ],
         "islands": [
             {
@@ -79,7 +78,7 @@ def describe(folder: Path) -> Message:
         "moves": [],
     }
     if manifest["tick"]:
-        message |= _record(load_islands(folder), int(manifest["tick"]), [name for name, _ in named])
+        message |= _record(load_islands(folder), int(manifest["tick"]), [*config["species"]])
     return message
 
 
@@ -160,21 +159,16 @@ class Map(Inbox):
 
     def _open(self, page: Page, name: object) -> None:
         known = [island["name"] for island in self.message["islands"]]
-        why = ""
-        if name not in known:
-            why = (
-                f"open: island = {str(name)[:60]!r}; expected {', '.join(known)}; "
-                f"did you mean {nearest(str(name), known)!r}?"
-            )
-        elif not self.message["tick"]:
-            why = f"{name} has not reached its first barrier yet"
 
         def tell(address: str | None, why: str) -> None:
             opened = {"kind": "opened", "island": name, "address": address}
             _send(page, said("error", why, "open") if address is None else opened)
 
-        if why:
-            tell(None, why)
+        if name not in known:
+            expected = f"expected {', '.join(known)}; did you mean {nearest(str(name), known)!r}?"
+            tell(None, f"open: island = {str(name)[:60]!r}; {expected}")
+        elif not self.message["tick"]:
+            tell(None, f"{name} has not reached its first barrier yet")
         else:
             self.islands.ask(str(name), int(self.message["tick"]), tell)
 

@@ -216,10 +216,8 @@ class Live(Watched):
             self._traces.pop(next(iter(self._traces)))
         if energy is not None and (not points or points[-1][0] < self.tick):
             points.append((self.tick, happiness, energy))
-        names = ("tick", "happiness", "energy")
         return {
-            name: list(values)
-            for name, values in zip(names, zip(*points, strict=True) if points else ([], [], []), strict=True)
+            name: [point[i] for point in points] for i, name in enumerate(("tick", "happiness", "energy"))
         }
 
     def _seek(self, request: Message) -> list[Message]:

@@ -222,7 +222,7 @@ class Painter:
                 ax.add_collection(self._shapes(corners, self.hues[name], linewidth=0, alpha=0.8))
                 continue
             size = max(kind["radius"] * self.scale, LEAST["moves"])
-            self._discs(ax, centres[:, 0], centres[:, 1], size, self.hues[name], 0.6)
+            self._discs(centres[:, 0], centres[:, 1], size, self.hues[name], 0.6)
 
     def _strip(
         self, kind: dict[str, Any], place: tuple[float, ...], ticks: np.ndarray, n: np.ndarray, labelled: bool
@@ -282,13 +282,12 @@ class Painter:
             else:
                 radius = max(kind["radius"] * self.scale, LEAST["stays"])
                 self.bodies[kind["name"]] = self._discs(
-                    self.ax, none, none, radius, hue, 0.9, **self.rims[kind["name"]]
+                    none, none, radius, hue, 0.9, **self.rims[kind["name"]]
                 )
-        ordered = [self.bodies[kind["name"]] for kind in sorted(self.kinds, key=lambda kind: kind["moves"])]
         return [
             self.light,
             self.shade,
-            *ordered,
+            *self.bodies.values(),
             *self.ax.spines.values(),
             *(artist for strip in self.strips for artist in strip[:3]),
             self.clock,
@@ -296,10 +295,8 @@ class Painter:
             self.caption,
         ]
 
-    def _discs(
-        self, ax: Any, x: np.ndarray, y: np.ndarray, radius: float, hue: str, alpha: float, **rim: Any
-    ) -> Any:
-        return ax.scatter(
+    def _discs(self, x: np.ndarray, y: np.ndarray, radius: float, hue: str, alpha: float, **rim: Any) -> Any:
+        return self.ax.scatter(
             x,
             y,
             s=(2 * radius * 0.72) ** 2,

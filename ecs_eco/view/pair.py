@@ -196,19 +196,8 @@ class Pair(Source):
             self.second.sample()
 
     def handle(self, request: Message) -> list[Message]:
-        if request["kind"] == "whatif":
-            return self._whatif(request)
-        if request["kind"] == "pairs":
-            return self._pairs(request)
-        if request["kind"] == "export":
-            return [self._file()]
-        if request["kind"] == "begin":
-            if self.picker is None:
-                raise ValueError(f"begin: {self._why}")
-            return [self.picker.ask(request)]
-        if request["kind"] == "params":
-            first = self.first.earliest if isinstance(self.first, Live) else self.tick
-            return [{"kind": "params", **offered(self.first.config), "forks": [first, self.tick]}]
+        if request["kind"] in REQUESTS:
+            return REQUESTS[request["kind"]](self, request)
         if self.second is not None and request["kind"] in ("fill", "tree") and request.get("second"):
             return [self.second.passed_on(message) for message in self.second.source.handle(request)]
         if self.second is None or not isinstance(self.first, Live):
@@ -220,17 +209,23 @@ class Pair(Source):
             )
         return self._seek(request) if request["kind"] == "seek" else self.first.handle(request)
 
-    def _file(self) -> Message:
+    def _begin(self, request: Message) -> list[Message]:
+        if self.picker is None:
+            raise ValueError(f"begin: {self._why}")
+        return [self.picker.ask(request)]
+
+    def _params(self, request: Message) -> list[Message]:
+        first = self.first.earliest if isinstance(self.first, Live) else self.tick
+        return [{"kind": "params", **offered(self.first.config), "forks": [first, self.tick]}]
+
+    def _file(self, request: Message) -> list[Message]:
         """Return the recorded run as a page in one file."""
         if not isinstance(self.first, Replay):
             raise ValueError(
                 "export: this world is live; record it with `ecs-eco run`, then export its folder"
             )
-        return {
-            "kind": "file",
-            "name": f"{self.first.recording.manifest['world']}.html",
-            "html": page(self.first),
-        }
+        name = f"{self.first.recording.manifest['world']}.html"
+        return [{"kind": "file", "name": name, "html": page(self.first)}]
 
     def _whatif(self, request: Message) -> list[Message]:
         if request.get("close"):
@@ -337,3 +332,12 @@ class Pair(Source):
         if message["kind"] != "marks" or self.second is None or self.second.mark is None:
             return message
         return message | {"interventions": [*message["interventions"], self.second.mark]}
+
+
+REQUESTS: dict[str, Callable[[Pair, Message], list[Message]]] = {
+    "whatif": Pair._whatif,
+    "pairs": Pair._pairs,
+    "export": Pair._file,
+    "begin": Pair._begin,
+    "params": Pair._params,
+}

@@ -12,6 +12,7 @@ from typing import Any
 
 from ecs_eco.engine.errors import nearest
 from ecs_eco.view.families import asked
+from ecs_eco.view.listing import one_of
 from ecs_eco.view.panels import Function, Panels
 from ecs_eco.view.shown import Inbox, Log, Page, View, beside, choose, panel
 from ecs_eco.view.source import Message, Source, is_whole, said, short, text
@@ -327,12 +328,8 @@ class Player(Inbox):
         self._refresh_all()
 
     def _colour(self, view: View, request: Message) -> None:
-        by, known = request.get("by"), self._colours
-        if by not in known and asked(by) is None:
-            raise ValueError(
-                f"colour: by = {short(by)}; expected {', '.join(known)}; did you mean {nearest(by, known)!r}?"
-            )
-        view.colour = str(by)
+        by = request.get("by")
+        view.colour = one_of("colour: by", by, self._colours) if asked(by) is None else str(by)
         view.news = True
 
 

@@ -19,7 +19,7 @@ from ecs_eco.runs.begin import config_of
 from ecs_eco.runs.run import read_manifest
 from ecs_eco.view.curves import MOST, extremes, stretch
 from ecs_eco.view.interpolate import EVENT, STATE, Chapter, Organisms
-from ecs_eco.view.parts import Cache, Columns, Parts
+from ecs_eco.view.parts import Cache, Columns, Parts, matched
 from ecs_eco.view.scene import coloured_genes, sky
 
 CHAPTERS = 3  # chapters kept in memory
@@ -228,10 +228,7 @@ def by_species(said: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
 
 def overlaid(organisms: Organisms, details: Columns) -> Organisms:
     """Overwrite the states of organisms with their details, where these exist; return the organisms."""
-    if not details["uid"].size or not organisms.uid.size:
-        return organisms
-    at = np.minimum(np.searchsorted(organisms.uid, details["uid"].astype(np.uint64)), organisms.uid.size - 1)
-    there = organisms.uid[at] == details["uid"]
+    at, there = matched(organisms.uid, details["uid"].astype(np.uint64))
     at = at[there]
     for name in STATE:
         getattr(organisms, name)[at] = details[name][there]

@@ -58,8 +58,7 @@ def _seen(
     foods: Sequence[str],
     enemies: Sequence[str],
 ) -> str:
-    """Return a phrase about the nearest targets, their distances if `channels` gives ranges, and their
-    directions."""
+    """Return a phrase about the nearest targets: directions and, if `channels` gives ranges, distances."""
     value = {s["name"]: s["value"] or 0.0 for s in sensors}
     near = {name.removesuffix("_near"): v for name, v in value.items() if name.endswith("_near") and v > SEEN}
     if not near:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
 from ecs_eco.config.models.interventions import describe
-from ecs_eco.engine.errors import nearest
+from ecs_eco.engine.errors import nearest, shortened
 from ecs_eco.view.source import Message, Source, is_whole, said, short, text
 
 FIELDS = 0.5  # [s] between maps of a field
@@ -165,7 +165,7 @@ class Log:
         if not self.used or answer["kind"] != "said":
             return
         words = str(answer["text"]).removeprefix(f"tick {tick}: ")
-        entry = {"tick": tick, "level": answer["level"], "text": _cut(words), **who}
+        entry = {"tick": tick, "level": answer["level"], "text": shortened(words, LONGEST), **who}
         self.entries.append(entry)
         for page in self.views:
             page.send([text({"kind": "log", "entries": [entry]})])
@@ -178,8 +178,5 @@ def _of(request: Message) -> dict[str, Any]:
         words = describe(what) if isinstance(what, dict) else ""
     except (KeyError, TypeError, ValueError, AttributeError):  # not an intervention
         words = ""
-    return {"asked": request["kind"], "what": _cut(words)} | ({"as": way} if way in ("undo", "reset") else {})
-
-
-def _cut(words: str) -> str:
-    return words if len(words) <= LONGEST else words[: LONGEST - 1] + "…"
+    undoes = {"as": way} if way in ("undo", "reset") else {}
+    return {"asked": request["kind"], "what": shortened(words, LONGEST)} | undoes

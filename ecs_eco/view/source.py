@@ -4,6 +4,8 @@ import json
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol, TypeGuard
 
+from ecs_eco.engine.errors import shortened
+
 Message = dict[str, Any]
 
 
@@ -89,5 +91,4 @@ def uid_of(request: Message) -> int:
 
 def short(value: object) -> str:
     """Return a value as JSON, shortened if it is long."""
-    words = json.dumps(value)
-    return words if len(words) <= 60 else words[:59] + "…"
+    return shortened(json.dumps(value))

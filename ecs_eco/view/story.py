@@ -1,6 +1,6 @@
 """The story of a world: extinctions, returns, booms, crashes and first births, with their causes."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -168,8 +168,7 @@ class Story:
 
     def _meanwhile(
         self, foods: Sequence[str], enemies: Sequence[str], then: Turn, now: Turn, fell: bool
-    ) -> list[str]:
-        lines = []
+    ) -> Iterator[str]:
         for name, word, rises in [
             *((food, "its food", not fell) for food in foods),
             *((enemy, "its enemy", fell) for enemy in enemies),
@@ -178,10 +177,9 @@ class Story:
                 continue
             a, b = (int(turn.others[self.species.index(name)]) for turn in (then, now))
             if a == b == 0:
-                lines += [] if rises else [f"There was no {name}."]
+                yield from () if rises else (f"There was no {name}.",)
             elif b >= 1.25 * a if rises else b <= 0.8 * a:
-                lines.append(f"Meanwhile, {word} ({name}) went from {a:,} to {b:,}.")
-        return lines
+                yield f"Meanwhile, {word} ({name}) went from {a:,} to {b:,}."
 
     def _rise(self, s: int, low: Turn, now: Turn) -> str:
         died, born = int((now.deaths - low.deaths).sum()), now.births - low.births

@@ -132,8 +132,7 @@ class Panel:
 
     def __init__(
         self,
-        world: World,
-        ticks: int | None,
+        live: Live,
         *,
         speed: float | None,
         playing: bool,
@@ -141,8 +140,7 @@ class Panel:
         port: int,
         panels: Mapping[str, Function] | None = None,
     ) -> None:
-        self.world, self.height = world, height
-        live = Live(world, None if ticks is None else world.tick + ticks)
+        self.world, self.height = live.world, height
         self.player = served(live, speed, playing, panels=panels)
         self.server: Server | None = Server(self.player, port, FRAMES).start()
         self._loop = asyncio.get_running_loop()
@@ -203,15 +201,15 @@ def view(
     `height` in px, and `panels` are as in `watch`. The notebook must run on this machine, because the page is
     served from 127.0.0.1.
     """
+    last = None if ticks is None else world.tick + ticks
     try:
         asyncio.get_running_loop()
     except RuntimeError:
-        last = None if ticks is None else world.tick + ticks
         watch(Live(world, last), port=port, speed=speed, playing=playing, browser=True, panels=panels)
         return None
     if (former := _PANELS.get(world)) is not None:
         former.close()
     panel = _PANELS[world] = Panel(
-        world, ticks, speed=speed, playing=playing, height=height, port=port, panels=panels
+        Live(world, last), speed=speed, playing=playing, height=height, port=port, panels=panels
     )
     return panel

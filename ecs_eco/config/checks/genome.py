@@ -201,8 +201,7 @@ def _check_founders(key: Key, section: GenomeSection, layout: Layout) -> Iterato
 
 
 def _check_operators(config: WorldConfig, species: Species, key: Key, layout: Layout) -> Iterator[Problem]:
-    """Yield problems with the genetic operators; crossover is checked against these genomes only if it is
-    used."""
+    """Yield problems with the genetic operators; crossover is checked against these genomes only if used."""
     for word in ("mate", "mutate"):
         entry = getattr(species.genome, word)
         operator = entry.operator

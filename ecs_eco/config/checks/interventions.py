@@ -204,8 +204,7 @@ def check_line(key: Key, line: list[list[float]], config: WorldConfig) -> Iterat
 
 
 def _check_sets(config: WorldConfig, folder: Path, changed: Changed) -> Iterator[Problem]:
-    """Yield problems with values to be set, in chronological order; the world must be valid after each
-    change."""
+    """Yield problems with values to be set, in chronological order; each change must leave a valid world."""
     now = config
     for place, change in _in_time(config, Set):
         key = (*place, "set")

@@ -39,8 +39,8 @@ def check(config: WorldConfig, folder: Path, changed: Changed) -> list[Problem]:
 
 
 def _all(config: WorldConfig, folder: Path, changed: Changed) -> Iterator[Problem]:
-    yield from _check_causes(config)
     for part in (
+        _check_causes,
         _check_names,
         _check_space,
         _check_fields,
@@ -59,11 +59,8 @@ def _all(config: WorldConfig, folder: Path, changed: Changed) -> Iterator[Proble
         yield from check_genome(config, name)
     yield from check_resolution(config)
     yield from check_interventions(config, folder, changed)
-    yield from check_land_use(config)
-    yield from check_reporters(config)
-    yield from check_record(config)
-    yield from check_data(config)
-    yield from check_archipelago(config)
+    for part in (check_land_use, check_reporters, check_record, check_data, check_archipelago):
+        yield from part(config)
 
 
 def _check_names(config: WorldConfig) -> Iterator[Problem]:
@@ -77,8 +74,7 @@ def _check_names(config: WorldConfig) -> Iterator[Problem]:
 
 
 def _check_causes(config: WorldConfig) -> Iterator[Problem]:
-    """Yield a problem if there are too many causes of death, at the key of the first cause beyond the
-    maximum."""
+    """Yield a problem if there are too many causes of death, at the key of the first beyond the maximum."""
     known = {"culled"}
     for key, cause in _causes(config):
         known.add(cause)

@@ -130,8 +130,7 @@ def _stamp(name: str, folder: Path) -> tuple[int, int]:
 
 @lru_cache(maxsize=8)
 def _read(text: str, size: tuple[float, float], folder: Path, stamps: tuple[tuple[int, int], ...]) -> Land:
-    """Read the land described by a `terrain` section in JSON; `stamps` prevents the cache from returning
-    outdated land."""
+    """Read the land of a `terrain` section in JSON; `stamps` prevents the cache from returning outdated land."""
     terrain = Terrain.model_validate_json(text)
     assert terrain.raster is not None
     raster = read_raster(terrain.raster, folder, terrain.band, terrain.crs)
@@ -268,8 +267,7 @@ def _of_degrees(latitude: float) -> tuple[float, float]:
 
 
 def _lengths(cosine: float, unit: float) -> tuple[float, float]:
-    """Return the meters east and north that an angle spans; `unit` is the length [m] of this angle at the
-    equator."""
+    """Return the meters east and north that an angle spans; `unit` is its length [m] at the equator."""
     curved = 1 - ECCENTRICITY2 * (1 - cosine * cosine)
     long = unit / math.sqrt(curved)
     return long * cosine, long * (1 - ECCENTRICITY2) / curved

@@ -1,5 +1,4 @@
-"""Read vector layers (GeoJSON directly, other formats through pyogrio) and map them onto the cells of a
-world."""
+"""Read vector layers (GeoJSON directly, other formats through pyogrio) and map them onto a world's cells."""
 
 import glob
 import json
@@ -136,8 +135,7 @@ def _content(path: Path, layer: str | None) -> Content:
 
 
 def _of_geojson(data: Any, stem: str, layer: str | None) -> Content:
-    """Return the same for GeoJSON (RFC 7946), which can name its coordinate system as in the 2008
-    specification."""
+    """Return the same for GeoJSON (RFC 7946), which can name its coordinate system as in its version of 2008."""
     crs = data.get("crs") or {"type": "name", "properties": {"name": "EPSG:4326"}}
     if crs["type"] != "name":
         raise ValueError("links to its coordinate system")

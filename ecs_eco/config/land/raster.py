@@ -25,7 +25,6 @@ MOST_BYTES = 2_000_000_000
 MOST_CELLS = 100_000_000
 MOST_OF_CRS = 100_000  # [bytes]
 INSTALL = 'pip install -e ".[geo]" in the source folder'
-OWN = (".npz", ".asc", ".grd")
 # common coordinate systems in degrees
 DEGREES = ("EPSG:4326", "OGC:CRS84", "EPSG:4269", "EPSG:4258", "EPSG:4979")
 DAMAGED = (
@@ -174,11 +173,8 @@ def degrees(crs: str) -> bool:
 @lru_cache(maxsize=4)
 def _read(path: Path, changed: int, size: int, band: int | str | None) -> Raster:
     """Read a file; `changed` and `size` prevent the cache from returning an outdated file."""
-    if path.suffix.lower() == ".npz":
-        return _of_npz(path, band)
-    if path.suffix.lower() in OWN:
-        return _of_ascii(path, band)
-    return _of_gdal(path, band)
+    own = {".npz": _of_npz, ".asc": _of_ascii, ".grd": _of_ascii}
+    return own.get(path.suffix.lower(), _of_gdal)(path, band)
 
 
 # --- .npz

@@ -53,8 +53,7 @@ class Intervention(Section):
         return at if self.until is None or at <= self.until else None
 
     def once(self, tick: int) -> dict[str, Any]:
-        """Return the intervention's single occurrence in this tick as a dict of JSON types, as in a world
-        file."""
+        """Return the single occurrence in this tick as a dict of JSON types, as in a world file."""
         data = self.model_dump(mode="json", exclude={"every", "until"}) | {"at": tick}
         return {key: value for key, value in data.items() if value is not None}
 
@@ -239,8 +238,7 @@ class Use(Section, change=FREE):
         return first <= share < last if first < last else share >= first or share < last
 
     def year(self, tick: int, dt: float) -> int:
-        """Return a tick's year, counted from 0; `dt` is the length of a tick [s]. It is always 0 without
-        `period`."""
+        """Return a tick's year, from 0; `dt` is the length of a tick [s]. Without `period`, it is always 0."""
         return 0 if self.period is None else tick // exact(self.period / dt)
 
 

@@ -7,11 +7,11 @@ plain name of a smell is the mean over all noses that sense it.
 """
 
 import math
-from collections import Counter
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Discriminator, Field, Tag
 
+from ecs_eco.config.numbers import numbered
 from ecs_eco.inputs.section import (
     COLUMN,
     WIDTH,
@@ -348,17 +348,8 @@ AnySensor = Annotated[
 
 def name_sensors(sensors: list[Sensor]) -> list[Sensor]:
     """Return the same sensors, all with names; sensors that would share a name are numbered from 1."""
-    shared = Counter(s.base() for s in sensors if s.name is None)
-    used: Counter[str] = Counter()
-    named = []
-    for sensor in sensors:
-        if sensor.name is None:
-            base = sensor.base()
-            used[base] += 1
-            number = f"_{used[base]}" if shared[base] > 1 else ""
-            sensor = sensor.model_copy(update={"name": base + number})
-        named.append(sensor)
-    return named
+    names = iter(numbered([s.base() for s in sensors if s.name is None]))
+    return [s.model_copy(update={"name": next(names)}) if s.name is None else s for s in sensors]
 
 
 def _ways(dims: int) -> tuple[str, ...]:

@@ -210,15 +210,11 @@ class Species(
     def readings(self, dims: int) -> dict[str, tuple[int, ...]]:
         """Return the names that networks can use, and the channels that each averages."""
         fields: dict[str, tuple[int, ...]] = {}
-        channels: dict[str, tuple[int, ...]] = {}
-        row = 0
-        for sensor in self.sensors:
-            for channel in sensor.channels(dims):
-                if isinstance(sensor, Smell):
-                    fields[sensor.field] = (*fields.get(sensor.field, ()), row)
-                channels[channel] = (row,)
-                row += 1
-        return fields | channels
+        named = [(sensor, channel) for sensor in self.sensors for channel in sensor.channels(dims)]
+        for row, (sensor, _) in enumerate(named):
+            if isinstance(sensor, Smell):
+                fields[sensor.field] = (*fields.get(sensor.field, ()), row)
+        return fields | {channel: (row,) for row, (_, channel) in enumerate(named)}
 
     def groups(self) -> dict[str, list[str]]:
         """Return the actions of each group; a continuous group has one, with the name of the group."""
@@ -237,10 +233,9 @@ class Species(
 
     def known_groups(self) -> dict[str, tuple[str, list[str]]]:
         """Return, for each group that shipped systems handle, the word for an action and the actions."""
-        known: dict[str, tuple[str, list[str]]] = {}
-        for group, names in GROUPS.items():
-            known[group] = "action", list(names or ())
-        known["speed"] = "gait in locomotion.speed", list(self.locomotion.speed if self.locomotion else ())
+        gaits = list(self.locomotion.speed if self.locomotion else ())
+        known = {group: ("action", list(names or ())) for group, names in GROUPS.items()}
+        known["speed"] = "gait in locomotion.speed", gaits
         features = features_of(type(self))
         known |= {g: ("action", list(names or ())) for f in features for g, names in f.acts.items()}
         return known | {group: (word, names) for group, word, names in of_each(self, "acting")}

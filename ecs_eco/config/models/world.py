@@ -166,8 +166,7 @@ class WorldConfig(Section):
         return len(self.space.size)
 
     def felt(self, kind: str) -> tuple[str, ...]:
-        """Return the properties and substances of a kind's bodies; remains also have those of the dead
-        organism."""
+        """Return the properties and substances of a kind's bodies; remains also have the dead organism's."""
         if kind in self.species:
             return (*self.species[kind].felt(), *self.own_fields(kind))
         left = (
@@ -212,8 +211,7 @@ class WorldConfig(Section):
         return frozenset(young.union(*map(self.family, known)))
 
     def bearers(self, property: str) -> list[str]:
-        """Return the object types, then the species, whose bodies have a property or substance, sorted by
-        name."""
+        """Return the object types, then the species, by name, whose bodies have a property or substance."""
         kinds = (*sorted(self.objects), *sorted(self.species))
         return [kind for kind in kinds if property in self.felt(kind)]
 
