@@ -160,6 +160,8 @@ def _walk(
             )
     elif isinstance(value, BaseModel):
         for name, info in type(value).model_fields.items():
+            if wanted is not None and (*key, name) not in wanted:
+                continue
             yield from _walk(getattr(value, name), (*key, name), _field(info), wanted)
     elif isinstance(value, dict):
         for name, inner in value.items():
