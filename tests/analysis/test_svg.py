@@ -12,7 +12,7 @@ import pytest
 import ecs_eco
 from ecs_eco.analysis import depth_figures, figures
 from ecs_eco.analysis.cycles import cycle_statistics
-from ecs_eco.analysis.page import page, picture, table
+from ecs_eco.analysis.page import drawn as written, page, table
 from ecs_eco.analysis.palette import BAND, GRID, INK, NIGHT, ON_DARK, SOFT
 from ecs_eco.analysis.report import write_report
 from ecs_eco.analysis.runs import load_series
@@ -165,7 +165,7 @@ def test_a_browser_shows_a_figure_in_the_theme_of_its_page_and_readable_on_a_pho
     figure = figures.populations(series)
     figure.set_gid(DIM)
     file = tmp_path / "page.html"
-    file.write_text(page("x", picture(save_svg(figure, tmp_path / "x.svg"), "Numbers")), encoding="utf-8")
+    file.write_text(page("x", written(figure, tmp_path / "x.svg", "Numbers")), encoding="utf-8")
     seen = {}
     with launched() as browser:
         for theme in ("light", "dark"):
@@ -205,7 +205,7 @@ def test_printing_loses_no_column(tmp_path: Path) -> None:
     head = ["world", *(f"a column with a long name, {i}" for i in range(11))]
     rows = [["with more wolves", *(["1,234.5 (1,000.5 … 2,345.6)"] * 11)]]
     file = tmp_path / "page.html"
-    wide = picture(save_svg(panels(1, 12, 40, 3)[0], tmp_path / "wide.svg"), "Wide")
+    wide = written(panels(1, 12, 40, 3)[0], tmp_path / "wide.svg", "Wide")
     file.write_text(page("x", table(head, rows), wide), encoding="utf-8")
     with launched() as browser:
         shown = browser.new_page(viewport={"width": 718, "height": 1000})  # A4 with margins of 1 cm
