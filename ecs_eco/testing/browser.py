@@ -26,7 +26,8 @@ FLAGS = [
     "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",
     "--ignore-gpu-blocklist",
-    "--disable-gpu-rasterization",  # as without a GPU: text and icons in software WebGL take seconds to compile
+    "--disable-gpu-rasterization",  # without a GPU, Chromium draws text, icons and charts on the processor;
+    "--disable-accelerated-2d-canvas",  # as software WebGL, their shaders take seconds to compile
     "--disable-quic",
     "--no-first-run",
     "--disable-background-networking",
