@@ -43,6 +43,15 @@ class Options(TypedDict, total=False):
     trust: bool
 
 
+class Which(TypedDict):
+    """The choice of what is taken out, when and how often: see `account`."""
+
+    tick: When
+    forks: int
+    learned: bool
+    reverse: bool
+
+
 class Job(NamedTuple):
     """Alleles that forks at a tick take out or, if the kind is "reverse", put in."""
 

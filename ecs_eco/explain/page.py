@@ -26,6 +26,7 @@ from ecs_eco.explain.account import (
     Account,
     Options,
     When,
+    Which,
     account,
     candidates,
     jobs_of,
@@ -146,7 +147,8 @@ def write_explanation(
     sweeps, tests = sweeps_and_tests(lineage, species, fdr)
     paths = {name: of.paths for name, of in tests.items()}
     some = [] if islands or not forks else sorted(sweeps, key=lambda sweep: sweep.p)[:MOST]
-    accounts = accounts_of(run, some, tick, forks, learned, reverse, together, progress, how)
+    options: Which = {"tick": tick, "forks": forks, "learned": learned, "reverse": reverse}
+    accounts = accounts_of(run, some, options, how, together, progress)
     told = [accounts.get(id(sweep), Account(sweep)) for sweep in sweeps]
     summary = [*headline(told), *opening(sweeps, lineage, list(paths), islands and bool(forks), bool(some))]
     if together and some and not with_another(some):
@@ -206,36 +208,25 @@ def write_page(
 def accounts_of(
     run: Path | str,
     sweeps: Sequence[Sweep],
-    tick: When,
-    forks: int,
-    learned: bool,
-    reverse: bool,
+    which: Which,
+    how: Options,
     together: bool,
     progress: Callable[[int, int], None] | None,
-    how: Options,
 ) -> dict[int, Account]:
     """Take the alleles of several sweeps, the clearest first, out of a run, with one progress for all of them;
-    return the accounts by the sweeps' ids. `how` contains the other arguments of `account`."""
+    return the accounts by the sweeps' ids."""
     others = with_another(sweeps) if together else {}
-    jobs = [forks * len(jobs_of(s, tick, learned, reverse, others.get(id(s)))) for s in sweeps]
+    rest = which["tick"], which["learned"], which["reverse"]
+    jobs = [len(jobs_of(sweep, *rest, others.get(id(sweep)))) for sweep in sweeps]
     accounts = {}
     for i, sweep in enumerate(sweeps):
 
         def show(done: int, _: int, before: int = sum(jobs[:i])) -> None:
             if progress is not None:
-                progress(before + done, sum(jobs))
+                progress(before * which["forks"] + done, sum(jobs) * which["forks"])
 
-        accounts[id(sweep)] = account(
-            run,
-            sweep,
-            tick=tick,
-            forks=forks,
-            learned=learned,
-            reverse=reverse,
-            other=others.get(id(sweep)),
-            progress=show,
-            **how,
-        )
+        other = others.get(id(sweep))
+        accounts[id(sweep)] = account(run, sweep, other=other, progress=show, **which, **how)
     return accounts
 
 
