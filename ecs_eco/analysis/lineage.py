@@ -14,7 +14,7 @@ from ecs_eco.analysis import breeding as breeder, carriers, genes
 from ecs_eco.analysis.page import write_text
 from ecs_eco.analysis.pedigree import ALIVE, Pedigree, among
 from ecs_eco.analysis.runs import read_manifest, tables, whole_table
-from ecs_eco.engine.uids import island_of
+from ecs_eco.engine.uids import island_of, matched
 from ecs_eco.record.archipelago import ISLANDS, is_archipelago, read
 from ecs_eco.record.frame import SeriesTable
 from ecs_eco.record.genomes import genes_of
@@ -258,11 +258,10 @@ class Lineage(Pedigree):
         uid = uid[order]
         died, cause = np.full(len(uid), ALIVE, np.int64), np.zeros(len(uid), deaths["cause"].dtype)
         by_uid = np.argsort(uid, kind="stable")
-        at = np.searchsorted(uid[by_uid], deaths["uid"])
-        at = by_uid[np.minimum(at, len(uid) - 1)] if len(uid) else at
-        lost = deaths["uid"] != (uid[at] if len(uid) else 0)
-        if lost.any():
-            raise ValueError(f"lineage: {deaths['uid'][lost][0]} died, but its birth was not recorded")
+        at, there = matched(uid[by_uid], deaths["uid"])
+        if not there.all():
+            raise ValueError(f"lineage: {deaths['uid'][~there][0]} died, but its birth was not recorded")
+        at = by_uid[at]
         died[at], cause[at] = deaths["tick"], deaths["cause"]
         more["recorded"] = recorded = {}
         for name in (name for name in births if "." in name):  # fields of components

@@ -8,7 +8,7 @@ from typing import Any, Self
 import numpy as np
 
 from ecs_eco.engine.errors import UnknownName, unknown_name
-from ecs_eco.engine.uids import island_of
+from ecs_eco.engine.uids import island_of, matched
 
 ALIVE = -1
 
@@ -110,11 +110,10 @@ class Pedigree:
 
     def _places(self, uids: np.ndarray) -> np.ndarray:
         """Return the indices of organisms in the arrays, with −1 for uid 0 and for missing organisms: i64."""
-        if not len(self):
-            return np.full(len(uids), -1)
-        known = self.uid[self._by_uid]
-        at = np.minimum(np.searchsorted(known, uids), len(known) - 1)
-        return np.where((uids > 0) & (known[at] == uids), self._by_uid[at], -1)
+        at, there = matched(self.uid[self._by_uid], uids)
+        out = np.full(len(uids), -1)
+        out[there] = self._by_uid[at[there]]
+        return np.where(uids > 0, out, -1)
 
     @property
     def founders(self) -> np.ndarray:

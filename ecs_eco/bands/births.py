@@ -9,6 +9,7 @@ import numpy as np
 
 from ecs_eco.components import Genome, Policy, Position
 from ecs_eco.engine.turnover import Turnover
+from ecs_eco.engine.uids import matched
 from ecs_eco.life.births import Litters, rows_of
 from ecs_eco.life.places import Around
 from ecs_eco.space.geometry import cells_of
@@ -31,8 +32,8 @@ class Parents(dict[type, Any]):
 
     def rows(self, uid: np.ndarray) -> np.ndarray:
         """Return the rows of parents, or −1 for dead parents: i64[n]."""
-        at = np.minimum(np.searchsorted(self.uid, uid), max(self.uid.size - 1, 0))
-        return np.where(self.uid[at] == uid, at, -1) if self.uid.size else np.full(uid.size, -1)
+        at, there = matched(self.uid, uid)
+        return np.where(there, at, -1)
 
 
 class _Columns:

@@ -9,6 +9,7 @@ import numpy as np
 
 from ecs_eco.bands.fields import complete
 from ecs_eco.bands.rollout import last_of
+from ecs_eco.engine.uids import matched
 from ecs_eco.learning.rollout import Rollout
 from ecs_eco.record import freeze as frozen
 
@@ -64,8 +65,7 @@ def _log(
     arrays: Arrays, prefix: str, mine: Rollout, lives: np.ndarray, columns: list[np.ndarray], uid: np.ndarray
 ) -> None:
     """Insert the rollout of all processes into a frozen world whose row i is organism uid[i] u64[n]."""
-    at = np.minimum(np.searchsorted(uid, lives), max(uid.size - 1, 0))
-    living = uid[at] == lives if uid.size else np.zeros(lives.size, np.bool_)
+    at, living = matched(uid, lives)
     rows = np.where(living, at, uid.size + np.cumsum(~living) - 1)  # a separate row for each dead organism
     whole = Rollout(
         columns[0].shape[1], columns[1].shape[1], mine.discount, columns[3].shape[1], columns[2].shape[1]

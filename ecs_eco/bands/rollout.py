@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ecs_eco.engine.uids import matched
 from ecs_eco.learning.rollout import Rollout, _lives
 
 if TYPE_CHECKING:
@@ -136,8 +137,7 @@ class BandRollout(Rollout):
         known, columns = self.gathered()
         self._hold(columns)
         self.n, self.last = len(self._ended), last_of(self._steps["row"], self._ended, known.size)
-        at = np.minimum(np.searchsorted(known, uid), max(known.size - 1, 0))
-        acted = known[at] == uid if known.size else np.zeros(uid.size, np.bool_)
+        at, acted = matched(known, uid)
         super().advantages(at[acted], later[acted], gae_lambda)
 
     def gathered(self) -> tuple[np.ndarray, list[np.ndarray]]:

@@ -1,4 +1,4 @@
-"""Uids in worlds that exchange entities: each island counts from a different start, so uids are unique."""
+"""Uids: lookups, and worlds that exchange entities, where each island counts from a different start."""
 
 from __future__ import annotations
 
@@ -25,3 +25,9 @@ def island_of(uid: Uid) -> Uid:
 def is_given(uid: Uid, next_uid: int) -> Any:
     """Return which uids u64[n] were assigned before `next_uid`, or by other islands: bool[n]."""
     return (uid < next_uid) | (island_of(uid) != island_of(next_uid))
+
+
+def matched(known: np.ndarray, uids: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the index of each uid in `known`, which is ascending, and whether it is there: i64[n], bool[n]."""
+    at = np.minimum(np.searchsorted(known, uids), max(known.size - 1, 0))
+    return at, known[at] == uids if known.size else np.zeros(uids.size, np.bool_)

@@ -10,6 +10,7 @@ from ecs_eco.components import Metabolism
 from ecs_eco.ecosystem import World
 from ecs_eco.engine.hooks import listening
 from ecs_eco.engine.table import Table
+from ecs_eco.engine.uids import matched
 from ecs_eco.life.births import rows_of
 from ecs_eco.nervous.thoughts import minds, thinkers
 from ecs_eco.runs.requests import repeat_requests
@@ -66,9 +67,8 @@ class Followed:
 
     def _at(self, uids: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return which of these uids are followed, as indices i64[k], and their places i64[k]."""
-        place = np.minimum(np.searchsorted(self.uids, uids), self.uids.size - 1)
-        which = np.flatnonzero(self.uids[place] == uids)
-        return which, place[which]
+        place, there = matched(self.uids, uids)
+        return np.flatnonzero(there), place[there]
 
     def _born(self, table: Table, rows: np.ndarray, first: np.ndarray, second: np.ndarray) -> None:
         if table is self.table:

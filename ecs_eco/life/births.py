@@ -19,6 +19,7 @@ from ecs_eco.components import (
     Position,
 )
 from ecs_eco.engine import random
+from ecs_eco.engine.uids import matched
 from ecs_eco.genomes.choices import CHOICES
 from ecs_eco.life import sizes
 from ecs_eco.life.broods import Brood, name, small_brood
@@ -295,9 +296,10 @@ def headings(world: SpatialWorld, identity: np.ndarray) -> np.ndarray:
 def rows_of(table: Table, uids: np.ndarray) -> np.ndarray:
     """Return the rows i64[k] of living organisms with these uids; −1 for dead ones."""
     rows = table.by_uid()
-    known = table.uid[rows]
-    at = np.minimum(np.searchsorted(known, uids), max(known.size - 1, 0))
-    return np.where(known[at] == uids, rows[at], -1)
+    at, there = matched(table.uid[rows], uids)
+    out = np.full(uids.size, -1)
+    out[there] = rows[at[there]]
+    return out
 
 
 def ticks(seconds: Any, dt: float) -> Any:

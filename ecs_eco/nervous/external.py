@@ -12,6 +12,7 @@ from ecs_eco.components import Nervous
 from ecs_eco.engine.errors import ConfigError, Problem, listed
 from ecs_eco.engine.halves import Halves
 from ecs_eco.engine.interruption import require_whole
+from ecs_eco.engine.uids import matched
 from ecs_eco.nervous.networks import last_reward
 from ecs_eco.nervous.outside import Answer, Nobody, Outside, options_of, taken
 
@@ -250,9 +251,7 @@ class External:
         uids."""
         mine = self._pending.uid
         order = np.argsort(mine)
-        at = np.minimum(np.searchsorted(mine[order], uids), max(0, len(mine) - 1))
-        places = order[at] if len(mine) else np.zeros(len(uids), np.int64)
-        there = mine[places] == uids if len(mine) else np.zeros(len(uids), np.bool_)
+        at, there = matched(mine[order], uids)
         problems: list[Problem] = []
         if not there.all():
             problems.append(
@@ -265,7 +264,7 @@ class External:
             problems.append(self._problem("no action", missing, source))
         if problems:
             raise ConfigError(problems)
-        return places
+        return order[at]
 
     def _problem(self, fault: str, uids: np.ndarray, source: str) -> Problem:
         every = "at most" * self._pending.some or "exactly"

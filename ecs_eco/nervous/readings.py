@@ -9,6 +9,7 @@ import numpy as np
 from ecs_eco.components import Senses
 from ecs_eco.config.models.sensors import Sensor, Touch
 from ecs_eco.engine.schema import Columns
+from ecs_eco.engine.uids import matched
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -46,10 +47,9 @@ class Readings(Columns):
         if self._made_of is not sensed or self._version != table.version or len(column) != table.capacity:
             column = np.full((table.capacity, len(table.species.nerves.channels)), np.nan, np.float32)
             rows, order = table.rows(), np.argsort(uid, kind="stable")
-            if rows.size and order.size:
-                at = order[np.searchsorted(uid, table.uid[rows], sorter=order).clip(max=order.size - 1)]
-                known = uid[at] == table.uid[rows]
-                column[rows[known]] = x[at[known]]
+            at, known = matched(uid[order], table.uid[rows])
+            if known.any():
+                column[rows[known]] = x[order[at[known]]]
             column.flags.writeable = False
             object.__setattr__(self, "_made_of", sensed)
             object.__setattr__(self, "_column", column)

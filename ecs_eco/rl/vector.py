@@ -10,6 +10,7 @@ from ecs_eco.config.loading import WorldSource
 from ecs_eco.ecosystem import World
 from ecs_eco.engine import random
 from ecs_eco.engine.arguments import whole_number
+from ecs_eco.engine.uids import matched
 from ecs_eco.nervous.external import Sensed
 from ecs_eco.rl import spaces
 from ecs_eco.rl.arena import Arena, Shown
@@ -166,7 +167,7 @@ class Slots(Shown, VectorEnv):
 def _places(uids: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     """Return the indices i64[k] of the wanted uids u64[k] among uids u64[n]; arbitrary for missing ones."""
     order = np.argsort(uids)
-    at: np.ndarray = order[np.minimum(np.searchsorted(uids[order], wanted), max(0, len(uids) - 1))]
+    at: np.ndarray = order[matched(uids[order], wanted)[0]]
     return at
 
 

@@ -11,6 +11,7 @@ from ecs_eco.components import Body, Carrier, Load, Metabolism, Position
 from ecs_eco.engine.random import lots
 from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
+from ecs_eco.engine.uids import matched
 from ecs_eco.genomes.own_values import highest, own_value
 from ecs_eco.life.torpor import LEAST_ENERGY, awake
 
@@ -126,10 +127,8 @@ def where(things: list[Table], uids: np.ndarray) -> np.ndarray:
     out = np.full((uids.size, 2), -1, np.int64)
     for number, thing in enumerate(things):
         rows = thing.by_uid()
-        if rows.size:
-            at = np.minimum(np.searchsorted(thing.uid[rows], uids), rows.size - 1)
-            same = thing.uid[rows[at]] == uids
-            out[same, 0], out[same, 1] = number, rows[at[same]]
+        at, same = matched(thing.uid[rows], uids)
+        out[same, 0], out[same, 1] = number, rows[at[same]]
     return out
 
 

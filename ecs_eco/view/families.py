@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from ecs_eco.engine.uids import matched
 from ecs_eco.view.genealogy import Genealogy, Lives, Young
-from ecs_eco.view.parts import matched
 from ecs_eco.view.source import Message, uid_of
 
 SLOTS = 12  # families of a species that get their own color

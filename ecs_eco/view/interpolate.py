@@ -5,7 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ecs_eco.view.parts import Columns, matched
+from ecs_eco.engine.uids import matched
+from ecs_eco.view.parts import Columns
 
 STATE = ("x", "y", "z", "heading", "energy", "happiness")
 EVENT = ("uid", "species", "x", "y", "z", "energy")

@@ -97,12 +97,6 @@ class Blocks:
         return None
 
 
-def matched(known: np.ndarray, uid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the index of each uid in `known`, which is ascending, and whether it is there: i64[n], bool[n]."""
-    at = np.minimum(np.searchsorted(known, uid), max(known.size - 1, 0))
-    return at, known[at] == uid if known.size else np.zeros(uid.size, np.bool_)
-
-
 def _has(group: Group, uid: int | None) -> bool:
     """Return whether a group may contain this organism (None: any organism)."""
     return uid is None or group.uids is None or group.uids[0] <= uid <= group.uids[1]

@@ -13,13 +13,14 @@ from ecs_eco.config.models.interventions import describe
 from ecs_eco.ecosystem import World
 from ecs_eco.engine import files
 from ecs_eco.engine.errors import CheckpointError, ConfigError, RecordingError
+from ecs_eco.engine.uids import matched
 from ecs_eco.record import checkpoint, seal
 from ecs_eco.record.details import KIND
 from ecs_eco.runs.begin import config_of
 from ecs_eco.runs.run import read_manifest
 from ecs_eco.view.curves import MOST, extremes, stretch
 from ecs_eco.view.interpolate import EVENT, STATE, Chapter, Organisms
-from ecs_eco.view.parts import Cache, Columns, Parts, matched
+from ecs_eco.view.parts import Cache, Columns, Parts
 from ecs_eco.view.scene import coloured_genes, sky
 
 CHAPTERS = 3  # chapters kept in memory
