@@ -113,7 +113,7 @@ class Pedigree:
         at, there = matched(self.uid[self._by_uid], uids)
         out = np.full(len(uids), -1)
         out[there] = self._by_uid[at[there]]
-        return np.where(uids > 0, out, -1)
+        return out
 
     @property
     def founders(self) -> np.ndarray:
