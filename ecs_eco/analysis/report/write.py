@@ -9,22 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.analysis import (
-    against as outside_series,
-    depth_figures,
-    figures,
-    flows,
-    genes_figures,
-    learning,
-    matter,
-    measures,
-)
+from ecs_eco.analysis import depth_figures, figures, flows, genes_figures, learning, matter, measures
 from ecs_eco.analysis.cycles import CycleStatistics, Lag, cycle_statistics
 from ecs_eco.analysis.extinction import opening, swings
 from ecs_eco.analysis.land import land_at
 from ecs_eco.analysis.page import Markup, bullets, drawn, number, page, table, verdict, write_text
 from ecs_eco.analysis.palette import ON_DARK
 from ecs_eco.analysis.relief import Relief
+from ecs_eco.analysis.report import against as outside_series
 from ecs_eco.analysis.runs import DIED, Series, load_series, parts, tables
 from ecs_eco.analysis.spectrum import Peak
 from ecs_eco.analysis.style import Figure, as_delivered, colors_of

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from ecs_eco.analysis.against import blocks
+from ecs_eco.analysis.report.against import blocks
 from ecs_eco.analysis.runs import Series
 from ecs_eco.config.measurements import Outside
 from tests.analysis.test_against import HARE_LYNX, waves
