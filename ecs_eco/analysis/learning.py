@@ -8,11 +8,10 @@ from typing import Any
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.compute as pc
 
 from ecs_eco.analysis.page import drawn, interval, number, page, table, write_text
 from ecs_eco.analysis.palette import AXIS, TIME
-from ecs_eco.analysis.runs import Series, pivot, whole_table
+from ecs_eco.analysis.runs import Series, whole_table
 from ecs_eco.analysis.style import Figure, colors, colors_of, over_ticks, panels, styled
 from ecs_eco.record.parquet import to_numpy
 
@@ -55,21 +54,33 @@ class Acts:
 
 def updates_of(table: pa.Table) -> dict[str, Updates]:
     """Return the updates of each species from a table of `Recorder.learning_series`."""
-    species, out = table["species"].cast(pa.string()), {}
-    for s in pc.unique(species).to_pylist():
-        own = table.filter(pc.equal(species, s))
-        names = [name for name in table.column_names if name not in ("tick", "species")]
-        out[s] = Updates(to_numpy(own["tick"]), {name: own[name].to_numpy().astype(float) for name in names})
-    return out
+    species = np.array(table["species"].cast(pa.string()).to_pylist(), object)
+    columns = {
+        name: np.asarray(c.to_numpy() if c.null_count else to_numpy(c), float)
+        for name, c in zip(table.column_names, table.columns, strict=True)
+        if name not in ("tick", "species")
+    }
+    ticks = to_numpy(table["tick"])
+    return {
+        s: Updates(ticks[species == s], {name: v[species == s] for name, v in columns.items()})
+        for s in dict.fromkeys(species.tolist())
+    }
 
 
 def acts_of(table: pa.Table) -> dict[str, Acts]:
     """Return the actions of each species from a table of `Recorder.action_series`."""
-    species, out = table["species"].cast(pa.string()), {}
-    for s in pc.unique(species).to_pylist():
-        own = table.filter(pc.equal(species, s)).select(["tick", "action", "n", "of"])
-        ticks, (names,), columns = pivot(own, "action")
-        out[s] = Acts(ticks, names, columns["n"] / np.where(columns["of"], columns["of"], np.nan))
+    species, action = (
+        np.array(table[name].cast(pa.string()).to_pylist(), object) for name in ("species", "action")
+    )
+    ticks, done, of = (to_numpy(table[name]) for name in ("tick", "n", "of"))
+    out = {}
+    for s in dict.fromkeys(species.tolist()):
+        chosen = species == s
+        names = tuple(dict.fromkeys(action[chosen].tolist()))
+        when, row = np.unique(ticks[chosen], return_inverse=True)
+        share = np.full((len(when), len(names)), np.nan)
+        share[row, [names.index(a) for a in action[chosen]]] = done[chosen] / of[chosen]
+        out[s] = Acts(when, names, share)
     return out
 
 
