@@ -110,7 +110,7 @@ function pictured(stage, sheet) {
 function paint(stage, sheet) {
   const whole = $("stage"), ratio = stage.renderer.getPixelRatio(), [width, height] = [whole.clientWidth, whole.clientHeight].map((side) => Math.round(side * ratio));
   if (sheet.width !== width || sheet.height !== height) [sheet.width, sheet.height] = [width, height];
-  const pen = sheet.getContext("2d");
+  const pen = sheet.getContext("2d", { alpha: false });
   if (!pen) return;
   const sky = pen.createLinearGradient(0, 0, 0, height), root = getComputedStyle(whole);
   ["high", "low"].forEach((end, i) => sky.addColorStop(i, root.getPropertyValue(`--sky-${end}`).trim() || css(`--sky-day-${end}`)));

@@ -78,7 +78,7 @@ export function sheet({ title, unit, body, legend = [] }) {
 export function caption(picture, canvas, ratio) {
   const { width, height } = picture, [high, up, size, left] = [CAPTION.high, CAPTION.up, CAPTION.size, MARGIN].map((units) => Math.round(units * ratio));
   if (canvas.width !== width || canvas.height !== height + high) [canvas.width, canvas.height] = [width, height + high];
-  const pen = canvas.getContext("2d");
+  const pen = canvas.getContext("2d", { alpha: false });
   if (!pen) return;
   pen.fillStyle = css("--card");
   pen.fillRect(0, height, width, high);
@@ -95,7 +95,7 @@ export function print(name, drawn, kind) {
   const [, , wide, high] = (root.getAttribute("viewBox") ?? "").split(" ").map(Number), image = new Image();
   image.onload = () => {
     const canvas = h("canvas", { width: Math.round(DOTS * wide), height: Math.round(DOTS * high) });
-    canvas.getContext("2d")?.drawImage(image, 0, 0, canvas.width, canvas.height);
+    canvas.getContext("2d", { alpha: false })?.drawImage(image, 0, 0, canvas.width, canvas.height);
     URL.revokeObjectURL(image.src);
     canvas.toBlob((blob) => blob && save(`${name}.png`, blob));
   };
