@@ -171,7 +171,9 @@ def first(browsers: int = 7, pages: int = 3) -> tuple[list[dict[str, Any]], dict
                 "goal": SOON,
             }
         )
-    drawn = "software (SwiftShader), in a separate process"
+    drawn = (
+        "software (SwiftShader), in a separate process; text and charts on the processor, as without a GPU"
+    )
     return rows, {"browsers": browsers, "pages of each": pages, "drawn by": drawn}
 
 
