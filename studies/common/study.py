@@ -134,7 +134,9 @@ class Study:
         partial = path.with_suffix(".partial.json")
         wanted = {_key(case): case for case in cases}
         hashes = {key: self._hash(config, case) for key, case in wanted.items()}
-        done = {} if fresh else _kept([path, partial], hashes)
+        if fresh:  # written first: resumed, an interrupted run must not read the earlier result
+            write_json(partial, self._record(config, [], short))
+        done = _kept(partial if partial.is_file() else path, hashes)
         missing = [case for key, case in wanted.items() if key not in done]
         print(
             f"{self.name}: {self.claim}\n{len(cases)} cases, {len(cases) - len(missing)} finished → {path}",
@@ -256,17 +258,17 @@ def _key(case: Case) -> str:
     return canonical(dict(case))
 
 
-def _kept(paths: Sequence[Path], hashes: Mapping[str, str]) -> dict[str, dict[str, Any]]:
-    """Return finished cases of earlier runs, by key, if they are still needed and their hash is unchanged."""
-    entries: dict[str, dict[str, Any]] = {}
-    for path in paths:
-        if path.is_file():
-            record = json.loads(path.read_text(encoding="utf-8"))
-            for entry in record["cases"]:
-                key = _key(entry["case"])
-                if key in hashes and hashes[key] == entry.get("depends_hash", record.get("config_hash")):
-                    entries[key] = entry
-    return entries
+def _kept(path: Path, hashes: Mapping[str, str]) -> dict[str, dict[str, Any]]:
+    """Return a file's finished cases by key, if they are still needed and their hash is unchanged."""
+    if not path.is_file():
+        return {}
+    record = json.loads(path.read_text(encoding="utf-8"))
+    entries = {_key(entry["case"]): entry for entry in record["cases"]}
+    return {
+        key: entry
+        for key, entry in entries.items()
+        if hashes.get(key) == entry.get("depends_hash", record.get("config_hash"))
+    }
 
 
 def _conclude(summary: Any) -> dict[str, Any]:

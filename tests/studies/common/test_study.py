@@ -103,6 +103,17 @@ def test_finished_cases_are_kept_when_one_fails_and_not_run_again(study: Study) 
     assert study.ran() == [1, 2, 3, 5]
 
 
+def test_a_fresh_run_that_was_interrupted_keeps_no_earlier_case(study: Study) -> None:
+    study.run()
+    study.ran()
+    assert study.run("--fresh", FAIL="3").returncode == 1
+    assert study.ran() == [1, 2, 3, 5]
+    assert study.run().returncode == 0
+    assert study.ran() == [3]  # not the 3 of the first run
+    assert study.run().returncode == 0
+    assert study.ran() == []
+
+
 def test_another_configuration_runs_all_cases_again(study: Study) -> None:
     study.run()
     before = study.read()["config_hash"]
