@@ -106,7 +106,7 @@ def breeding(
         - midparent: the slope of offspring on the mean of their parents (or on the only parent), within
           cohorts, which estimates the heritability (with only one parent, in the broad sense);
         - one_parent: the slope on each parent separately, half as large with two unrelated parents;
-        - realized (whole run only): the slope through the origin of cumulated R on cumulated S.
+        - realized (whole run only): the slope through the origin of cumulative R on cumulative S.
 
         Opportunity, S, intensity and R are NaN for cohorts of which more than 5% are alive at the end (or
         have emigrated), because part of their births is still to come. The whole run leaves these cohorts
@@ -435,7 +435,7 @@ def _groups(cohort: np.ndarray, count: int) -> list[np.ndarray]:
 
 @styled
 def responses(found: Breeding, title: str = "") -> Figure:
-    """Plot newborns, selection and response by cohort, and cumulated response against cumulated selection.
+    """Plot newborns, selection and response by cohort, and cumulative response against cumulative selection.
 
     Parameters
     ----------
@@ -455,7 +455,7 @@ def responses(found: Breeding, title: str = "") -> Figure:
     >>> all_zero = dict.fromkeys(names, Interval(0.0, -1.0, 1.0))
     >>> cohort = Cohort(0, 9, 5, 0.0, 5.0, all_zero)
     >>> [ax.get_xlabel() for ax in responses(Breeding("finch", ("size",), 9.0, (cohort,), cohort)).axes]
-    ['tick of birth', 'tick of birth', 'cumulated S']
+    ['tick of birth', 'tick of birth', 'cumulative S']
     """
     figure, ((left, middle, right),) = panels(1, 3, 11, 3.4)
     ticks = np.array([(c.start + c.stop - 1) / 2 for c in found.cohorts])
@@ -480,7 +480,7 @@ def responses(found: Breeding, title: str = "") -> Figure:
     title_of_slope = "Realized heritability" + (f": {slope:.2f}" if np.isfinite(slope) else "")
     right.plot(s, r, "o", color=INK, ms=4)
     right.plot(s[[s.argmin(), s.argmax()]], slope * s[[s.argmin(), s.argmax()]], color=PALETTE[1])
-    right.set(xlabel="cumulated S", ylabel="cumulated R", title=title_of_slope)
+    right.set(xlabel="cumulative S", ylabel="cumulative R", title=title_of_slope)
     right.locator_params(axis="x", nbins=4)
     labels = [left.get_legend_handles_labels(), middle.get_legend_handles_labels()]
     figure.legend(*(a + b for a, b in zip(*labels, strict=True)), loc="outside upper left", ncols=4)
