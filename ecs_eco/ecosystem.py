@@ -291,7 +291,7 @@ class World(SpatialWorld):
     def reconfigure(self, config: WorldSource, learners: Iterable[str] = ()) -> None:
         """Give this live world a new configuration, effective from the next tick.
 
-        Organisms keep the state that they were born with (energy, mass, sex, fertility, properties,
+        Living organisms keep their current state (energy, mass, sex, fertility, properties,
         substances); newborns get the new values.
 
         Parameters

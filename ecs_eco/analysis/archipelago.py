@@ -195,12 +195,12 @@ def opening(islands: Islands) -> tuple[list[str], bool]:
         }
         if gone:
             order = sorted(gone.items(), key=lambda one: one[1])
-            places = in_words(f"{island} at tick {tick:,}" for island, tick in order[:3])
-            more = f" and {len(gone) - 3} more" * (len(gone) > 3)
-            lines.append(f"{name} died out on {len(gone)} of {many} islands ({places}{more}).")
+            places = [f"{island} at tick {tick:,}" for island, tick in order[:3]]
+            places += [f"{len(gone) - 3} more"] * (len(gone) > 3)
+            lines.append(f"{name} died out on {len(gone)} of {many} islands ({in_words(places)}).")
     if not (lost := bool(lines)):
         lines.append(
-            f"All species that an island began with live there at the end of {islands.manifest['tick']:,} ticks."
+            f"On each island, all species that it began with are alive after {islands.manifest['tick']:,} ticks."
         )
     counts = {name: islands.moved(name).sum() for name in islands.migrants}
     if counts:

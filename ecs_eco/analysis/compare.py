@@ -337,7 +337,7 @@ def write(
 
 
 def _share(x: Sequence[float]) -> str:
-    return "–" if x[0] is None else f"{x[0]:.2f} ({x[1]:.2f} … {x[2]:.2f})"
+    return "–" if x[0] is None else f"{x[0]:.2f} ({x[1]:.2f} to {x[2]:.2f})"
 
 
 _CURVE = "Fraction of runs in which {} persists (Kaplan–Meier, 95% bands)."
@@ -357,8 +357,8 @@ _HOURS = (
 )
 _SHARES = (
     "<p>Sources of variance: the fractions due to the training seed, the world seed and the rest (chance "
-    "and their interaction). “Persisted” counts as 0 or 1 on a linear scale; a run without an extinction "
-    "contributes its full length; a period is given only for runs that cycle. A dash means no variance. "
+    "and the interaction of both seeds). “Persisted” counts as 0 or 1 on a linear scale; a run without an "
+    "extinction contributes its full length; a period is given only for runs that cycle. A dash means no variance. "
     "Intervals are from a two-way bootstrap.</p>"
 )
 _DEPTH = (
@@ -373,7 +373,7 @@ _LAGS = (
 )
 _PEAKS = (
     "<p>Number of runs with a spectral peak above red noise that does not oscillate (p ≤ 0.05 in each run; "
-    "by chance, 1 run in 20), and above AR(1), a null that finds smooth series periodic.</p>"
+    "by chance, 1 run in 20), and above AR(1), a null model that is too lenient for smooth series.</p>"
 )
 
 

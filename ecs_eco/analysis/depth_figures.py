@@ -225,8 +225,8 @@ def _escape(result: Escape, prey: str, predator: str, dt: float) -> str:
     return (
         f"<p>{result.n:,} approaches of {predator} to {WITHIN} m, each after {REST} ticks without one. The "
         f"speed of {prey} increases {result.gain:.1f}-fold within two ticks. Time to reach twice the "
-        f"previous speed, counted from the tick that begins with the approach: {after}. One tick after the "
-        f"approach, the animals move away: V-test u = {result.u:.1f}, p {p}, treating approaches as "
+        f"previous speed, counted from the tick that begins with the approach: {after}. V-test for "
+        f"movement away, one tick after the approach: u = {result.u:.1f}, p {p}, treating approaches as "
         f"independent. Animals that are eaten are included until their death. A {predator} that overshoots "
         "also makes the prey appear to move away, which is not an escape.</p>"
     )

@@ -180,7 +180,7 @@ def swings(series: Series, most: int = 3) -> list[str]:
     >>> from ecs_eco.analysis.extinction import swings
     >>> from ecs_eco.analysis.runs import load_series
     >>> swings(load_series({"hare": [10, 50, 40], "lynx": [4, 3, 3]}))
-    ['Hare rose from 10 at tick 0 to 50 at tick 1, 5 times as many.']
+    ['Hare rose from 10 at tick 0 to 50 at tick 1, 5.0 times as many.']
     """
     found = []
     for i, species in enumerate(series.species):
@@ -196,7 +196,7 @@ def swings(series: Series, most: int = 3) -> list[str]:
         if fold >= 2 and max(n[start], n[end]) >= 20:
             ends = (f"{n[k]:,.0f} at tick {series.ticks[k]:,.0f}" for k in (start, end))
             how = f"{'rose' if up else 'fell'} from {' to '.join(ends)}"
-            last = f"{fold:.2g} times" if up else f"{1 / fold:.0%}"
+            last = f"{fold:,.1f} times" if up else f"{1 / fold:.0%}"
             found.append((-fold, f"{species[0].upper()}{species[1:]} {how}, {last} as many."))
     return [text for _, text in sorted(found)[:most]]
 

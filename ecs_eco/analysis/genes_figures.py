@@ -61,7 +61,7 @@ def courses(genes: Sequence[Course], traits: Mapping[str, str | None], title: st
         ax.set(xlim=(g.ticks[0], max(g.ticks[-1], 1)), ylabel=traits.get(g.gene) or g.gene)
         ax.set_title(f"{title}: {g.gene}" if title else g.gene)
         ax.grid(visible=False)
-        bar = figure.colorbar(mesh, ax=ax, pad=0.01, aspect=12, format=lambda x, _: f"{100 * x:.2g} %")
+        bar = figure.colorbar(mesh, ax=ax, pad=0.01, aspect=12, format=lambda x, _: f"{100 * x:.3g}%")
         bar.set_label("fraction of living organisms", fontsize=9)
         bar.set_ticks([0, top / 4, top])
         if k == 0:

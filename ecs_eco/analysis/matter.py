@@ -70,7 +70,7 @@ def told(ledger: Ledger) -> list[str]:
         some = ", ".join(f"{f.replace('_', ' ')} {'+' if v > 0 else ''}{number(v)}" for f, v in ranked)
         most = int(ledger.stock[-1, :, k].argmax())
         share = ledger.stock[-1, most, k] / after if after > 0 else 0.0
-        end = f"; most of it, {share:.0%}, is in {ledger.holders[most]}" if share > 0 else ""
+        end = f"; the largest share, {share:.0%}, is in {ledger.holders[most]}" if share > 0 else ""
         what = f" ({some})" if some else ", no inflow or outflow"
         lines.append(f"{name}: {number(before)} mol at the start, {number(after)} mol at the end{what}{end}.")
     gap, share, tick = ledger.gap()

@@ -66,7 +66,7 @@ def interval(x: Sequence[float | None] | None) -> str:
     """Return an estimate with its interval, or an en dash if it is missing."""
     if x is None or x[0] is None:
         return "–"
-    return f"{number(x[0])} ({number(x[1])} … {number(x[2])})"
+    return f"{number(x[0])} ({number(x[1])} to {number(x[2])})"
 
 
 def number(x: float | None, digits: int = 3) -> str:

@@ -95,7 +95,7 @@ def seeds_section(effects: Sequence[Effect], unit: str = "seeds") -> list[str]:
         for seeds, effect in found[:MOST_ROWS]
     ]
     head = ["effect", *(f"{n} {unit}" for n in counts), f"{unit} for ±10%", "for all effects"]
-    left = [f"<p>… and {m - MOST_ROWS} more effects, which need fewer {unit}.</p>"] * (m > MOST_ROWS)
+    left = [f"<p>Effects not shown, which need fewer {unit}: {m - MOST_ROWS}.</p>"] * (m > MOST_ROWS)
     words = _WORDS.format(unit=unit, m=m, misses=number(0.05 * m))
     return ["<h2>How many seeds</h2>", words, table(head, rows), *left]
 
@@ -105,7 +105,7 @@ def _cell(effect: Effect, n: int) -> str:
     if n > max(map(len, effect.samples)):
         return ""
     x = effect.after(n)
-    return f"{number(x.low)} … {number(x.high)}"
+    return f"{number(x.low)} to {number(x.high)}"
 
 
 def differing(effects: Mapping[str, Any], reference: str) -> str:

@@ -33,10 +33,10 @@ def compare(
             "--treatment",
             "--control",
             metavar="NAME|KEY=VALUE",
-            help="A treatment: random-policy (random-policy:deer for one species), untrained-policy, "
+            help="A treatment: random-policy or untrained-policy (:deer for one species), "
             "learning, frozen, individual-brains, no-reflexes, neutral-drift, shuffled-genome, "
             "no-mutation, constant-light, inverted-light, no-smell, "
-            "no-SPECIES, energy-only, energy-and-light, or a changed value. Repeatable.",
+            "no-SPECIES, energy-only, energy-and-light, or a changed value. Repeatable. Default: random-policy.",
         ),
     ] = None,
     seeds: Annotated[int, number("Number of runs per arm, with seeds from 1.", most=10_000)] = 8,
@@ -158,7 +158,7 @@ def _say_persistence(name: str, arm: Mapping[str, Any]) -> None:
     """Print the proportion of runs in which all species persist, and the sources of variance."""
     _, low, high = arm["persistence"]
     say(
-        f"  {name}: share of runs in which all species persist, 95% interval over both kinds of seeds: "
+        f"  {name}: share of runs in which all species persist, 95% interval over training and world seeds: "
         f"{low:.0%} to {high:.0%}"
     )
     shares = arm["crossed"]["variance_shares"].get("persisted")

@@ -93,7 +93,7 @@ def _table(outcomes: list[self_test.Outcome], other: list[str] | None) -> Table:
     )
     for name in ("world", "two threads", "from a checkpoint", "as released", "digest"):
         table.add_column(name, header_style="dim")
-    word = {True: "[green]same[/]", False: "[red]OTHER[/]"}
+    word = {True: "[green]same[/]", False: "[red]DIFFERENT[/]"}
     for outcome in outcomes:
         known = "unknown" if other is None else word[outcome.case.name not in other]
         same = (

@@ -50,7 +50,7 @@ Set = Annotated[
         metavar="KEY=VALUE",
     ),
 ]
-Out = Annotated[Path | None, new_folder("Results folder: new or empty. Default: in runs/.")]
+Out = Annotated[Path | None, new_folder("Results folder: new or empty. Default: a new folder in runs/.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar.")]
 Threads = Annotated[int, number("Number of threads; affects speed, never results.", most=1024)]
 Learn = Annotated[
@@ -61,7 +61,7 @@ Policies = Annotated[
     str,
     option(
         "Initial policies: trained, random, untrained, or a folder written by `train`.",
-        metavar="trained|random|DIR",
+        metavar="trained|random|untrained|DIR",
     ),
 ]
 Watch = Annotated[
@@ -103,7 +103,7 @@ Workers = Annotated[
 Report = Annotated[bool, typer.Option("--report/--no-report", help="Draw figures at the end.")]
 Of = Annotated[str | None, option("Only this species.")]
 Run = Annotated[Path, typer.Argument(metavar="DIR", help="A folder written by `run`.")]
-Size = Annotated[str, option("In pixels.", metavar="WIDTHxHEIGHT")]
+Size = Annotated[str, option("Size of the picture, in pixels.", metavar="WIDTHxHEIGHT")]
 
 
 @dataclass(frozen=True)

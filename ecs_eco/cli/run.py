@@ -83,8 +83,10 @@ def run(
     learn: Learn = None,
     policies: Policies = "trained",
     report: Report = True,
-    checkpoint_every: Annotated[int | None, number("Ticks between checkpoints.")] = None,
-    keep: Annotated[int, number("Number of checkpoints to keep.", metavar="K")] = 3,
+    checkpoint_every: Annotated[
+        int | None, number("Ticks between checkpoints. Default: checkpoints only at the start and end.")
+    ] = None,
+    keep: Annotated[int, number("Number of checkpoints to keep, with --checkpoint-every.", metavar="K")] = 3,
     record: Annotated[
         str | None,
         typer.Option(
@@ -94,7 +96,9 @@ def run(
     ] = None,
     until: Annotated[
         list[str] | None,
-        typer.Option(metavar="CONDITION", help='End the run at a condition such as "wolf == 0". Repeatable.'),
+        typer.Option(
+            metavar="CONDITION", help='End the run when a condition such as "wolf == 0" is true. Repeatable.'
+        ),
     ] = None,
     watch: Watch = False,
     port: Port = 0,
@@ -249,7 +253,7 @@ def _run(
         complain(f"Note: {note}")
     islands = _has_islands(config, world, how, checkpoint_every)
     if until and islands:
-        refuse("--until", "is not possible in a world with islands", until[0], "no such option")
+        refuse("--until", "is not possible in a world with islands", until[0], "leave out --until")
     if islands:
         check_engine(how.on)
     seed, ticks = config.seed if seed is None else seed, ticks or config.ticks
@@ -417,7 +421,12 @@ def _has_islands(config: WorldConfig, world: str, how: How, checkpoint_every: in
         )
     if not islands and (how.workers is not None or how.on != LOCAL):
         source, value = ("--on", how.on) if how.workers is None else ("--workers", how.workers)
-        refuse(source, "applies only to islands, but this world has no [archipelago]", value, "none")
+        refuse(
+            source,
+            "applies only to islands, but this world has no [archipelago]",
+            value,
+            f"leave out {source}",
+        )
     return islands
 
 

@@ -32,7 +32,7 @@ def search(
         option(
             "Value to vary, in addition to the ranges in the file. Repeatable.",
             "--range",
-            metavar="KEY=LOW:HIGH",
+            metavar="KEY=LOW:HIGH[:log]",
         ),
     ] = None,
     objective: Annotated[
@@ -41,7 +41,11 @@ def search(
     ] = None,
     budget: Annotated[
         float | None,
-        typer.Option(min=0.01, metavar="MINUTES", help="Time limit for the whole search. [default: 30]"),
+        typer.Option(
+            min=0.01,
+            metavar="MINUTES",
+            help="Time limit for the whole search. Default: 30, or none with --trials.",
+        ),
     ] = None,
     trials: Annotated[
         int | None, number("Number of candidates, instead of or in addition to --budget.")
@@ -196,8 +200,8 @@ def report(result: dict[str, Any], out: Path) -> None:
     say(
         f"all species persist for {confirmation['ticks']} ticks on fresh seeds in {best['persisted']} of "
         f"{best['runs']} runs "
-        f"({best['low']:.2f}–{best['high']:.2f}); with the values in the file, in {start['persisted']} of "
-        f"{start['runs']}"
+        f"(95% interval {best['low']:.2f} to {best['high']:.2f}); with the values in the file, in "
+        f"{start['persisted']} of {start['runs']}"
     )
     say(f"  {result['candidates']} candidates in {minutes:.1f} minutes, {whole} of them with complete runs")
     for name, value in result["best"][0]["values"].items():
@@ -213,7 +217,10 @@ def _report_posterior(posterior: dict[str, Any], out: Path) -> None:
     )
     for name, of in posterior["numbers"].items():
         low, high = of["range"]
-        say(f"  {name}: {of['median']:.4g} ({of['low']:.4g} … {of['high']:.4g}, 90 %), of {low:g} … {high:g}")
+        say(
+            f"  {name}: {of['median']:.4g} (90% interval {of['low']:.4g} to {of['high']:.4g}; "
+            f"searched {low:g} to {high:g})"
+        )
     for name, of in posterior["statistics"].items():
-        say(f"  {name}: measured {of['observed']:.3g}, runs {of['low']:.3g} … {of['high']:.3g}")
+        say(f"  {name}: measured {of['observed']:.3g}, runs {of['low']:.3g} to {of['high']:.3g}")
     say(f"written: {out / 'search.html'}, {out / 'posterior.csv'}")

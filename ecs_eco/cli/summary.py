@@ -96,7 +96,9 @@ def summary(config: WorldConfig) -> str:
             lines.append(f"    does {', '.join('.'.join(pair) for pair in species.action_list())}")
         if species.genome is not None:
             lines += [f"    {line}" for line in str(_layout(config, name)).splitlines()]
-    lines += [f"  {name}: {kind.count or len(kind.at)}" for name, kind in config.objects.items()]
+    lines += [
+        f"  {name}: {kind.count or len(kind.at) + len(kind.between)}" for name, kind in config.objects.items()
+    ]
     if config.reporters:
         lines.append(f"  measures {', '.join(config.reporters)}")
     if config.record:

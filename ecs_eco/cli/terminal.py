@@ -74,7 +74,7 @@ def exits(command: Callable[..., None]) -> Callable[..., None]:
             complain(f"{name}{error.strerror or error}; files written earlier are complete.")
             raise typer.Exit(FAILED) from None
         except KeyboardInterrupt:
-            complain("Stopped before anything was recorded.")
+            complain("Stopped.")
             raise typer.Exit(INTERRUPTED) from None
 
     return wrapped
@@ -114,7 +114,7 @@ def path_of(text: str | Path) -> Path:
     """Return the path of a file or folder named on the command line; reject invalid names."""
     # surrogates: the name is not UTF-8
     if not str(text).strip() or any(c == "\0" or "\ud800" <= c <= "\udfff" for c in str(text)):
-        raise typer.BadParameter(f"{str(text)!r} is not valid; expected: the name of a folder")
+        raise typer.BadParameter(f"{str(text)!r} is not valid; expected: the name of a file or folder")
     return Path(text)
 
 

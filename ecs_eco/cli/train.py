@@ -68,7 +68,7 @@ def _tell(result: dict[str, Any]) -> None:
     for name, by_word in result["against_random"].items():
         for word, of in by_word.items():
             mean, low, high = of["difference"]
-            sure = "" if low is None else f" ({number(low)} … {number(high)})"
+            sure = "" if low is None else f" (95% interval {number(low)} to {number(high)})"
             say(
                 f"  {name}: {word} {number(of['trained'][0])}, random {number(of['random'][0])}, "
                 f"difference {number(mean)}{sure}"

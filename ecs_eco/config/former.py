@@ -83,7 +83,8 @@ def notes_on(renamed: Mapping[Key, str], config: Any) -> Iterator[str]:
     """Yield the current name of each key that was given under a former name, at its first occurrence."""
     first = {(former, key[-1]): key for key, former in reversed([*renamed.items()])}
     yield from (
-        f"{Problem(key, '').path} was called {former}" for (former, _), key in reversed(first.items())
+        f"{Problem(key, '').path} is the present name of {former}"
+        for (former, _), key in reversed(first.items())
     )
     for name, species in config.species.items():
         if (way := species.reproduction) is not None and way.kind == "simplified":

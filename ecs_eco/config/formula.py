@@ -47,9 +47,7 @@ OPERATIONS: dict[type[ast.AST], Callable[..., np.ndarray]] = {
     ast.And: np.logical_and,
     ast.Or: np.logical_or,
 }
-ALLOWED = (
-    f"numbers, names of sensors, + - * / **, comparisons, and, or, not, a if b else c, {', '.join(FUNCTIONS)}"
-)
+ALLOWED = f"numbers, names, + - * / **, comparisons, and, or, not, a if b else c, {', '.join(FUNCTIONS)}"
 
 
 class FormulaError(ValueError):

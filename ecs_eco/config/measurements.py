@@ -125,8 +125,8 @@ def _named(
         named = {k: v for k, v in named.items() if v != name} | {column: name}
     if not named:
         how = '[data] columns = { COLUMN = "SPECIES" }' if place.columns else "--match COLUMN=SPECIES"
-        allowed = f"{how}, with a column ({listed(head)}) and a species ({listed(names)})"
-        raise _refused(place, "no column has the name of a species", file, allowed)
+        allowed = f"{how}, with a column ({listed(head)}) and a species or reporter ({listed(names)})"
+        raise _refused(place, "no column has the name of a species or reporter", file, allowed)
     return named
 
 

@@ -20,8 +20,8 @@ def whole_number(name: str, value: object, least: int = 0, most: int | None = No
     Raises TypeError for any other type, including bool, and ValueError if it is out of range.
     """
     allowed = (
-        f"a whole number from {least}"
-        + (f" to {most}" if most is not None else " on")
+        "a whole number"
+        + (f" of at least {least}" if most is None else f" from {least} to {most}")
         + (f" {unit}" if unit else "")
     )
     try:

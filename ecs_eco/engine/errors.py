@@ -85,7 +85,7 @@ class Problem:
 def unknown(key: tuple[str | int, ...], kind: str, value: str, known: Iterable[str]) -> Problem:
     """Return the problem for an unknown name."""
     known = list(known)
-    return Problem(key, f"no {kind} of this name", value, listed(known, 30), nearest(value, known))
+    return Problem(key, f"no {kind} with this name", value, listed(known, 30), nearest(value, known))
 
 
 class ConfigError(ValueError):

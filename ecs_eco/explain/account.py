@@ -345,9 +345,13 @@ def without(allele: Allele, taken: TakenOut) -> str:
         )
     else:
         word = "fewer" if births.value < 0 else "more"
-        lines.append(f"Then they had {sized(births)} {word} young each; the others had {number(usual, 2)}.")
+        lines.append(
+            f"Without it, carriers had {sized(births)} {word} young each; with it, {number(usual, 2)}."
+        )
     if clear(lived):
-        lines.append(f"They lived {sized(lived)} ticks {'less' if lived.value < 0 else 'longer'}.")
+        lines.append(
+            f"Without it, they lived {sized(lived)} ticks {'less' if lived.value < 0 else 'longer'}."
+        )
     more = {m.removeprefix("died: "): taken.effect(m) for m in taken.means if m.startswith("died: ")}
     cause, x = max(more.items(), key=lambda one: one[1].value, default=("", births))
     if cause and x.low > 0:

@@ -257,7 +257,7 @@ def bred(lineage: Lineage, species: str, place: Path) -> list[str]:
         ]
     if (more := len(genes) - QUANTITATIVE) > 0:
         blocks.append(
-            f"<p class='under'>{more} more quantitative genes: Lineage.breeding examines any of them.</p>"
+            f"<p class='under'>Quantitative genes not shown: {more}. Lineage.breeding examines any of them.</p>"
         )
     return blocks
 

@@ -125,7 +125,7 @@ def _faults(key: Key, gene: Gene, faults: Iterable[tuple[bool, str, str, str]]) 
 
 def _of_weights(key: Key, gene: Gene, shapes: Mapping[str, Shapes]) -> Iterator[Problem]:
     noun, more = "the weights of a network", gene.coefficients is not None
-    nothing = 'form = "cosine", or no such key'
+    nothing = 'form = "cosine", or remove this key'
     faults = (
         (gene.form is None, "form", f"is missing: the gene codes for {noun}", "direct or cosine"),
         (gene.values is not None, "values", f"has no effect for {noun}", "low and high"),
@@ -152,7 +152,12 @@ def _of_value(key: Key, gene: Gene, size: int, trait: Trait | None) -> Iterator[
     adds, n = gene.code == "additive", gene.codons
     unused, few = f'has no effect with code = "{gene.code}"', 'too few codons for code = "additive"'
     faults = (
-        (gene.coefficients is not None, "coefficients", "only for the weights of a network", "no such key"),
+        (
+            gene.coefficients is not None,
+            "coefficients",
+            "only for the weights of a network",
+            "remove this key",
+        ),
         (adds and n < 2, "codons", few, "at least 2"),
         (not adds and n > 1, "codons", unused, 'code = "additive", or 1'),
     )

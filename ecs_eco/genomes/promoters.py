@@ -76,11 +76,13 @@ def problems_of_variable(
         fixed = "strings of this genome have a fixed length"
         for key in ("insertion", "base_deletion", "duplication", "gene_deletion"):
             if value := getattr(section, key):
-                yield Problem((key,), fixed, value, "max_length = …, or no such key")
+                yield Problem((key,), fixed, value, "max_length = …, or remove this key")
         for i, gene in enumerate(section.genes):
             for key, default in ONLY.items():
                 if (value := getattr(gene, key)) != default:
-                    yield Problem(("genes", i, key), fixed, value, "genome.max_length = …, or no such key")
+                    yield Problem(
+                        ("genes", i, key), fixed, value, "genome.max_length = …, or remove this key"
+                    )
         return
     if len(letters := section.alphabet) > MOST_LETTERS:
         what = "too many letters for strings of variable length"
@@ -92,7 +94,7 @@ def problems_of_variable(
     for i, gene in enumerate(section.genes):
         if gene.at is not None:
             what = "genes have no fixed positions in strings of variable length"
-            yield Problem(("genes", i, "at"), what, gene.at, "promoter = …, or no such key")
+            yield Problem(("genes", i, "at"), what, gene.at, "promoter = …, or remove this key")
     yield from _of_words(section.genes, letters)
     yield from _of_lengths(section, traits or {}, shapes)
 

@@ -243,7 +243,7 @@ def compare(
         "local" (`workers` processes), "ray", or an executor whose workers can access the folder under its
         absolute path.
     workers : int, optional
-        Number of processes.
+        Number of processes; default: 2, or all CPUs of a Ray cluster.
     progress : callable, optional
         `progress(done, total)`, called after each training and each run.
 

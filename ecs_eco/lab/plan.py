@@ -136,7 +136,9 @@ class PlanFile:
     @property
     def notes(self) -> list[str]:
         """The current name of each key that the file gives under a former name."""
-        return [f"{now[0]} was called {old[0]}" for now, old in self.written.items() if len(now) == 1]
+        return [
+            f"{now[0]} is the present name of {old[0]}" for now, old in self.written.items() if len(now) == 1
+        ]
 
     def refused(self, problems: Iterable[Problem]) -> ConfigError:
         return _refused(self.document, self.written, problems)

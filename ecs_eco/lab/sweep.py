@@ -61,7 +61,7 @@ def run_sweep(
         "local" (`workers` processes), "ray", or any `concurrent.futures.Executor` whose processes can access
         the folder, such as Dask's `client.get_executor()` or mpi4py's `MPIPoolExecutor()`.
     workers : int, optional
-        Number of processes.
+        Number of processes; default: 2, or all CPUs of a Ray cluster.
     progress : callable, optional
         Function called with the outcome after each job.
     trust : bool, default False

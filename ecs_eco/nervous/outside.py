@@ -147,7 +147,7 @@ def _problems(
         allowed = (
             ", ".join(f"{k} ({option})" for k, option in enumerate(options))
             if options
-            else f"{ends[0][g]:g} … {ends[1][g]:g}"
+            else f"{ends[0][g]:g} to {ends[1][g]:g}"
         )
         value = values[i, g].item()
         fault = "not a number" if value != value else "no such option" if options else "out of range"

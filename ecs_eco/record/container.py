@@ -68,8 +68,8 @@ def read(folder: str | Path, model: Model) -> dict[str, Any]:
     except FileNotFoundError:
         article = "an" if model.KIND[0] in "aeiou" else "a"
         raise RecordingError(
-            f"{folder} is not a folder of {article} {model.KIND}: it has no {model.FILE} "
-            f"(a folder written by `ecs-eco {model.COMMAND}`)"
+            f"{folder} is not a folder of {article} {model.KIND}: it has no {model.FILE}; "
+            f"expected: a folder written by `ecs-eco {model.COMMAND}`"
         ) from None
     if content.get("format") == 1:
         raise RecordingError(f"{file}: {OLD}")

@@ -62,9 +62,9 @@ class Recorder(System):
 
     Notes
     -----
-    The energy ledger closes: stock after = stock before + endowed + taken in − burned − given − lost, summed
-    in float64. Organisms alive when the recording begins are recorded as births at the tick of their birth,
-    with parent 0.
+    The energy ledger closes: stock after = stock before + endowed + taken in − burned − given − lost
+    (on islands, + imported − exported), summed in float64. Organisms alive when the recording begins are
+    recorded as births at the tick of their birth, with parent 0.
 
     Examples
     --------

@@ -69,7 +69,7 @@ def read_manifest(folder: Path, name: str = "manifest.json") -> dict[str, Any]:
     if not file.is_file():
         fault = f"has no {name}" if folder.is_dir() else "no such folder"
         raise FileNotFoundError(
-            f"{folder} is not a run folder: {fault} (a folder written by `ecs-eco run --out`)"
+            f"{folder} is not a run folder: {fault}; expected: a folder written by `ecs-eco run`"
         )
     try:
         manifest = json.loads(file.read_text(encoding="utf-8"))

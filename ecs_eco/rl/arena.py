@@ -26,8 +26,8 @@ class Arena:
     """Worlds in which a program controls a species.
 
     `world` and `build` are the arguments of `World.from_config`. If `world` is a live World, each episode
-    begins with a copy of it: the first is unchanged, all others have a different seed. Learning within the
-    world is off unless `learn` turns it on.
+    begins with a copy of it: the first, if it is given no seed, is unchanged; all others have a different
+    seed. Learning within the world is off unless `learn` turns it on.
     """
 
     def __init__(

@@ -283,7 +283,8 @@ def parallel_env(
     Parameters
     ----------
     world : str, Path, Mapping, WorldConfig or World
-        Anything that `World.from_config` accepts, or a live world; each episode starts with a copy of it.
+        Anything that `World.from_config` accepts, or a live world; each episode starts with a copy of it,
+        with other random draws, except in the first episode if it is given no seed.
     species : str
     pool : int, optional
         Number of agent names, for libraries that need `possible_agents`: names are assigned in order of
@@ -301,7 +302,7 @@ def parallel_env(
     Raises
     ------
     ConfigError
-        If the species makes no decisions.
+        If the species is unknown, makes no decisions or has no happiness (its reward).
 
     Examples
     --------

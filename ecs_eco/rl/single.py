@@ -127,7 +127,8 @@ def body(
     Parameters
     ----------
     world : str, Path, Mapping, WorldConfig or World
-        Anything that `World.from_config` accepts, or a live world; each episode starts with a copy of it.
+        Anything that `World.from_config` accepts, or a live world; each episode starts with a copy of it,
+        with other random draws, except in the first episode if it is given no seed.
     species : str
     max_cycles : int, optional
         Ticks per world; default: the world file's `ticks`.
@@ -144,7 +145,7 @@ def body(
     Raises
     ------
     ConfigError
-        If the species makes no decisions.
+        If the species is unknown, makes no decisions or has no happiness (its reward).
 
     Examples
     --------

@@ -188,7 +188,8 @@ def slots(
     Parameters
     ----------
     world : str, Path, Mapping, WorldConfig or World
-        Anything that `World.from_config` accepts, or a live world; each episode starts with a copy of it.
+        Anything that `World.from_config` accepts, or a live world; each episode starts with a copy of it,
+        with other random draws, except in the first episode if it is given no seed.
     species : str
     n, num_envs : int
         Number of slots; pass only one of the two. `gymnasium.make_vec` passes `num_envs`.
@@ -207,7 +208,7 @@ def slots(
     Raises
     ------
     ConfigError
-        If the species makes no decisions.
+        If the species is unknown, makes no decisions or has no happiness (its reward).
 
     Examples
     --------

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class Respawn(System):
-    """Every animal that dies is replaced at once by a newborn at a random position."""
+    """Every animal that dies is replaced at once by an adult with a founder's genome, at a random position."""
 
     needs = (Position, Metabolism, Biology, Nervous)
     phase = "reproduce"

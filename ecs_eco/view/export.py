@@ -203,15 +203,15 @@ class _Stored:
         states = (
             "in every tick" if self.step == 1 else f"every {self.step} ticks, and interpolated in between"
         )
-        words = "Of {}, 1 in {} organisms is in the file; numbers and charts count all of them."
+        words = "The file contains 1 in {1} {0}; numbers and charts count all of them."
         return [
             f"This page is a file with a recorded run of {r.last + 1 - r.first:,} ticks. It needs no server and "
             "no network.",
             "Numbers of organisms, births and deaths are exact in every tick. Positions, energy and happiness "
             f"are stored {states}.",
             *(words.format(name, every) for name, every in self.every.items() if every > 1),
-            "Not in the file: what animals sensed and decided, genomes, family trees, the table of all "
-            "organisms, and maps of fields. To see these, watch the run's folder: ecs-eco watch DIR.",
+            "The file does not contain what animals sensed and decided, genomes, family trees, the table of all "
+            "organisms, or maps of fields. To see these, watch the run's folder: ecs-eco watch DIR.",
         ]
 
 

@@ -131,7 +131,7 @@ class Lives:
     def _without(self, life: Life) -> str:
         """Return a phrase that names the data missing from snapshots."""
         thinks = self._config[life.species].get("actions")
-        return ", without its nervous system" if thinks else ""
+        return ", without the nervous system" if thinks else ""
 
     def _nearest(self, life: Life, tick: int, alive: bool) -> dict[str, Any]:
         """Return the state in the nearest snapshot, or at birth."""
@@ -145,9 +145,9 @@ class Lives:
         if near < 0 or (seen["tick"][near] != tick and abs(seen["tick"][near] - tick) >= tick - life.born):
             b = life.birth
             state = {"place": [number(b[axis]) for axis in "xyz"], "energy": number(b["energy"])}
-            return out | state | {"detail": "record", "note": f"State at birth, tick {life.born}. {fill}"}
+            return out | state | {"detail": "record", "note": f"State at birth, tick {life.born:,}. {fill}"}
         row = {n: column[near] for n, column in seen.items()}
-        when = "" if row["tick"] == tick else f"State at tick {int(row['tick'])}. "
+        when = "" if row["tick"] == tick else f"State at tick {int(row['tick']):,}. "
         return (
             out
             | _state(row, out["trace"])

@@ -137,8 +137,15 @@ def lines_of(result: Mapping[str, Any], runs: Sequence[Sequence[Path]]) -> list[
         lines.append(f"{species}: mean number {'+' if mean > 0 else ''}{number(mean)} ({ends}){clear}.")
     first = first_differences(*([load_series(run) for run in arm] for arm in runs))
     told = ", ".join(f"{species} (tick {tick:,})" for species, tick in first.items())
-    rule = f"From there, the 95% interval of the mean difference excludes 0 for at least {SUSTAINED} ticks."
-    return [*lines, f"First to differ: {told}. {rule}" if told else "No species differs clearly at any time."]
+    rule = (
+        f"From these ticks on, the 95% interval of the difference excludes 0 for at least {SUSTAINED} ticks."
+    )
+    return [
+        *lines,
+        f"Species that differ, with their first ticks: {told}. {rule}"
+        if told
+        else "No species differs clearly at any time.",
+    ]
 
 
 def first_differences(one: Sequence[Series], other: Sequence[Series]) -> dict[str, int]:

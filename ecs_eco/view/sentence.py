@@ -15,7 +15,7 @@ def sentence(state: Mapping[str, Any], foods: Sequence[str] = (), enemies: Seque
     name = str(state["species"]).capitalize()
     died = state.get("died")
     if not state["alive"] and died:
-        killer = f", by #{died['killer']}" if died.get("killer") else ""
+        killer = f" (killer: #{died['killer']})" if died.get("killer") else ""
         end = f"{name}, {_cause(died['cause'])} at tick {died['tick']:,}{killer}{_aged(state)}"
         last = "; ".join(_thought(state, foods, enemies))
         return f"{end}; in its last tick: {last}." if last else f"{end}."
@@ -103,7 +103,7 @@ def _does(actions: Sequence[Mapping[str, Any]]) -> str:
     parts: dict[str, list[str]] = {
         "its reflex made it ": [],
         "its policy chose to ": [],
-        "always tries to ": [],
+        "it always tries to ": [],
     }
     forced, chosen, other = parts.values()
     for a in done:

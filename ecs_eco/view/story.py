@@ -107,12 +107,14 @@ class Story:
         if now.n == 0:
             if not course.gone:
                 course.gone, peak, half = True, course.peak or course.high, self.half(s, now)
-                fall = self._fall(s, half or peak, now, "last with half of the peak" if half else "last high")
+                fall = self._fall(
+                    s, half or peak, now, "the last with at least half of the peak" if half else "last high"
+                )
                 self._tell(now, s, "extinct", f"{name} died out", fall, peak.n)
             course.low = course.high = now
         elif course.gone:
             course.gone, course.way, course.low, course.high = False, 0, now, now
-            self._tell(now, s, "return", f"{name} have returned: {now.n:,}", "")
+            self._tell(now, s, "return", f"{name} returned: {now.n:,} alive", "")
         else:
             self._swing(s, now)
 
@@ -121,7 +123,7 @@ class Story:
         course, name = self._courses[s], self.species[s]
         low, high, way = course.low, course.high, course.turn(now.n)
         if way > 0:
-            text = f"{name} boom: {now.n / max(low.n, 1):.2g} times as many as at tick {low.tick:,}"
+            text = f"{name} boom: {now.n / max(low.n, 1):,.1f} times as many as at tick {low.tick:,}"
             self._tell(now, s, "boom", text, self._rise(s, low, now), low.n)
             course.way, course.high, course.peak = 1, now, None
         elif way < 0:
@@ -158,7 +160,7 @@ class Story:
             return f"There were {high.n:,} at tick {high.tick:,}."
         order = [int(c) for c in np.argsort(-died, kind="stable")[:4] if died[c] >= NAMED * total]
         shares = ", ".join(f"{died[c] / total:.0%} {self.cause(c)}" for c in order)
-        text = f"Of {total:,} deaths since tick {high.tick:,} ({which}): {shares}; {born:,} were born."
+        text = f"Deaths since tick {high.tick:,} ({which}): {total:,} ({shares}). Births: {born:,}."
         eaters = [
             c.removeprefix("eaten by ") for c in (self.cause(i) for i in order) if c.startswith("eaten by ")
         ]
@@ -184,7 +186,7 @@ class Story:
     def _rise(self, s: int, low: Turn, now: Turn) -> str:
         died, born = int((now.deaths - low.deaths).sum()), now.births - low.births
         enemies = [e for e, eaten in self.foods.items() if self.species[s] in eaten]
-        text = f"{born:,} were born and {died:,} died since tick {low.tick:,}."
+        text = f"Since tick {low.tick:,}: births {born:,}, deaths {died:,}."
         meals = self.foods.get(self.species[s], ())
         return " ".join([text, *self._meanwhile(meals, enemies, low, now, fell=False)])
 

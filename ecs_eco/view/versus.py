@@ -34,7 +34,7 @@ def differences(
     clauses = {name: _clause(name, one, other, since is not None) for name in parted[:MOST]}
     alone = _alone("first", one, other) + _alone("second", other, one)
     same = ["the same numbers in both"] if shared and not parted else []
-    rest = [f"{len(parted) - len(clauses)} more differ"] if len(parted) > len(clauses) else []
+    rest = [f"other species that differ: {len(parted) - len(clauses)}"] if len(parted) > len(clauses) else []
     words = "; ".join([*clauses.values(), *same, *rest, *alone])
     past = None if since is None else tick - since
     when = f"At tick {tick:,}" if past is None else f"After {past:,} tick{'' if past == 1 else 's'}"
@@ -68,11 +68,9 @@ def _clause(name: str, one: Side, other: Side, forked: bool) -> str:
     if not a or not b:
         (gone, place), (n, other_place) = ((other, here), (a, there)) if not b else ((one, there), (b, here))
         lost = (
-            f"died out at tick {gone.extinct[name]:,} {place}"
-            if name in gone.extinct
-            else f"do not exist {place}"
+            f"died out at tick {gone.extinct[name]:,} {place}" if name in gone.extinct else f"absent {place}"
         )
-        return f"{name} {lost}, {n:,} {'lives' if n == 1 else 'live'} {other_place}"
+        return f"{name} {lost}, {n:,} alive {other_place}"
     if forked:
         return f"{name} {b:,} instead of {a:,}"
     return f"{name} {a:,} {there}, {b:,} {here}"

@@ -30,4 +30,4 @@ def test_the_islands_where_a_species_died_out_come_first():
 def test_that_all_species_live_is_said_and_no_island_needs_all_species():
     lines, lost = opening(islands(north=[2, 1, 1, 1], west=[0, 0, 0, 0]))
     assert not lost
-    assert lines[0] == "All species that an island began with live there at the end of 4 ticks."
+    assert lines[0] == "On each island, all species that it began with are alive after 4 ticks."

@@ -75,7 +75,7 @@ def test_the_files_hold_what_was_returned(compared: tuple[dict, Path]) -> None:
     result, out = compared
     assert json.loads((out / "compare.json").read_text()) == result
     page = (out / "compare.html").read_text()
-    assert "0 (0 … 0.434)" in page
+    assert "0 (0 to 0.434)" in page
     assert page.count('class="plot') == 2  # the wolves' survival, and the numbers
     assert "://" not in page
     assert {p.name for p in (out / "figures").iterdir()} == {"numbers.svg", "survival_wolf.svg"}

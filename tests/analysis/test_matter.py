@@ -54,7 +54,7 @@ def test_a_ledger_that_closes_says_what_came_and_where_it_is():
     assert pages.stock[:, :, 0].tolist() == [[3, 7], [2, 10]]
     first, last = matter.told(pages)
     assert first == (
-        "nitrogen: 10 mol at the start, 12 mol at the end (brought in +2); most of it, 83%, is in soil."
+        "nitrogen: 10 mol at the start, 12 mol at the end (brought in +2); the largest share, 83%, is in soil."
     )
     assert "The matter ledger closes" in last
 

@@ -64,4 +64,4 @@ def test_the_table_has_the_seeds_so_far_and_all_effects_together() -> None:
     first = page[page.index("<tbody>") :].split("</tr>")[0]
     assert "widest" in first  # it needs the most
     assert "<td></td>" in first  # and has no eighth seed
-    assert "and 1 more effects" in page
+    assert "Effects not shown, which need fewer training seeds: 1." in page

@@ -300,7 +300,7 @@ def test_a_meadow_that_is_always_full_falls_because_it_is_grazed() -> None:
     ]
     assert (fell["share"] > 0.95, fell["losses"]["room"] > fell["losses"]["predators"]) == (True, True)
     assert any(
-        "limited mainly by being eaten" in w
+        "limited mainly by animals that eat it" in w
         for w in sentences(run, explain(run))["What limited each species"]
     )
 

@@ -3,6 +3,7 @@ import math
 import pytest
 
 from ecs_eco import World
+from ecs_eco.cli.summary import summary
 from ecs_eco.components import Body, Position, Shape
 from ecs_eco.config import load
 from ecs_eco.engine.errors import ConfigError
@@ -101,6 +102,11 @@ def test_a_longer_body_of_the_same_density_is_heavier():
     assert table[Body].mass[table.by_uid()].tolist() == [10, 40]
 
 
+def test_objects_between_two_places_are_counted():
+    config = load(_world(between=[[1.0, 1.0, 3.0, 1.0], [1.0, 3.0, 9.0, 3.0]], body=BOX))
+    assert "  thing: 2" in summary(config).splitlines()
+
+
 def test_in_a_volume_what_is_between_two_places_stands_on_the_floor():
     world = World.from_config(
         _world(
@@ -149,7 +155,7 @@ def test_wrong_bodies_are_refused_with_what_is_allowed(body, words):
         ),
         ({"at": [[1.0, 1.0]], "heading": [1.0, 2.0]}, "2 headings for 1 positions"),
         ({"count": 2, "heading": [1.0]}, "heading"),
-        ({"count": 2, "between": [[1.0, 1.0, 3.0, 1.0]], "body": BOX}, "given together with between"),
+        ({"count": 2, "between": [[1.0, 1.0, 3.0, 1.0]], "body": BOX}, "given together with `between`"),
     ],
 )
 def test_wrong_objects_are_refused_with_what_is_allowed(thing, words):

@@ -23,7 +23,7 @@ def test_a_former_file_keeps_its_values_and_gets_a_note_for_each_former_name(pat
     assert config.config_hash == HASHES[str(name)]
     told = notes(config)
     for key, former in document.renamed.items():
-        assert any(note.endswith(f"{key[-1]} was called {former}") for note in told), key
+        assert any(note.endswith(f"{key[-1]} is the present name of {former}") for note in told), key
     assert document.renamed
     assert any(note.endswith(" for simplified") for note in told) == simplified
     if (ROOT / name).exists() and (twin := load(ROOT / name)).config_hash == config.config_hash:

@@ -45,7 +45,7 @@ def test_a_world_by_former_names_is_the_world_by_present_names(fell):
 
 
 def test_a_note_gives_the_present_name(fell):
-    note = "species.moss.metabolism.photosynthesis was called growth"
+    note = "species.moss.metabolism.photosynthesis is the present name of growth"
     assert note in notes(load(fell()))
     assert note not in notes(load(fell(FELL.replace("growth", "photosynthesis"))))
     assert note in notes(load(fell(FELL.replace("growth", "basal")), ["species.moss.metabolism.growth=0.1"]))

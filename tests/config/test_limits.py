@@ -43,7 +43,7 @@ def refused(changes: dict[str, Any]) -> str:
         (
             {"space.cell": 1e-9},
             "space.cell = 1e-09",
-            "the neighbor index would have 1.2e+21 cells; expected: at most 4e+06 cells, about 0.017 m",
+            "the neighbor index would have 1.2e+21 cells; expected: at most 4,000,000 cells, about 0.017 m",
         ),
         (
             {"species.goat.policy.hidden": [4096] * 8},

@@ -66,7 +66,7 @@ from tests.systems.couples import WAY
             "the mother's own body",
             "more than 1 m",
         ),
-        ({"reproduction": {"spacing": 2.0}}, "reproduction.spacing", "closer to its mother", "less than 2 m"),
+        ({"reproduction": {"spacing": 2.0}}, "reproduction.spacing", "closer than this", "less than 2 m"),
         ({"reproduction": {"rate": 0.1}}, "reproduction.rate", "unknown key", "energy_min"),
         (
             {"reproduction": None, "actions": {"mate": ["mate"]}},
@@ -74,7 +74,7 @@ from tests.systems.couples import WAY
             "not reproduce sexually",
             'kind = "sexual"',
         ),
-        ({"actions": {"mate": ["meet"]}}, "actions.mate.0", "no action of this name", "mate"),
+        ({"actions": {"mate": ["meet"]}}, "actions.mate.0", "no action with this name", "mate"),
     ],
 )
 def test_what_cannot_be_is_refused(meadow, changes, key, what, allowed):

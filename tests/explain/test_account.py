@@ -93,7 +93,7 @@ def test_a_rise_is_told_with_its_numbers():
 def test_an_effect_is_told_with_its_interval_and_its_cause():
     text = without(RED, taken())
     # the interval of −0.6 over three forks: 0.2 / √3 × 4.303
-    assert "Then they had 0.6 (0.1 to 1.1) fewer young each; the others had 2." in text
+    assert "Without it, carriers had 0.6 (0.1 to 1.1) fewer young each; with it, 2." in text
     assert "letter A replaced letter T at locus 0 (gene red) in a random half of 80 carriers." in text
     assert "lived 20 (18 to 22) ticks less" in text
     assert "Among causes of death, “poisoned” increased most, by 30 percentage points (28 to 32)." in text

@@ -133,7 +133,7 @@ def test_the_summary_and_the_records_have_derived_traits(tmp_path):
         ({"go": {"from": "size", "formula": "size"}}, ["no such trait", "locomotion.speed.go"]),
         (
             {"litter": {"from": "sise", "formula": "9"}},
-            ["no gene or derived trait of this name", 'mean "size"?'],
+            ["no gene or derived trait with this name", 'mean "size"?'],
         ),
         (
             {"litter": {"from": ["size", "pace"], "formula": "9 * size"}, "pace": DERIVED["pace"]},

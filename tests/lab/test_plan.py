@@ -88,7 +88,7 @@ def test_a_section_by_its_former_name_is_read_and_noted(tmp_path: Path) -> None:
         read_plan({"world": tomllib.loads(WORLD), name: drawn}) for name in ("sample", "latin_hypercube")
     )
     assert former.plan == present.plan
-    assert (present.notes, former.notes) == ([], ["sample was called latin_hypercube"])
+    assert (present.notes, former.notes) == ([], ["sample is the present name of latin_hypercube"])
     settings = design_of(present).planned["plan"]
     assert settings == design_of(former).planned["plan"]
     assert settings["latin_hypercube"]["points"] == 3  # as in the folders of earlier versions

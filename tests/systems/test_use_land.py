@@ -133,8 +133,8 @@ def test_worlds_without_it_have_no_such_system():
         ({"region": [0.0, 0.0, 50.0, 10.0]}, "outside the world"),
         ({"season": [0.1, 0.2]}, "period"),
         ({"season": [0.1, 0.1], "period": 5.0}, "start and end are equal"),
-        ({"at": 5, "until": 2}, "before at"),
-        ({"least": 2.0, "most": 1.0}, "below least"),
+        ({"at": 5, "until": 2}, "earlier than `at`"),
+        ({"least": 2.0, "most": 1.0}, "less than `least`"),
     ],
 )
 def test_what_cannot_be_is_refused(use, fault):

@@ -27,8 +27,8 @@ from tests.view.pages import IN_A_BROWSER, OF_RUN, opened
 from tests.view.ten_worlds import SLOW, WORLDS, small
 
 TICKS = 120
-HALF = "last with half of the peak"
-WINDOW = r"Of ([\d,]+) deaths since tick ([\d,]+) \((.*?)\): (.*?);"
+HALF = "the last with at least half of the peak"
+WINDOW = r"Deaths since tick ([\d,]+) \((.*?)\): ([\d,]+) \((.*?)\)\."
 
 
 @pytest.fixture(
@@ -169,7 +169,7 @@ def test_an_extinction_is_told_alike_in_story_report_and_account(run, series, tr
             continue  # gone within the first tick: no curve begins
         assert told[s]["tick"] == end.tick
         assert (fell[s]["since"], fell[s]["tick"]) == (end.since, end.tick)
-        deaths, since, which, shares = re.match(WINDOW, told[s]["cause"]).groups()
+        since, which, deaths, shares = re.match(WINDOW, told[s]["cause"]).groups()
         assert (deaths, since, which) == (f"{end.deaths:,}", f"{end.since:,}", HALF)
         named = {c: f"{k / end.deaths:.0%}" for c, k in by_cause.items() if k / end.deaths >= NAMED}
         assert {c: share for share, c in re.findall(r"(\d+%) ([^,]+)", shares)} == named
@@ -185,7 +185,7 @@ def test_each_decline_names_its_window_and_counts_the_deaths_within_it(tmp_path)
             tick, np.array([n]), np.array([80 * (tick > 4)]), np.array([[died[tick]]]), np.array([True])
         )
     (crash,) = (entry for entry in story.entries if entry["kind"] == "crash")
-    deaths, since, which, _ = re.match(WINDOW, crash["cause"]).groups()
+    since, which, deaths, _ = re.match(WINDOW, crash["cause"]).groups()
     assert (crash["tick"], deaths, since, which) == (15, "70", "9", "last high")  # 40 and 30 died
     zero = np.zeros((len(numbers), 1))
     columns = {"n": np.array(numbers)[:, None], "births": zero, "deaths": np.diff(died, prepend=0)[:, None]}
@@ -194,7 +194,7 @@ def test_each_decline_names_its_window_and_counts_the_deaths_within_it(tmp_path)
     (fell,) = diagnose(case)["fell"]
     told = " ".join(happened(case, {"fell": [fell], "lowest": {}, "interventions": {}}))
     assert (
-        f"deer nearly died out at tick 24; at tick 14 ({HALF}) there were 60. Of 56 deaths since then" in told
+        f"deer nearly died out at tick 24; at tick 14 ({HALF}) there were 60. Deaths since then: 56 (" in told
     )
 
 

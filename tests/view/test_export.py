@@ -51,7 +51,7 @@ def test_a_page_that_would_be_too_large_has_fewer_organisms_and_says_so(plain):
     every = {kind["name"]: kind["every"] for kind in head(html)["hello"]["species"]}
     thinned = [name for name, of in every.items() if of > 1]
     assert len(thinned) == 1
-    assert f"Of {thinned[0]}, 1 in 2 organisms is in the file" in " ".join(head(html)["hello"]["file"])
+    assert f"The file contains 1 in 2 {thinned[0]};" in " ".join(head(html)["hello"]["file"])
     assert {kind["every"] for kind in head(whole)["hello"]["species"]} == {1}
     with pytest.raises(RecordingError, match="does not fit into 0"):
         export.page(plain, 100_000)

@@ -62,7 +62,7 @@ def test_a_used_up_code_lets_nobody_in_and_the_next_one_does_in_the_same_tab(bro
         until(first, SEEN)
     stranger.goto(address)
     until(stranger, "ecs.refused && !document.querySelector('#notice').hidden")
-    assert "works once" in stranger.locator("#notice").inner_text()
+    assert "works only once" in stranger.locator("#notice").inner_text()
     assert stranger.evaluate("ecs.frames") == 0
     stranger.goto(page.run.address())  # which changes the fragment alone: the page is not loaded anew
     until(stranger, SEEN)

@@ -229,7 +229,7 @@ def test_the_table_says_what_the_drawing_shows(eating):
     (meal,) = [cell for cell in cells if cell[:2] == ["grass", "deer"]]
     size = float(page.locator(f"{PICTURE} [data-meal='grass deer']").get_attribute("data-size"))
     assert float(meal[2]) == pytest.approx(size, rel=0.01)
-    assert [cell[:2] for cell in cells if cell[1] == "burnt"] == []  # in this park nobody burns anything
+    assert [cell[:2] for cell in cells if cell[1] == "burned"] == []  # in this park nobody burns anything
     page.locator(".flows ~ details summary").press("Enter")
 
 

@@ -74,7 +74,7 @@ def test_without_wolves_the_world_goes_on_beside_the_one_with_wolves(forked):
     steps(page, 3)
     assert page.evaluate("[ecs.counts.wolf, ecs.second.counts.wolf]") == [12, 0]
     assert page.evaluate("ecs.counts.deer === ecs.second.counts.deer")
-    until(page, "document.querySelector('#pairSays').innerText.includes('12 live in the original')")
+    until(page, "document.querySelector('#pairSays').innerText.includes('12 alive in the original')")
     assert f"wolf died out at tick {tick} here" in page.locator("#pairSays").inner_text()
     assert f"from tick {tick} onward: cull 100% of wolf" in page.locator("#pairWhat").inner_text()
     row = page.locator(".legend-row", has_text="wolf")

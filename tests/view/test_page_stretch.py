@@ -165,7 +165,7 @@ def test_a_recorded_run_begins_anew_at_its_end_however_fast_it_plays(replay):
 def test_what_was_recorded_in_detail_and_what_was_filled_in_is_told(replay):
     page, panel = replay, replay.locator("#organism")
     about = page.locator("#timelineAbout")
-    recorded = f"Details of 5 focal organisms per species of deer, wolf: ticks 0 to {TICKS - 1}."
+    recorded = f"Details (at most 5 focal organisms per species) of deer, wolf: ticks 0 to {TICKS - 1}."
     assert about.inner_text() == recorded
     assert slider(page).get_attribute("aria-describedby") == "timelineAbout"
     focal = page.locator("#timeline canvas").evaluate(PIXELS)

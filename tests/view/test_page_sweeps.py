@@ -31,7 +31,7 @@ def test_a_sweep_is_gone_to_and_shown_next_to_a_world_without_its_allele(browser
         assert "In 2 forks, it lowered births." in sweep.inner_text()
         sweep.locator(".jump").click()
         until(page, "ecs.tick === 2 && document.querySelector('#colour').value === 'gene:hunger'")
-        sweep.get_by_role("button", name="next to one in which no organism has it").click()
+        sweep.get_by_role("button", name="next to one in which no organism has this allele").click()
         until(page, "ecs.tick === 1 && ecs.second && ecs.second.frames > 0")
         assert "all newt lose letter B" in page.locator("#pairWhat").inner_text()
         assert not page.locator("#pairAgain").is_visible()

@@ -14,7 +14,7 @@ from ecs_eco.view.recording import Recording
 from ecs_eco.view.replay import Replay
 from tests.view.parks import SMALL
 
-HALF = "last with half of the peak"
+HALF = "the last with at least half of the peak"
 
 
 @pytest.fixture(scope="module")
@@ -99,12 +99,12 @@ def test_an_extinction_has_the_same_numbers_in_the_story_the_account_and_reports
     for source in (replay, live):
         (story,) = [message for message in source.greeting() if message["kind"] == "story"]
         (entry,) = [e for e in story["entries"] if e["kind"] == "extinct" and e["species"] == "wolf"]
-        text = f"Of {end.deaths} deaths since tick {end.since} ({HALF}): {shares}; {end.births} were born."
+        text = f"Deaths since tick {end.since} ({HALF}): {end.deaths} ({shares}). Births: {end.births}."
         assert entry["cause"].startswith(text)
         (why,) = source.handle({"kind": "why"})
         told = " ".join(why["sections"]["What happened"])
         assert f"wolf died out at tick {end.tick}; at tick {end.since} ({HALF}) there were {end.n}." in told
-        assert f"Of {end.deaths} deaths since then: {shares}. {end.births} were born." in told
+        assert f"Deaths since then: {end.deaths} ({shares}). Births: {end.births}." in told
 
 
 def test_an_organism_of_a_record_has_a_sentence(folder):

@@ -126,7 +126,7 @@ def test_without_details_the_panel_says_so(plain):
     shown = plain.organism(uid)
     assert (shown["detail"], shown["nerves"]) == ("snapshot", None)
     assert shown["note"].startswith(
-        "State at tick 30. Recorded every 6 ticks, without its nervous system. “Fill in”"
+        "State at tick 30. Recorded every 6 ticks, without the nervous system. “Fill in”"
     )
     assert shown["trace"]["tick"] == [0, 6, 12, 18, 24, 30]
     plain.handle({"kind": "seek", "tick": 30})

@@ -70,7 +70,7 @@ def test_without_details_the_last_snapshot_stays_and_says_of_which_tick_it_is(pl
         before[k] for k in ("place", "energy", "heading", "trace")
     ]
     assert shown["note"].startswith(
-        f"State at tick {last}, in its last snapshot, without its nervous system. “Fill in”"
+        f"State at tick {last}, in its last snapshot, without the nervous system. “Fill in”"
     )
 
 

@@ -40,7 +40,7 @@ def test_enemies_come_first_and_reflexes_are_told_from_the_policy():
     }
     said = sentence(DEER | {"nerves": nerves}, ["grass"], ["wolf"])
     assert "saw wolf (an enemy) behind to the right and grass (food) ahead" in said
-    assert said.endswith("its reflex made it run; always tries to eat.")
+    assert said.endswith("its reflex made it run; it always tries to eat.")
 
 
 def test_how_far_they_are_is_said_where_the_range_is_known():
@@ -66,7 +66,7 @@ def test_what_is_above_or_below_is_said_so():
 
 def test_the_dead_are_told_by_their_cause():
     dead = DEER | {"alive": False, "died": {"tick": 1420, "cause": "eaten by wolf", "killer": 7}}
-    assert sentence(dead) == "Deer, eaten by wolf at tick 1,420, by #7, 500 s old."
+    assert sentence(dead) == "Deer, eaten by wolf at tick 1,420 (killer: #7), 500 s old."
     old = dead | {"died": {"tick": 3, "cause": "too old", "killer": None}}
     assert sentence(old).startswith("Deer, died (too old) at tick 3")
 
@@ -79,7 +79,7 @@ def test_what_the_dead_saw_and_did_last_is_told_where_it_is_known():
         "died": {"tick": 9, "cause": "eaten by wolf", "killer": 7},
     }
     assert sentence(dead, ["grass"], ["wolf"]) == (
-        "Deer, eaten by wolf at tick 9, by #7, 500 s old; in its last tick: saw wolf (an enemy) behind; "
+        "Deer, eaten by wolf at tick 9 (killer: #7), 500 s old; in its last tick: saw wolf (an enemy) behind; "
         "its policy chose to run (71% chance)."
     )
 

@@ -40,7 +40,7 @@ def test_an_extinction_is_told_with_the_deaths_since_the_last_high_and_a_return_
     assert [e["kind"] for e in entries] == ["crash", "extinct", "return"]
     assert entries[1]["tick"] == 4
     assert entries[1]["cause"].startswith(
-        "Of 100 deaths since tick 0 (last high): 70% starved, 30% eaten by wolf;"
+        "Deaths since tick 0 (last high): 100 (70% starved, 30% eaten by wolf)."
     )
     assert entries[1]["cause"].endswith("Meanwhile, its food (grass) went from 500 to 90.")
 

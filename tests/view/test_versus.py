@@ -23,17 +23,17 @@ def test_other_numbers_are_said_and_equal_ones_are_not():
 def test_who_lives_in_one_world_alone_comes_first_with_its_end():
     told = said((228, 0, 9), (310, 12, 9), ends=([("wolf", 180)], []))
     assert told["text"] == (
-        "After 420 ticks: wolf died out at tick 180 in the original, 12 live here; deer 310 instead of 228."
+        "After 420 ticks: wolf died out at tick 180 in the original, 12 alive here; deer 310 instead of 228."
     )
     told = said((228, 1, 9), (228, 0, 9), ends=([], [("wolf", 180)]))
-    assert told["text"] == "After 420 ticks: wolf died out at tick 180 here, 1 lives in the original."
+    assert told["text"] == "After 420 ticks: wolf died out at tick 180 here, 1 alive in the original."
 
 
 def test_ends_at_other_ticks_differ_and_ends_that_are_to_come_are_not_told():
     told = said((5, 0, 9), (5, 0, 9), ends=([("wolf", 180)], [("wolf", 300)]))
     assert told["text"] == "After 420 ticks: wolf died out at tick 300 here and at tick 180 in the original."
     told = said((5, 7, 9), (5, 0, 9), ends=([("wolf", 900)], [("wolf", 520)]))
-    assert told["clauses"]["wolf"] == "wolf died out at tick 520 here, 7 live in the original"
+    assert told["clauses"]["wolf"] == "wolf died out at tick 520 here, 7 alive in the original"
 
 
 def test_equal_numbers_and_one_tick():
@@ -43,7 +43,7 @@ def test_equal_numbers_and_one_tick():
 def test_two_worlds_that_have_nothing_in_common_are_called_first_and_second():
     told = said((228, 0, 9), (310, 12, 9), since=None)
     assert told["text"] == (
-        "At tick 520: wolf do not exist in the first, 12 live in the second; "
+        "At tick 520: wolf absent in the first, 12 alive in the second; "
         "deer 228 in the first, 310 in the second."
     )
 
@@ -53,7 +53,7 @@ def test_of_many_species_the_farthest_apart_are_named_and_the_others_counted():
     one, other = (side({name: 100 + k * i for i, name in enumerate(names)}, [], 9) for k in (0, 1))
     told = differences(names, one, other, 0, 9)
     assert list(told["clauses"]) == ["s6", "s5", "s4", "s3"]
-    assert told["text"].endswith("; 2 more differ.")
+    assert told["text"].endswith("; other species that differ: 2.")
 
 
 def test_species_that_one_of_them_alone_has_are_counted():

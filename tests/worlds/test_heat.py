@@ -284,7 +284,7 @@ WRONG = {
     "powerless": (
         {"heat": {"regulate": {"set_point": 300.0, "cost": 0.1}}},
         "newt.heat.regulate.warming = 0.0",
-        "is 0, and so is cooling; expected: a power [W]",
+        "warming and cooling are both 0; expected: a power [W]",
     ),
     "no set point": (
         {"heat": {"regulate": {"cost": 0.1, "warming": 1.0}}},

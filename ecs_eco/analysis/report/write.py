@@ -298,10 +298,10 @@ def _beside(series: Series, outside: Outside | None, place: Path, asked: bool) -
 
 def _what(series: Series) -> str:
     m = series.manifest
-    length = f"{len(series.ticks):,} ticks of {number(series.dt)} s"
-    broken = (
-        "" if m.get("finished", True) else f" of {m.get('ticks', 0):,} requested: the run was interrupted"
+    planned, broken = (
+        ("", "") if m.get("finished", True) else (f" of {m.get('ticks', 0):,}", " (interrupted)")
     )
+    length = f"{len(series.ticks):,}{planned} ticks of {number(series.dt)} s"
     wall = f", {m['wall_seconds']:,.1f} s of computing time" if m.get("wall_seconds") else ""
     return f"World {m.get('world', '?')}, seed {m.get('seed', '?')}, {length}{broken}{wall}."
 

@@ -25,7 +25,7 @@ from ecs_eco.config.models.interventions import describe
 Blocks = dict[str, list[str]]
 LIMITED = {
     "food": "lack of food",
-    "predators": "being eaten",
+    "predators": "animals that eat it",
     "poison": "poison in its food",
     "age": "old age",
     "room": "births that failed despite enough food (lack of space or mates)",
@@ -61,7 +61,7 @@ def headline(case: Case, findings: Mapping[str, Any]) -> str:
         text = "No organism was alive at the end of any tick."
     else:
         text = f"{verdict.capitalize()} ({findings['species']}): {VERDICTS[verdict]}."
-        sure = f" Confidence {findings['confidence']:.0%}"
+        sure = f" Confidence: {findings['confidence']:.0%}"
         other = findings["runner_up"]
         text += sure + (f"; alternatively {other['verdict']} ({other['confidence']:.0%})." if other else ".")
     if not series.manifest.get("finished", True):
@@ -75,8 +75,8 @@ def happened(case: Case, findings: Mapping[str, Any]) -> Iterator[str]:
     for f in findings["fell"]:
         gone = "died out" if f["extinct"] else "nearly died out"
         yield (
-            f"{f['species']} {gone} at tick {f['tick']:,}; at tick {f['since']:,} (last with half of the peak) "
-            f"there were {f['from']:,}."
+            f"{f['species']} {gone} at tick {f['tick']:,}; at tick {f['since']:,} (the last with at least half of "
+            f"the peak) there were {f['from']:,}."
         )
         if f["deaths"]:
             yield _died_of(case, f)
@@ -87,7 +87,7 @@ def happened(case: Case, findings: Mapping[str, Any]) -> Iterator[str]:
         elif s not in {f["species"] for f in findings["fell"]}:
             near = f"{s} never fell below {low['n']:,}"
             if low["near"]:
-                near = f"{s} nearly died out: {low['n']:,} were left"
+                near = f"{s} nearly died out: only {low['n']:,} remained"
             yield f"{near} (tick {low['tick']:,}); {low['mean']:,.0f} on average, {low['end']:,} at the end."
     done = findings["interventions"]
     if done:
@@ -104,7 +104,7 @@ def _died_of(case: Case, f: Mapping[str, Any]) -> str:
     shares = [f"{k / total:.0%} {c}" for c, k in ranked if k / total >= 0.01]
     refused = case.flow(f["species"], "refused")[span].sum()
     more = f"; max_count prevented {refused:,.0f} more births" if refused else ""
-    return f"Of {f['deaths']:,} deaths since then: {', '.join(shares)}. {f['births']:,} were born{more}."
+    return f"Deaths since then: {f['deaths']:,} ({', '.join(shares)}). Births: {f['births']:,}{more}."
 
 
 def chain(case: Case, findings: Mapping[str, Any]) -> Iterator[str]:
@@ -174,7 +174,7 @@ def energy(species: str, flows: Mapping[str, float]) -> str:
 def phase(case: Case, species: str, p: Mapping[str, Any]) -> str:
     """Return a sentence on a species' limit in one phase."""
     named = LIMITED | ({} if case.is_animal(species) else {"room": "lack of space"})
-    limit = "without a limit"
+    limit = "with no limiting factor"
     if p["limit"]:
         mainly, of = ("mainly ", "the increase in ") if p["by"] == "rise" else ("", "")
         limit = f"limited {mainly}by {named[p['limit']]} ({p['share']:.0%} of {of}losses)"

@@ -82,7 +82,7 @@ def _check_reproduction(config: WorldConfig, key: Key, species: Species) -> Iter
     room = _room(config, species)
     if isinstance(way, Spread) and room > MOST_SITES:
         fault = f"too small: the ground would have {room:.3g} sites"
-        yield Problem((*at, "spacing"), fault, way.spacing, f"at most {MOST_SITES:.0e} sites")
+        yield Problem((*at, "spacing"), fault, way.spacing, f"at most {MOST_SITES:,} sites")
     if species.count > room:
         fault = f"count = {species.count} organisms do not fit: at most {room}"
         yield Problem((*at, "spacing"), fault, way.spacing, "a smaller spacing, or fewer organisms")
@@ -96,7 +96,7 @@ def _check_mating(config: WorldConfig, key: Key, species: Species, way: Sexual) 
     yield from at_most((*at, "reach"), config.space.too_wide, way.reach, config.space.widest)
     farthest = (way.dispersal or 4 * species.body.bound) * (1 if config.dims == 2 else math.sqrt(2))
     if way.place == "near" and farthest <= way.spacing:
-        fault = "every newborn would be closer to its mother"
+        fault = "every newborn would be closer than this to its mother"
         yield Problem((*at, "spacing"), fault, way.spacing, f"less than {farthest:g} m")
     elif way.place == "near" and species.body.opaque and farthest <= 2 * species.body.bound:
         allowed = f"more than {2 * species.body.bound:g} m, or body.opaque = false"
@@ -169,7 +169,7 @@ def check_object(config: WorldConfig, name: str, kind: ObjectType) -> Iterator[P
     """Yield all problems with an object type."""
     key, placed = ("objects", name), [*kind.at, *kind.between]
     if kind.count and placed:
-        fault = "given together with at" if kind.at else "given together with between"
+        fault = "given together with `at`" if kind.at else "given together with `between`"
         yield Problem((*key, "count"), fault, kind.count, "either count or a list of objects")
     made = (name in (s.remains, *of_each(s, "makes")) for s in config.species.values())
     if not kind.count and not placed and not any(made):
@@ -181,7 +181,7 @@ def check_object(config: WorldConfig, name: str, kind: ObjectType) -> Iterator[P
         fault = f"{len(kind.heading)} headings for {len(kind.at)} positions in `at`"
         yield Problem((*key, "heading"), fault, kind.heading, f"{len(kind.at)} numbers [rad], or one for all")
     elif kind.heading and not kind.at:
-        yield Problem((*key, "heading"), "given without at", kind.heading, "positions in `at`")
+        yield Problem((*key, "heading"), "given without `at`", kind.heading, "positions in `at`")
     if kind.renewal and not kind.count:
         fault = "without count, there is no number to restore"
         yield Problem((*key, "renewal"), fault, kind.renewal, "a count of at least 1, or remove renewal")

@@ -58,9 +58,9 @@ def _check_time(config: WorldConfig, key: Key, intervention: Intervention) -> It
         allowed = f"0 to {config.ticks - 1}, or larger `ticks` in the world"
         yield Problem((*key, "at"), f"never happens: a run has {config.ticks} ticks", at, allowed)
     if until is not None and intervention.every is None:
-        yield Problem((*key, "until"), "given without every", until, "both or neither")
+        yield Problem((*key, "until"), "given without `every`", until, "both or neither")
     elif until is not None and until < at:
-        yield Problem((*key, "until"), "before at", until, f"at least {at}")
+        yield Problem((*key, "until"), "earlier than `at`", until, f"at least {at}")
 
 
 def _check_cull(config: WorldConfig, key: Key, cull: Cull) -> Iterator[Problem]:
@@ -138,7 +138,7 @@ def _check_dose(config: WorldConfig, key: Key, dose: Dose) -> Iterator[Problem]:
 def _check_switch(config: WorldConfig, key: Key, switch: Switch) -> Iterator[Problem]:
     if switch.reproduction is None and switch.learning is None:
         allowed = "true or false for one of them, or both"
-        yield Problem((*key, "reproduction"), "is missing, and so is learning", allowed=allowed)
+        yield Problem((*key, "reproduction"), "neither reproduction nor learning is given", allowed=allowed)
     if switch.species is None:
         return
     yield from named((*key, "species"), "species", switch.species, config.species)
@@ -158,7 +158,7 @@ def _check_standing(
     """Yield problems with fences or roads, in chronological order; only those in `there` can be removed."""
     missing, lines, gone, allowed = {
         Fence: (
-            "is missing, and so is region",
+            "neither line nor region is given",
             "corners [[x, y], …], or a region",
             "no such fence exists at that time",
             "the line or region of an existing fence, or neither for all fences",
@@ -232,7 +232,7 @@ def check_land_use(config: WorldConfig) -> Iterator[Problem]:
         if use.region is not None:
             yield from check_region((*key, "region"), use.region, config)
         if use.until is not None and use.until < use.at:
-            yield Problem((*key, "until"), "before at", use.until, f"at least {use.at}")
+            yield Problem((*key, "until"), "earlier than `at`", use.until, f"at least {use.at}")
         if use.season is not None and use.period is None:
             yield Problem(
                 (*key, "period"), "is missing, but season needs it", allowed="the length of a year [s]"
@@ -247,5 +247,8 @@ def check_land_use(config: WorldConfig) -> Iterator[Problem]:
             )
         if isinstance(use, Harvest) and use.most is not None and (use.least or 0.0) > use.most:
             yield Problem(
-                (*key, "most"), "below least: nothing is removed", use.most, f"at least {use.least:g} m"
+                (*key, "most"),
+                "less than `least`, so nothing is removed",
+                use.most,
+                f"at least {use.least:g} m",
             )

@@ -112,7 +112,7 @@ def _check_space(config: WorldConfig) -> Iterator[Problem]:
         least = (math.prod(space.size) / MOST_INDEX_CELLS) ** (1 / len(space.size))
         fault = f"too small: the neighbor index would have {cells:.3g} cells"
         allowed = (
-            f"at most {MOST_INDEX_CELLS:.0e} cells, about {least:.2g} m; or remove it for an automatic size"
+            f"at most {MOST_INDEX_CELLS:,} cells, about {least:.2g} m; or remove it for an automatic size"
         )
         yield Problem(("space", "cell"), fault, space.cell, allowed)
 
@@ -130,7 +130,7 @@ def _check_fields(config: WorldConfig) -> Iterator[Problem]:
             yield Problem(("fields", name, "cell"), space.too_wide, field.cell, f"at most {most:g} m")
         elif cells > MOST_CELLS:
             fault = f"too small: the field would have {cells:.3g} cells"
-            yield Problem(("fields", name, "cell"), fault, field.cell, f"at most {MOST_CELLS:.0e} cells")
+            yield Problem(("fields", name, "cell"), fault, field.cell, f"at most {MOST_CELLS:,} cells")
         elif steps > MOST_STEPS:
             fault = f"too fast for these cells: {steps:.3g} steps a tick"
             allowed = f"at most {field.diffusion * MOST_STEPS / steps:.3g} m^2/s"
@@ -168,7 +168,7 @@ def _check_terrain(config: WorldConfig) -> Iterator[Problem]:
     yield from at_most(("terrain", "cell"), "larger than half the width of the world", terrain.cell, most)
     if (cells := (size[0] / terrain.cell) * (size[1] / terrain.cell)) > MOST_CELLS:
         fault = f"too small: the map would have {cells:.3g} cells"
-        yield Problem(("terrain", "cell"), fault, terrain.cell, f"at most {MOST_CELLS:.0e} cells")
+        yield Problem(("terrain", "cell"), fault, terrain.cell, f"at most {MOST_CELLS:,} cells")
     for i, road in enumerate(terrain.roads):
         yield from check_line(("terrain", "roads", i, "line"), road.line, config)
     for group in ("mountains", "rocks", "lakes"):

@@ -118,7 +118,10 @@ class Chemistry(Feature, after="substances"):
         "reactions of its substances, in this order", [], omit=True, change=SHAPE
     )
     exchange: list[AnyExchange] = about(
-        "exchange of substances with fields, in this order", [], omit=True, change=SHAPE
+        "exchange of substances with fields; in each tick, uptake comes first, then equilibration, then release",
+        [],
+        omit=True,
+        change=SHAPE,
     )
 
     @staticmethod
@@ -151,8 +154,8 @@ class Provision(Feature, after="exchange"):
     """Newborns get substances from their mother or from the soil: systems `Provide` and `Spread`."""
 
     born_with: Literal["declared", "mother", "soil"] = about(
-        "origin of newborns' substances; declared: created from nothing; mother: shared by the mother, at "
-        "equal concentrations; soil: taken from each substance's first field; seeds germinate only where "
+        "origin of newborns' substances; declared: created from nothing; mother: the mother shares hers, so "
+        "that concentrations are equal; soil: taken from each substance's first field; seeds germinate only where "
         "there is enough",
         "declared",
         omit=True,

@@ -62,7 +62,7 @@ class Mortality(Feature, after="hatch"):
                         (*species.own(), *own),
                     )
             elif lethal.min is None and lethal.max is None:
-                yield Problem((*at, "min"), "is missing, and so is max", allowed="min, max or both")
+                yield Problem((*at, "min"), "neither min nor max is given", allowed="min, max or both")
             elif low >= high:
                 yield Problem((*at, "min"), "not below max", low, f"less than {high:g}")
             elif not low < value < high and not (lethal.property == "age" and value == 0.0 < high):

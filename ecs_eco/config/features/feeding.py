@@ -83,7 +83,7 @@ class Feeding(Feature, after="emits"):
             eaten.add(diet.eats)
             if diet.model_fields_set.isdisjoint(("gain", "efficiency")):
                 yield Problem(
-                    (*at, "gain"), "is missing, and so is efficiency", allowed="gain, efficiency or both"
+                    (*at, "gain"), "neither gain nor efficiency is given", allowed="gain, efficiency or both"
                 )
             if diet.efficiency and diet.eats in config.objects and config.objects[diet.eats].energy is None:
                 fault = f"{diet.eats} contains no energy"

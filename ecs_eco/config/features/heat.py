@@ -65,7 +65,9 @@ class Warmth(Feature, after="properties"):
         regulation = None if species.heat is None else species.heat.regulate
         if regulation is not None and regulation.warming == regulation.cooling == 0:
             allowed = "a power [W] for warming, cooling or both; or remove regulate"
-            yield Problem((*key, "heat", "regulate", "warming"), "is 0, and so is cooling", 0.0, allowed)
+            yield Problem(
+                (*key, "heat", "regulate", "warming"), "warming and cooling are both 0", 0.0, allowed
+            )
 
     @staticmethod
     def costs(species: Any) -> Iterator[Cost]:

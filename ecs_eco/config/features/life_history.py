@@ -13,9 +13,9 @@ from ecs_eco.inputs.section import COLUMN, FREE, SHAPE, NonNegative, Positive, S
 class Breeding(Section, change=FREE, own=COLUMN):
     """Fertility by age and season; `fertility` is its peak, reached at the prime, in season.
 
-    With age, it follows a beta curve from maturity to the end; if the prime is a third of the way between the
-    two, this is Brass's polynomial (Brass 1975), which fits mammals well (Gage 2001). Over the year, it
-    follows a von Mises curve, the circular analog of the normal curve.
+    If `end` is given, it follows a beta curve over age, from maturity to the end; if the prime is a third of
+    the way between the two, this is Brass's polynomial (Brass 1975), which fits mammals well (Gage 2001).
+    Over the year, it follows a von Mises curve, the circular analog of the normal curve.
     """
 
     maturity: NonNegative = quantity("age from which it is fertile", "s", 0.0)
@@ -25,8 +25,7 @@ class Breeding(Section, change=FREE, own=COLUMN):
         None,
     )
     end: Positive | None = quantity(
-        "age at which fertility ends; default: fertility rises linearly from maturity to prime and stays "
-        "there",
+        "age at which fertility ends; default: never, and fertility rises linearly from maturity to prime",
         "s",
         None,
     )

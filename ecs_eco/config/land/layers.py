@@ -82,7 +82,7 @@ def _shapes(layer: Layer, folder: Path, crs: str) -> Iterator[tuple[int, Line]]:
     try:
         own, names, shapes = _content(path_of(layer.file, folder), layer.layer)
         if layer.layer is not None and layer.layer not in names:
-            fault = "no layer of this name"
+            fault = "no layer with this name"
             raise refused("layer", fault, layer.layer, listed(names), nearest(layer.layer, names))
         if crs and own and own != crs:
             degrees(own)  # raises RasterError for an unknown coordinate system

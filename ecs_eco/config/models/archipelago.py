@@ -31,8 +31,8 @@ def _flat(values: dict[str, Any], prefix: str) -> Iterator[tuple[str, Any]]:
 
 
 class Archipelago(Section):
-    """Islands: one world per entry, connected only by migrants, which leave and arrive at barriers. Values
-    that an island does not set come from the rest of the file."""
+    """Islands: one world per entry, connected only by migrants, which are exchanged at regular ticks
+    (barriers). Values that an island does not set come from the rest of the file."""
 
     submodel = Submodel(
         "Migration",
@@ -49,7 +49,7 @@ class Archipelago(Section):
     ] = about(
         "name = { dotted key = the island's value, … }, as with --set; or the number of identical islands"
     )
-    migration_interval: Ticks = quantity("time between barriers", "ticks", former="every")
+    migration_interval: Ticks = quantity("time between exchanges of migrants", "ticks", former="every")
     graph: Literal["ring", "grid", "full", "own"] = about(
         "neighbors of each island: ring, the next and the previous island; grid, the four adjacent islands "
         "in a square filled row by row; full, all other islands; own, as listed in `edges`",
@@ -59,7 +59,7 @@ class Archipelago(Section):
         '[from, to] of each one-way connection, for graph = "own"', [], omit=True
     )
     migration_probability: dict[Name, Share] = table(
-        "species = probability that a member leaves for a random neighboring island at a barrier [1]",
+        "species = probability that a member leaves for a random neighboring island at an exchange",
         dict,
         former="emigration",
     )

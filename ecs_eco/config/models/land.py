@@ -17,7 +17,7 @@ class LandClass(Section):
         "numbers of this class in the raster `cover`; default: any number", []
     )
     above: Real | None = quantity("minimum elevation; default: no limit", "m", None)
-    below: Real | None = quantity("only below this elevation; default: no limit", "m", None)
+    below: Real | None = quantity("maximum elevation (exclusive); default: no limit", "m", None)
     steeper: NonNegative | None = quantity("minimum slope, as rise over run; default: no limit", "1", None)
     growth: NonNegative = quantity(
         "factor for the growth of plants there and for the rates at which they colonize free sites", "1", 1.0
@@ -37,7 +37,7 @@ class LandClass(Section):
 
 
 class Layer(Section):
-    """A vector layer, read by pyogrio: lakes, roads, fences, or areas of a land class."""
+    """A vector layer: lakes, roads, fences, or areas of a land class."""
 
     file: FileName = about(
         "a file in the folder of the world file or a subfolder: GeoJSON or, with pyogrio, GeoPackage, "

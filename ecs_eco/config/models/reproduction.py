@@ -65,8 +65,8 @@ class Simplified(Alone):
 
 class Spread(Reproduction, own=True):
     """The ground is divided into square sites with side `spacing`; in each tick, a free site is colonized
-    with probability dt (seed_rain + rate × proportion of occupied sites). Light and soil have no effect
-    unless `born_with = "soil"`. Each species has its own sites, so plants of two species can occupy the same
+    with probability dt (seed_rain + rate × proportion of occupied sites). Light has no effect, and soil
+    only with `born_with = "soil"`. Each species has its own sites, so plants of two species can occupy the same
     ground."""
 
     kind: Annotated[Literal["spread"], Change(ANEW)]

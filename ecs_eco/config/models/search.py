@@ -75,7 +75,9 @@ class Posterior(Section):
         None,
     )
     stop: Share = quantity(
-        "abc-smc: the search ends when a smaller proportion of a generation enters the posterior", "1", 0.05
+        "abc-smc: the search ends when less than this proportion of a generation enters the posterior",
+        "1",
+        0.05,
     )
 
 
@@ -121,7 +123,9 @@ class Search(Section):
         "proportion of failed runs in a stage above which a candidate is dropped", "1", 0.5
     )
     crowd: Annotated[float, Field(ge=1)] = quantity(
-        "like an extinction, this multiple of the initial number of organisms ends a run", "1", 10.0
+        "a run ends when the number of organisms and objects exceeds this multiple of its initial value",
+        "1",
+        10.0,
     )
     finalists: Annotated[int, Field(ge=1, le=50)] = about(
         "candidates tested on further seeds before the best is chosen", 4

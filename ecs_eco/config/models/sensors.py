@@ -97,7 +97,7 @@ class Nearest(Sensor, own=True):
         "distance at which it detects the target in the dark, if sight is given", "m", 0.0
     )
     kin: Kin | None = about(
-        "see only these relatives, in its own species or its eggs; default: all", omit=True
+        "sees only these relatives, in its own species or its eggs; default: all", omit=True
     )
 
     at: Point = _on_body(
@@ -313,8 +313,8 @@ class Pressure(Place, own=True):
 
 
 class Custom(Sensor, own=WIDTH):
-    """A custom function: function(world, table, seekers, out f32[n, channels], first) writes `width`
-    channels."""
+    """A custom function(world, table, seekers, out, first): it writes `width` columns of `out`
+    (f32[n, channels]) from column `first` on, for the n organisms with rows `seekers.rows`."""
 
     kind: Literal["custom"]
     function: WithParameters = about("module:name of the function")

@@ -102,7 +102,7 @@ class Species(
     Wandering,
     NeuralCosts,
 ):
-    """A species: all its organisms are born with these values."""
+    """A species: its organisms are born with these values, except those that genes code for."""
 
     count: Annotated[int, Field(ge=0, le=50_000_000)] = quantity(
         "organisms at the start", "1", change=NUMBERS, own=POPULATION

@@ -113,11 +113,11 @@ class Terrain(RealLand):
         "roads that exist from the start; later roads are interventions", [], omit=True
     )
     slope_cost: NonNegative = quantity(
-        "extra cost of moving, as a factor per unit of slope", "1", 1.0, change=FREE
+        "extra cost of moving uphill: the cost is multiplied by 1 + slope_cost × slope", "1", 1.0, change=FREE
     )
     hides: bool = about(
-        "whether hills block the view of rays and of `nearest` with occlusion, whose eyes are at the top of "
-        "the body; otherwise only rocks do",
+        "whether hills block the view of sensors `rays`, and `nearest` with occlusion, seen from the top of the "
+        "body; otherwise only rocks and opaque bodies do",
         False,
         omit=True,
     )

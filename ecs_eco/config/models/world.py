@@ -73,13 +73,17 @@ class Training(Section):
     average: Annotated[float, Field(ge=0, le=1)] = quantity(
         "last fraction of the training, over which weights are averaged", "1", 0.2
     )
-    respawn: bool = about("whether dead organisms are replaced immediately and there are no births", True)
+    respawn: bool = about(
+        "whether animals that die are replaced immediately and animals have no births", True
+    )
     set: dict[str, Any] = table("dotted key = value during training", dict)
     worlds: Annotated[int, Field(ge=1, le=64)] = about(
         "number of worlds that train the same policies at once", 1
     )
     vary: dict[str, Annotated[list[int | float], Field(min_length=2, max_length=2)]] = table(
-        "dotted key = [low, high]: the worlds' values are spaced geometrically in this range", dict
+        "dotted key = [low, high]: each world draws its value from a different one of as many equal parts of "
+        "this range, on a log scale if both ends are positive",
+        dict,
     )
     renew: Tick = quantity(
         "ticks after which the worlds restart, with different values of `vary`; 0: never", "ticks", 0

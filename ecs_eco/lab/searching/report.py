@@ -69,7 +69,7 @@ def search(
     cpu : float, optional
         CPU time of candidates [s] after which the search ends.
     workers : int, optional
-        Number of processes; default: 2.
+        Number of processes; default: 2, or all CPUs of a Ray cluster.
     optimiser : str, default "gp"
         "gp" (Gaussian process), "tpe" or "random"; to fit measurements, "abc" or "abc-smc".
     progress : callable, optional
@@ -188,7 +188,7 @@ def _opening(search: Search, result: dict[str, Any]) -> list[str]:
             f"{name} = {number(x)} ({number(search.plan.start[name])} as written)"
             for name, x in values.items()
         ]
-        more = f", and {len(changed) - 3} more values (best-1.toml)" if len(changed) > 3 else ""
+        more = f" (and other changed values: {len(changed) - 3}; see best-1.toml)" if len(changed) > 3 else ""
         sentences.append(f"The best world has {', '.join(changed[:3])}{more}.")
     return [*lines, " ".join(sentences), course]
 
@@ -215,7 +215,7 @@ def _confirmed(result: dict[str, Any], folder: Path) -> list[str]:
             c["runs"],
             c["persisted"],
             number(c["share"]),
-            f"{number(c['low'])} … {number(c['high'])}",
+            f"{number(c['low'])} to {number(c['high'])}",
             ", ".join(f"{a}/{b}" for a, b in c["by_training_seed"].values()),
             ", ".join(f"{name} {n}" for name, n in lost[world].items()) or "–",
         ]
@@ -237,7 +237,7 @@ def _best_table(search: Search, result: dict[str, Any]) -> str:
     rows = [
         [
             p.name,
-            f"{number(p.low)} … {number(p.high)}",
+            f"{number(p.low)} to {number(p.high)}",
             number(plan.start[p.name]),
             *(number(b["values"][p.name]) for b in best),
         ]
@@ -320,9 +320,9 @@ def posterior_blocks(sampler: Sampler, result: dict[str, Any], folder: Path) -> 
     numbers = [
         [
             name,
-            f"{number(of['range'][0])} … {number(of['range'][1])}",
+            f"{number(of['range'][0])} to {number(of['range'][1])}",
             number(of["median"]),
-            f"{number(of['low'])} … {number(of['high'])}",
+            f"{number(of['low'])} to {number(of['high'])}",
         ]
         for name, of in result["numbers"].items()
     ]
@@ -331,7 +331,7 @@ def posterior_blocks(sampler: Sampler, result: dict[str, Any], folder: Path) -> 
             name,
             number(of["observed"]),
             number(of["median"]),
-            f"{number(of['low'])} … {number(of['high'])}",
+            f"{number(of['low'])} to {number(of['high'])}",
             _place(of),
         ]
         for name, of in result["statistics"].items()

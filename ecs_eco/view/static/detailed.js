@@ -11,7 +11,7 @@ const ROW = 4; // [px]
 export function words({ kind, first, last, species, n, wrong }) {
   const ticks = `ticks ${number(first)} to ${number(last)}`;
   if (kind === "filled") return `Filled in: ${ticks}${wrong === null ? "" : `, differs from the record from tick ${number(wrong)} on`}`;
-  return `${kind === "full" ? "All details" : `Details of ${number(n)} focal organisms per species`} of ${species.join(", ")}: ${ticks}`;
+  return `${kind === "full" ? "All details" : `Details (at most ${number(n)} focal organisms per species)`} of ${species.join(", ")}: ${ticks}`;
 }
 
 /** Total height of the bars [px]. @param {Detailed[]} stretches */

@@ -129,9 +129,9 @@ export class Flows {
 
 /** The flows as sentences for screen readers. @param {Node[]} nodes @param {Meal[]} meals */
 function sentences(nodes, meals) {
-  const eats = meals.filter(({ meals: n, energy }) => n || energy).map(({ from, to, energy, meals: n }) => `${to} eats ${n === null ? "" : `${number(n)} `}${from} and gains ${number(energy)} per tick`);
-  return [...nodes.filter(({ light }) => light).map(({ name, light }) => `${name} gains ${number(light)} per tick from light`), ...eats,
-    ...nodes.filter(({ burnt }) => burnt).map(({ name, burnt }) => `${name} burns ${number(burnt)} per tick`)];
+  const eats = meals.filter(({ meals: n, energy }) => n || energy).map(({ from, to, energy, meals: n }) => `${to} eats ${n === null ? "" : `${number(n)} `}${from} and gains ${number(energy)} energy per tick`);
+  return [...nodes.filter(({ light }) => light).map(({ name, light }) => `${name} gains ${number(light)} energy per tick from light`), ...eats,
+    ...nodes.filter(({ burnt }) => burnt).map(({ name, burnt }) => `${name} burns ${number(burnt)} energy per tick`)];
 }
 
 /** @param {Node[]} nodes @param {Meal[]} meals @returns {(string | number | null)[][]} */
@@ -140,7 +140,7 @@ function rows(nodes, meals) {
     ...nodes.filter(({ light }) => light).map(({ name, light }) => ["light", name, light, null]),
     ...nodes.filter(({ other }) => other).map(({ name, other }) => ["parents and reactions", name, other, null]),
     ...meals.map(({ from, to, energy, meals: n }) => [from, to, energy, n]),
-    ...nodes.flatMap(({ name, burnt, given, dead, died }) => [[name, "burnt", burnt, null], [name, "young", given, null], [name, "left over at death", dead, null], [name, "died of other causes", null, died]])
+    ...nodes.flatMap(({ name, burnt, given, dead, died }) => [[name, "burned", burnt, null], [name, "young", given, null], [name, "left over at death", dead, null], [name, "died of other causes", null, died]])
       .filter(([, , energy, n]) => energy || n),
   ];
 }
@@ -149,7 +149,7 @@ function rows(nodes, meals) {
 function keysOf(nodes, meals, energy) {
   const key = (/** @type {string} */ fill, /** @type {string} */ text, opacity = 0.9) => h("span", { class: "key" }, s("svg", { viewBox: "0 0 18 8", "aria-hidden": "true" }, s("rect", { width: 18, height: 8, rx: 2, fill, opacity })), text, " ");
   if (!energy) return nodes.some(({ died }) => died) ? [key(css("--soft"), "died of other causes")] : [];
-  return [nodes.some(({ light }) => light) && key(css("--light"), "light"), nodes.some(({ burnt }) => burnt) && key(css("--soft"), "burnt", 0.35),
+  return [nodes.some(({ light }) => light) && key(css("--light"), "light"), nodes.some(({ burnt }) => burnt) && key(css("--soft"), "burned", 0.35),
     nodes.some(({ dead }) => dead) && key(css("--soft"), "left over at death"), meals.some((meal) => meal.energy < 0) && key(css("--minus"), "harms the eater", 0.5)].filter((one) => one !== false);
 }
 

@@ -59,7 +59,7 @@ connection.onlink = (link) => {
   $("link").dataset.link = link;
   $("link").textContent = words[link];
   if (link === "ended") notice("The server of this map has stopped.", { text: "Try again", does: () => connection.again() });
-  else if (link === "refused") door(connection.greeted ? "The map has restarted; open its new address." : "No access: an address works once, within ten minutes.");
+  else if (link === "refused") door(connection.greeted ? "The map has restarted; open its new address." : "No access: each address works only once and expires after 10 minutes.");
   else if (link === "lost") notice("Connection lost; trying again …");
   else notice(null);
 };
@@ -69,7 +69,7 @@ function begin(islands) {
   document.title = `${islands.title} · ecs-eco`;
   $("title").textContent = islands.title;
   const wanderers = islands.species.filter(({ wanders }) => wanders);
-  $("who").replaceChildren(h("option", { value: "", text: "of all species" }), ...wanderers.map(({ name }) => h("option", { value: name, text: name })));
+  $("who").replaceChildren(h("option", { value: "", text: "all species" }), ...wanderers.map(({ name }) => h("option", { value: name, text: name })));
 }
 
 function paint() {
@@ -112,8 +112,8 @@ function draw() {
   $("time").setAttribute("aria-valuetext", points.length ? `tick ${points[at]}` : "no tick yet");
   $("state").textContent = shown.finished ? `of ${number(shown.ticks)}, done` : `of ${number(shown.ticks)}, running`;
   $("legend").replaceChildren(h("ul", { class: "kinds" }, ...species.map(({ name, wanders }, k) => h("li", {},
-    h("i", { style: `background:${colours[k]}` }), name, h("small", { text: wanders ? "wanders" : "" }), h("b", { text: number(islands.reduce((sum, _, i) => sum + count(i, k), 0)) })))));
-  $("table").replaceChildren(...table(between), h("p", { class: "about", text: `A barrier every ${number(every)} ticks. Click an island to open it.` }));
+    h("i", { style: `background:${colours[k]}` }), name, h("small", { text: wanders ? "migrates" : "" }), h("b", { text: number(islands.reduce((sum, _, i) => sum + count(i, k), 0)) })))));
+  $("table").replaceChildren(...table(between), h("p", { class: "about", text: `Islands exchange migrants at barriers, every ${every === 1 ? "tick" : `${number(every)} ticks`}. Click an island to open it.` }));
 }
 
 /** @param {number[][]} places @param {number[]} radii @param {number[][]} between */
@@ -179,7 +179,7 @@ function table(between) {
     h("td", {}, h("button", { class: "plain", type: "button", text: name, title: `Open ${name}`, onclick: () => open(name) }), own && h("small", { text: own.replaceAll("species.", "") })),
     ...species.map((_, k) => h("td", {}, number(count(i, k)), spark(n[i]?.[k] ?? [], colours[k]))),
     h("td", { text: number(sum(between.map((row) => row[i]))) }), h("td", { text: number(sum(between[i])) })));
-  const head = ["island", ...species.map(({ name }) => name), "came", "left"];
+  const head = ["island", ...species.map(({ name }) => name), "immigrants", "emigrants"];
   const cross = islands.map(({ name }, i) => h("tr", {}, h("td", { text: name }), ...islands.map((_, j) => h("td", { text: between[i][j] ? number(between[i][j]) : "–" }))));
   const grid = (/** @type {string[]} */ heads, /** @type {HTMLElement[]} */ body) => h("div", { class: "scrolls", tabindex: 0, role: "region", "aria-label": heads[0] === "island" ? "Islands" : "Migrants" },
     h("table", { class: "numbers" }, h("thead", {}, h("tr", {}, ...heads.map((text) => h("th", { scope: "col", text })))), h("tbody", {}, ...body)));

@@ -106,7 +106,7 @@ export class Changes {
 
   /** Buttons that undo the last change or all changes. */
   buttons() {
-    const undo = h("button", { class: "button", type: "button", text: "Undo", title: "Undo the last change. After anything but a new value, the world goes back to the tick before it", disabled: true, onclick: () => this.back(1, "undo") });
+    const undo = h("button", { class: "button", type: "button", text: "Undo", title: "Undo the last change. A changed value is set back; for any other change, the world goes back to the tick before it", disabled: true, onclick: () => this.back(1, "undo") });
     const reset = h("button", { class: "button", type: "button", text: "Reset all", title: "Undo all changes", disabled: true, onclick: () => this.back(this.before.length, "reset") });
     this.heard.push(() => (undo.disabled = reset.disabled = !this.before.length));
     return [undo, reset];
@@ -164,7 +164,7 @@ export class Knobs {
       sliding = false;
       if (chosen() !== parameter()?.value) changes.make(key, chosen());
     } });
-    const reset = h("button", { class: "mini", type: "button", text: "↺", title: "Restore the value at the time this page opened", "aria-label": `Reset ${label}`, onclick: () => changes.make(key, changes.first.get(key)) });
+    const reset = h("button", { class: "mini", type: "button", text: "↺", title: "Restore the value that it had when this page opened", "aria-label": `Reset ${label}`, onclick: () => changes.make(key, changes.first.get(key)) });
     const show = () => {
       const value = Number(parameter()?.value), ends = [Math.min(knob.low, value), Math.max(knob.high, value)];
       if (sliding || Number.isNaN(value)) return;

@@ -119,7 +119,7 @@ function tell(one, { line, change, births, deaths, extinct, causes, learns }, n,
   one.way.title = line.length < 2 ? "" : `${change < 0 ? "−" : "+"}${Math.round(Math.abs(100 * change))}% in the last ${RECENT} ticks`;
   const gone = n === 0 && extinct !== null;
   one.root.classList.toggle("gone", gone);
-  write(one.flow, gone ? `extinct at ${number(extinct)}` : n === 0 && !line.some(Boolean) ? "none so far" : [...(births === null ? [] : [...(learns ? ["learns"] : []), `+${rate(births)} −${rate(deaths)} per tick`, ...(deaths ? whereof(causes) : [])]), ...(every > 1 ? [`1 in ${every} shown`] : [])].join(", "));
+  write(one.flow, gone ? `extinct at tick ${number(extinct)}` : n === 0 && !line.some(Boolean) ? "none so far" : [...(births === null ? [] : [...(learns ? ["learns"] : []), `+${rate(births)} −${rate(deaths)} per tick`, ...(deaths ? whereof(causes) : [])]), ...(every > 1 ? [`1 in ${every} shown`] : [])].join(", "));
 }
 
 /** The most frequent recent causes of death. @param {[string, number][]} causes with deaths per tick, most frequent first */

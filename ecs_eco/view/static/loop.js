@@ -38,7 +38,7 @@ export class Loop {
 
   /** Turns repetition of the displayed period on or off. */
   toggle() {
-    if (!this.possible) return announce(`No repetition: ${this.why}`);
+    if (!this.possible) return announce(`Cannot repeat: ${this.why}`);
     if (this.ends) this.set(null);
     else {
       const [from, to] = this.timeline.stretch.ends, { newest } = this.timeline;
@@ -46,7 +46,7 @@ export class Loop {
       this.set([from, end]);
       if (this.state?.playing && this.timeline.tick < from && from <= newest) this.again();
     }
-    announce(this.ends ? this.words() : "No repetition");
+    announce(this.ends ? this.words() : "Repeat is off");
   }
 
   words() {

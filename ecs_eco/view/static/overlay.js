@@ -100,7 +100,7 @@ export function sky(stage) {
     s("path", { d: "M6 27a26 22 0 0 1 52 0", fill: "none", stroke: "var(--soft)", "stroke-width": 0.8, "stroke-dasharray": "1.5 2" }),
     s("line", { x1: 2, x2: 62, y1: 27, y2: 27, stroke: "var(--soft)", "stroke-width": 0.8 }),
     s("circle", { cx: x, cy: Math.min(y, 33), r: 4.2, fill: up ? "#f0b429" : "var(--card)", stroke: up ? "#b87d00" : "var(--soft)", "stroke-width": 0.8 }),
-    s("text", { x: 32, y: 21, "font-size": 6.5, "text-anchor": "middle", fill: "var(--soft)" }, `light ${number(Math.round(100 * stage.light))} %`),
+    s("text", { x: 32, y: 21, "font-size": 6.5, "text-anchor": "middle", fill: "var(--soft)" }, `light ${number(Math.round(100 * stage.light))}%`),
   );
 }
 
@@ -129,8 +129,8 @@ export function linked(link, connection) {
   $("link").dataset.link = link;
   $("link").textContent = words[link];
   $("link").title = words[link];
-  if (link === "ended") notice(connection.done || connection.greeted ? "The run has ended." : "There is no response from this address.", { text: "Try again", does: () => connection.again() });
-  else if (link === "refused") door(connection.greeted ? "The run has restarted; open its new address." : "No access: an address works once, within ten minutes.");
+  if (link === "ended") notice(connection.done ? "The run has ended." : connection.greeted ? "The server has stopped or cannot be reached." : "There is no response from this address.", { text: "Try again", does: () => connection.again() });
+  else if (link === "refused") door(connection.greeted ? "The run has restarted; open its new address." : "No access: each address works only once and expires after 10 minutes.");
   else if (link === "lost") notice("Connection lost; trying again …");
   else notice(null);
 }

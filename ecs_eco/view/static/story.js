@@ -93,7 +93,7 @@ export class Story {
         h("i", { style: `--c:${colour}`, text: SIGNS[entry.kind], "aria-hidden": "true" }),
         h("time", { text: number(entry.tick) }), h("b", { text: entry.text })),
       entry.cause && h("p", { text: entry.cause }),
-      entry.sweep !== undefined && h("p", {}, h("button", { type: "button", class: "plain", text: "Show this world next to one in which no organism has it", onclick: () => this.calls.without(entry) })));
+      entry.sweep !== undefined && h("p", {}, h("button", { type: "button", class: "plain", text: "Show this world next to one in which no organism has this allele", onclick: () => this.calls.without(entry) })));
   }
 
   /** Requests the diagnosis when the tab is first opened. */

@@ -95,7 +95,7 @@ export function world(hello, colourOf, causes) {
   $("world").replaceChildren(h("h2", { text: hello.title || hello.world }),
     ...(hello.about ?? "").split(/\n\s*\n/).filter(Boolean).map((text) => h("p", { class: "tale", text })),
     h("dl", { class: "facts" }, ...facts.map(([name, text]) => h("div", { class: "wide" }, h("dt", { text: name }), h("dd", { class: "wraps", text })))),
-    h("h2", { text: "Who eats whom" }), h("div", { class: "meals" }, web(hello, colourOf, causes)),
+    h("h2", { text: "Food web" }), h("div", { class: "meals" }, web(hello, colourOf, causes)),
     ...(hello.file ? [h("h2", { text: "This file" }), ...hello.file.map((text) => h("p", { class: "tale", text }))] : []));
 }
 

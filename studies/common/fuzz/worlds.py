@@ -28,7 +28,7 @@ WORDS = (  # kinds of problem by message; the first match counts
     ("out of range", "out of range|not of this form"),
     (
         "unknown name",
-        "no .* of this name|has no such|no such|unknown|cannot be imported|has no function|no "
+        "no .* with this name|has no such|no such|unknown|cannot be imported|has no function|no "
         "component|no system",
     ),
     ("formula", "at character"),

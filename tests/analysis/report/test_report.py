@@ -135,7 +135,7 @@ def test_an_interrupted_run_says_so(tmp_path: Path) -> None:
     run = chains.write_run(tmp_path / "run", chains.chain(50))
     manifest = json.loads((run / "manifest.json").read_text()) | {"finished": False, "ticks": 1000}
     (run / "manifest.json").write_text(json.dumps(manifest))
-    assert "50 ticks of 1 s of 1,000 requested: the run was interrupted" in words(write_report(run))
+    assert "50 of 1,000 ticks of 1 s (interrupted)" in words(write_report(run))
 
 
 @pytest.mark.slow

@@ -134,7 +134,7 @@ def test_another_coordinate_system_is_brought_to_that_of_the_raster(layers):
         ({"file": "gone.gpkg", "make": "lakes"}, "cannot be read"),
         ({"file": "lines.gpkg", "make": "lakes"}, "contains only lines; expected: areas, for lakes"),
         ({"file": "lines.gpkg", "make": "roads", "layer": "line"}, 'did you mean "lines"?'),
-        ({"file": "lines.gpkg", "make": "class", "land": "wod"}, "no class of this name"),
+        ({"file": "lines.gpkg", "make": "class", "land": "wod"}, "no class with this name"),
     ],
 )
 def test_layers_that_cannot_be_are_refused_with_their_place(layers, layer, fault):

@@ -169,7 +169,7 @@ def test_a_search_finds_a_world_that_lives_and_confirms_it_on_seeds_of_its_own(
     opening = page[page.index("<div class='verdict'>") : page.index("<h2>")]
     assert "On fresh seeds, all species persist" in opening
     # 3 of 3 and 0 of 3 (Wilson: 0.4385 to 1, 0 to 0.5615): 1 − √2 · 0.5615
-    assert "in 0 of 3 runs: a difference of 1 (0.206 … 1)." in opening
+    assert "in 0 of 3 runs: a difference of 1 (0.206 to 1)." in opening
     assert f"The best world has {BASAL} = " in opening
     assert f", {ENERGY} = " in opening
     assert "(0.5 as written)." in opening
