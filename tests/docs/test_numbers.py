@@ -14,7 +14,9 @@ PAGES = [
     ROOT / "README.md",
     ROOT / "tools" / "paper.md",
     ROOT / "tools" / "evidence.md",
-    *ROOT.glob("docs/explanation/*.md"),
+    *(
+        page for page in ROOT.glob("docs/explanation/*.md") if page.stem != "corrections"
+    ),  # results before, too
     *ROOT.glob("docs/how-to/*.md"),
     *ROOT.glob("docs/tutorials/*.md"),
     *ROOT.glob("ecs_eco/worlds/*/README.md"),

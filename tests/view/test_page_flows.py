@@ -195,7 +195,7 @@ def test_deer_eat_grass_and_wolves_that_eat_nobody_have_a_dashed_line(eating):
     assert deer.get_attribute("stroke-dasharray")
     assert deer.get_attribute("data-size") == "0"
     label = page.locator(PICTURE).get_attribute("aria-label")
-    assert re.search(r"deer eats [\d.]+ grass and gains [\d.]+ per tick", label)
+    assert re.search(r"deer eats [\d.]+ grass and gains [\d.]+ energy per tick", label)
     assert "wolf" not in label  # who ate nobody, in words
 
 

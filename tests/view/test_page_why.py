@@ -98,7 +98,7 @@ def test_the_story_of_a_recorded_run_is_played(browser, tmp_path):
         far = page.evaluate("ecs.camera[2]")
         page.get_by_role("button", name="Play the story").click()
         until(page, f"{notice}.includes(' grass, 80 deer, 12 wolf.')")
-        until(page, f"ecs.playing && {notice}.includes('Wolf died out. Of 12 deaths')")
+        until(page, f"ecs.playing && {notice}.includes('Wolf died out. Deaths since')")
         until(page, f"ecs.camera[2] < {far / 2} && ecs.tick < 40")
         until(page, "ecs.counts.wolf === 0 && ecs.tick >= 40")
         page.locator("#notice").get_by_role("button", name="Stop").click()
