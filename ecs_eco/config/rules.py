@@ -1,5 +1,6 @@
 """Rules shared by the checks of several sections; each yields the problems that it finds."""
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, Protocol
 
@@ -47,6 +48,25 @@ def at_most(key: Key, fault: str, value: float, most: float, unit: str = " m") -
     """Yield a problem if a value is above its maximum."""
     if value > most:
         yield Problem(key, fault, value, f"at most {most:g}{unit}")
+
+
+def not_too_fine(
+    key: Key,
+    whole: str,
+    cell: float,
+    size: Sequence[float],
+    most: int,
+    parts: str = "cells",
+    or_else: str = "",
+) -> Iterator[Problem]:
+    """Yield a problem if cells of this width [m] divide a space of this size [m] into more than `most` of them."""
+    count = math.prod(max(1.0, side / cell) for side in size)
+    if count > most:
+        longest = sorted(size, reverse=True)
+        least = max((math.prod(longest[:n]) / most) ** (1 / n) for n in range(1, len(size) + 1))
+        scale = 10 ** (1 - math.floor(math.log10(least)))
+        allowed = f"at least {math.ceil(least * scale) / scale:.2g} m ({most:,} {parts}){or_else}"
+        yield Problem(key, f"too small: the {whole} would have {count:.3g} {parts}", cell, allowed)
 
 
 def check_objects(config: WorldSections, key: Key, ways: Sequence[Any], distance: str) -> Iterator[Problem]:

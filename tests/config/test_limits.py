@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import re
 from typing import Any
 
 import pytest
@@ -43,7 +44,7 @@ def refused(changes: dict[str, Any]) -> str:
         (
             {"space.cell": 1e-9},
             "space.cell = 1e-09",
-            "the neighbor index would have 1.2e+21 cells; expected: at most 4,000,000 cells, about 0.017 m",
+            "the neighbor index would have 1.2e+21 cells; expected: at least 0.018 m (4,000,000 cells), or remove",
         ),
         (
             {"species.goat.policy.hidden": [4096] * 8},
@@ -90,6 +91,33 @@ def test_too_much_is_refused_with_its_key_and_what_it_comes_to(
     text = refused(changes)
     assert place in text
     assert what in text
+
+
+@pytest.mark.parametrize(
+    ("what", "size"),
+    [("index", [1e4, 1e4, 10.0]), ("field", [1e4, 1e4, 0.01]), ("map", [40.0, 30.0]), ("ground", [1e4, 1e4])],
+)
+def test_the_smallest_width_of_cells_is_told(what: str, size: list[float]) -> None:
+    def check(width: float) -> None:
+        grass: dict[str, Any] = {"count": 1, "body": {"radius": 1e-5}}
+        config = {"format": 1, "name": "w", "space": {"size": size}, "species": {"grass": grass}}
+        if what == "index":
+            config["space"] = {"size": size, "cell": width}
+        elif what == "field":
+            config["fields"] = {"smell": {"cell": width}}
+        elif what == "map":
+            config["terrain"] = {"cell": width}
+        else:
+            grass["reproduction"] = {"kind": "spread", "rate": 0.1, "spacing": width}
+        load(config)
+
+    with pytest.raises(ConfigError) as error:
+        check(1e-7)
+    told = re.search(rf"the (neighbor )?{what} would have .*; expected: at least (\S+) m", str(error.value))
+    assert told is not None
+    check(float(told[2]))
+    with pytest.raises(ConfigError, match="too small"):
+        check(0.94 * float(told[2]))
 
 
 def test_fields_that_fit_alone_are_refused_together() -> None:

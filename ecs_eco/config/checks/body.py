@@ -11,7 +11,7 @@ from ecs_eco.config.models.reproduction import Alone, Bearing, Sexual, Spread
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.surroundings import PROPERTIES, ObjectType
 from ecs_eco.config.models.world import WorldConfig
-from ecs_eco.config.rules import Key, at_most, extent, inside, named
+from ecs_eco.config.rules import Key, at_most, extent, inside, named, not_too_fine
 from ecs_eco.engine.errors import Problem
 
 MOST_SITES = 10_000_000  # maximum number of plant sites per species
@@ -80,9 +80,9 @@ def _check_reproduction(config: WorldConfig, key: Key, species: Species) -> Iter
     if isinstance(way, Sexual):
         yield from _check_mating(config, key, species, way)
     room = _room(config, species)
-    if isinstance(way, Spread) and room > MOST_SITES:
-        fault = f"too small: the ground would have {room:.3g} sites"
-        yield Problem((*at, "spacing"), fault, way.spacing, f"at most {MOST_SITES:,} sites")
+    if isinstance(way, Spread):
+        size = config.space.size[:2]
+        yield from not_too_fine((*at, "spacing"), "ground", way.spacing, size, MOST_SITES, parts="sites")
     if species.count > room:
         fault = f"count = {species.count} organisms do not fit: at most {room}"
         yield Problem((*at, "spacing"), fault, way.spacing, "a smaller spacing, or fewer organisms")

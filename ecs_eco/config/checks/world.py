@@ -1,6 +1,5 @@
 """Checks across the sections of a world: whether all names exist and the values are consistent."""
 
-import math
 from collections.abc import Iterator
 from itertools import islice
 from pathlib import Path
@@ -17,7 +16,7 @@ from ecs_eco.config.measurements import check_data
 from ecs_eco.config.models.interventions import Cull, Harvest
 from ecs_eco.config.models.surroundings import Terrain
 from ecs_eco.config.models.world import WorldConfig
-from ecs_eco.config.rules import Key, at_most, inside, named
+from ecs_eco.config.rules import Key, at_most, inside, named, not_too_fine
 from ecs_eco.engine.errors import MOST, ConfigError, Problem, unknown
 from ecs_eco.inputs.section import RESERVED
 
@@ -105,16 +104,11 @@ def _check_space(config: WorldConfig) -> Iterator[Problem]:
         yield Problem(
             ("space", "cell"), "larger than the world", space.cell, f"at most {min(space.size):g} m"
         )
-    elif (
-        space.cell is not None
-        and (cells := math.prod(max(1.0, s / space.cell) for s in space.size)) > MOST_INDEX_CELLS
-    ):
-        least = (math.prod(space.size) / MOST_INDEX_CELLS) ** (1 / len(space.size))
-        fault = f"too small: the neighbor index would have {cells:.3g} cells"
-        allowed = (
-            f"at most {MOST_INDEX_CELLS:,} cells, about {least:.2g} m; or remove it for an automatic size"
+    elif space.cell is not None:
+        key, automatic = ("space", "cell"), ", or remove it for an automatic size"
+        yield from not_too_fine(
+            key, "neighbor index", space.cell, space.size, MOST_INDEX_CELLS, or_else=automatic
         )
-        yield Problem(("space", "cell"), fault, space.cell, allowed)
 
 
 def _check_fields(config: WorldConfig) -> Iterator[Problem]:
@@ -122,15 +116,14 @@ def _check_fields(config: WorldConfig) -> Iterator[Problem]:
     most = min(space.size[:2]) / (2 if space.edges == "torus" else 1)
     for name, field in config.fields.items():
         yield from _check_field_of_substance(config, name)
-        cells = math.prod(max(1.0, s / field.cell) for s in space.size)
+        key = ("fields", name, "cell")
         sides = [min(field.cell, s) for s in space.size]
         # side * side can underflow to 0
         steps = field.diffusion * config.dt * sum(2 / 0.9 / side / side for side in sides)
         if field.cell > most:
-            yield Problem(("fields", name, "cell"), space.too_wide, field.cell, f"at most {most:g} m")
-        elif cells > MOST_CELLS:
-            fault = f"too small: the field would have {cells:.3g} cells"
-            yield Problem(("fields", name, "cell"), fault, field.cell, f"at most {MOST_CELLS:,} cells")
+            yield Problem(key, space.too_wide, field.cell, f"at most {most:g} m")
+        elif fine := list(not_too_fine(key, "field", field.cell, space.size, MOST_CELLS)):
+            yield from fine
         elif steps > MOST_STEPS:
             fault = f"too fast for these cells: {steps:.3g} steps a tick"
             allowed = f"at most {field.diffusion * MOST_STEPS / steps:.3g} m^2/s"
@@ -166,9 +159,7 @@ def _check_terrain(config: WorldConfig) -> Iterator[Problem]:
         return
     most = min(size[:2]) / 2
     yield from at_most(("terrain", "cell"), "larger than half the width of the world", terrain.cell, most)
-    if (cells := (size[0] / terrain.cell) * (size[1] / terrain.cell)) > MOST_CELLS:
-        fault = f"too small: the map would have {cells:.3g} cells"
-        yield Problem(("terrain", "cell"), fault, terrain.cell, f"at most {MOST_CELLS:,} cells")
+    yield from not_too_fine(("terrain", "cell"), "map", terrain.cell, size[:2], MOST_CELLS)
     for i, road in enumerate(terrain.roads):
         yield from check_line(("terrain", "roads", i, "line"), road.line, config)
     for group in ("mountains", "rocks", "lakes"):

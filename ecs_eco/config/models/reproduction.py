@@ -64,13 +64,13 @@ class Simplified(Alone):
 
 
 class Spread(Reproduction, own=True):
-    """The ground is divided into square sites with side `spacing`; in each tick, a free site is colonized
-    with probability dt (seed_rain + rate × proportion of occupied sites). Light has no effect, and soil
+    """The ground is divided into square sites with side `spacing`; a free site is colonized at the rate
+    seed_rain + rate × proportion of occupied sites [1/s]. Light has no effect, and soil
     only with `born_with = "soil"`. Each species has its own sites, so plants of two species can occupy the same
     ground."""
 
     kind: Annotated[Literal["spread"], Change(ANEW)]
-    rate: NonNegative = quantity("births per parent per second", "1/s")
+    rate: NonNegative = quantity("births per parent per second while all other sites are free", "1/s")
     seed_rain: NonNegative = quantity(
         "rate at which a free site is colonized without a parent", "1/s", 0.0, own=PARENTLESS
     )
