@@ -60,12 +60,11 @@ def not_too_fine(
     or_else: str = "",
 ) -> Iterator[Problem]:
     """Yield a problem if cells of this width [m] divide a space of this size [m] into more than `most` of them."""
-    count = math.prod(max(1.0, side / cell) for side in size)
+    count = math.prod([max(1.0, side / cell) for side in size])
     if count > most:
         longest = sorted(size, reverse=True)
         least = max((math.prod(longest[:n]) / most) ** (1 / n) for n in range(1, len(size) + 1))
-        scale = 10 ** (1 - math.floor(math.log10(least)))
-        allowed = f"at least {math.ceil(least * scale) / scale:.2g} m ({most:,} {parts}){or_else}"
+        allowed = f"at least {1.05 * least:.2g} m ({most:,} {parts}){or_else}"  # 1.05: never rounded below
         yield Problem(key, f"too small: the {whole} would have {count:.3g} {parts}", cell, allowed)
 
 

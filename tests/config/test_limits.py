@@ -117,7 +117,7 @@ def test_the_smallest_width_of_cells_is_told(what: str, size: list[float]) -> No
     assert told is not None
     check(float(told[2]))
     with pytest.raises(ConfigError, match="too small"):
-        check(0.94 * float(told[2]))
+        check(0.9 * float(told[2]))
 
 
 def test_fields_that_fit_alone_are_refused_together() -> None:

@@ -79,13 +79,12 @@ def _check_reproduction(config: WorldConfig, key: Key, species: Species) -> Iter
         yield from at_most((*at, "energy_given"), "more than energy_max", way.energy_given, most, "")
     if isinstance(way, Sexual):
         yield from _check_mating(config, key, species, way)
-    room = _room(config, species)
+    room, site = _room(config, species), (*at, "spacing")
     if isinstance(way, Spread):
-        size = config.space.size[:2]
-        yield from not_too_fine((*at, "spacing"), "ground", way.spacing, size, MOST_SITES, parts="sites")
+        yield from not_too_fine(site, "ground", way.spacing, config.space.size[:2], MOST_SITES, "sites")
     if species.count > room:
         fault = f"count = {species.count} organisms do not fit: at most {room}"
-        yield Problem((*at, "spacing"), fault, way.spacing, "a smaller spacing, or fewer organisms")
+        yield Problem(site, fault, way.spacing, "a smaller spacing, or fewer organisms")
 
 
 def _check_mating(config: WorldConfig, key: Key, species: Species, way: Sexual) -> Iterator[Problem]:
@@ -120,15 +119,14 @@ def _room(config: WorldConfig, species: Species) -> float:
     if way is None or way.spacing == 0:
         return math.inf
     if isinstance(way, Spread):
-        return math.prod(max(1, round(s / way.spacing)) for s in size[:2])
-    return int(JAMMED[len(size)] * math.prod(max(s / way.spacing, 1.0) for s in size))
+        return math.prod([max(1, round(s / way.spacing)) for s in size[:2]])
+    return int(JAMMED[len(size)] * math.prod([max(s / way.spacing, 1.0) for s in size]))
 
 
 def farthest(config: WorldConfig, species: Species) -> float:
     """Return how far a sensor can be from the center of the largest possible body [body radii]."""
-    radii = (gene for gene in all_genes(species) if gene.trait == "body.radius")
-    inherited = [max(gene.values or [gene.high or 0.0]) for gene in radii]
-    radius = max([species.body.radius, *inherited])
+    genes = [gene for gene in all_genes(species) if gene.trait == "body.radius"]
+    radius = max([species.body.radius, *(max(gene.values or [gene.high or 0.0]) for gene in genes)])
     return config.space.widest / radius if radius <= min(config.space.size) / 2 else math.inf
 
 

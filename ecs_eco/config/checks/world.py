@@ -100,15 +100,10 @@ def _causes(config: WorldConfig) -> Iterator[tuple[Key, str]]:
 
 def _check_space(config: WorldConfig) -> Iterator[Problem]:
     space = config.space
-    if space.cell is not None and space.cell > min(space.size):
-        yield Problem(
-            ("space", "cell"), "larger than the world", space.cell, f"at most {min(space.size):g} m"
-        )
-    elif space.cell is not None:
-        key, automatic = ("space", "cell"), ", or remove it for an automatic size"
-        yield from not_too_fine(
-            key, "neighbor index", space.cell, space.size, MOST_INDEX_CELLS, or_else=automatic
-        )
+    if space.cell is not None:
+        key, size, automatic = ("space", "cell"), space.size, ", or remove it for an automatic size"
+        yield from at_most(key, "larger than the world", space.cell, min(size))
+        yield from not_too_fine(key, "neighbor index", space.cell, size, MOST_INDEX_CELLS, or_else=automatic)
 
 
 def _check_fields(config: WorldConfig) -> Iterator[Problem]:
@@ -120,11 +115,10 @@ def _check_fields(config: WorldConfig) -> Iterator[Problem]:
         sides = [min(field.cell, s) for s in space.size]
         # side * side can underflow to 0
         steps = field.diffusion * config.dt * sum(2 / 0.9 / side / side for side in sides)
-        if field.cell > most:
-            yield Problem(key, space.too_wide, field.cell, f"at most {most:g} m")
-        elif fine := list(not_too_fine(key, "field", field.cell, space.size, MOST_CELLS)):
-            yield from fine
-        elif steps > MOST_STEPS:
+        wrong = [*at_most(key, space.too_wide, field.cell, most)]
+        wrong += not_too_fine(key, "field", field.cell, space.size, MOST_CELLS)
+        yield from wrong
+        if not wrong and steps > MOST_STEPS:
             fault = f"too fast for these cells: {steps:.3g} steps a tick"
             allowed = f"at most {field.diffusion * MOST_STEPS / steps:.3g} m^2/s"
             yield Problem(("fields", name, "diffusion"), fault, field.diffusion, allowed)
