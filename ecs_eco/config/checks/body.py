@@ -125,8 +125,9 @@ def _room(config: WorldConfig, species: Species) -> float:
 
 def farthest(config: WorldConfig, species: Species) -> float:
     """Return how far a sensor can be from the center of the largest possible body [body radii]."""
-    genes = [gene for gene in all_genes(species) if gene.trait == "body.radius"]
-    radius = max([species.body.radius, *[x for gene in genes for x in gene.values or [gene.high or 0.0]]])
+    genes = all_genes(species)
+    radii = [x for gene in genes if gene.trait == "body.radius" for x in gene.values or [gene.high or 0.0]]
+    radius = max([species.body.radius, *radii])
     return config.space.widest / radius if radius <= min(config.space.size) / 2 else math.inf
 
 
