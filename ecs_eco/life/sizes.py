@@ -35,8 +35,9 @@ def of_adults(table: Table, values: Values, n: int) -> Values:
 
 def masses_differ(species: Species) -> bool:
     """Return whether the members of a species, a section of the world file, may have different masses,
-    because they grow or a gene codes for mass or for the radius of a body with a density."""
-    coded = {gene.trait for gene in species.genome.genes} if species.genome is not None else set()
+    because they grow or genes code for mass or for the radius of a body with a density."""
+    genome = species.genome
+    coded = set() if genome is None else {one.trait for one in (*genome.genes, *genome.derived.values())}
     return (
         species.growth is not None
         or "body.mass" in coded

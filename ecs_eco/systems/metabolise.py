@@ -22,6 +22,13 @@ if TYPE_CHECKING:
 STILL = np.zeros(1, np.float32)
 NO_SCALE = np.zeros(0, np.float32)
 
+KLEIBER = "The basal rate is multiplied by `(mass/{}mass)^0.75` (Kleiber 1932)."
+CODED = [
+    f"genome.{part}.trait=body.{trait}"
+    for part in ("genes", "derived")
+    for trait in ("mass", "radius & body.density")
+]
+
 
 class Metabolise(System):
     """An organism burns energy at its basal rate plus the cost of locomotion; its energy may fall below 0
@@ -41,9 +48,8 @@ class Metabolise(System):
         rules={
             "": "`dE/dt = −(basal + cost)`, where cost is the locomotion cost in this tick.",
             "diet": "The handling time of the last meal runs down.",
-            "growth": "The basal rate is multiplied by `(mass/adult mass)^0.75` (Kleiber 1932).",
-            "genome.genes.trait=body.mass": "The basal rate is multiplied by `(mass/body.mass)^0.75` (Kleiber "
-            "1932).",
+            "growth": KLEIBER.format("adult "),
+            **dict.fromkeys(CODED, KLEIBER.format("body.")),
             "metabolism.torpor": "An animal without energy is torpid: it burns nothing and stands still.",
         },
         changes=("Metabolism.energy", "Metabolism.burnt", "Metabolism.digesting"),

@@ -5,14 +5,16 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping, Sequence
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
 from ecs_eco.components import Policy
-from ecs_eco.config import WorldConfig
+from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.reading import read_bytes
+from ecs_eco.config.shipped import WORLDS
 from ecs_eco.engine.arguments import by_species
 from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
 from ecs_eco.engine.versions import versions
@@ -86,10 +88,12 @@ def take_weights(brain: PolicyNetwork, module: torch.nn.Module, name: str) -> No
 def load_weights(brain: PolicyNetwork, path: Path, config: WorldConfig, name: str) -> None:
     """Load trained weights of a species; raise ConfigError with the problem of the file.
 
-    For a file without names, only the shapes are checked.
+    For a file without names, only the shapes are checked, unless it belongs to a shipped world.
     """
     try:
         arrays, names = weights.read(read_bytes(path, MOST_BYTES_OF_WEIGHTS))
+        if names is None and WORLDS in path.parents:
+            names = _names_of_shipped(path)
         if names is not None:
             _require_names(names, names_of(config, name))
         brain.load(arrays)
@@ -109,6 +113,11 @@ def names_of(config: WorldConfig, name: str) -> dict[str, Any]:
         "gaits": gaits,
         "version": versions()["ecs-eco"],
     }
+
+
+@cache
+def _names_of_shipped(path: Path) -> dict[str, Any]:
+    return names_of(load(path.parent.name), path.stem)
 
 
 def name_weights(path: str | Path, config: WorldConfig, name: str) -> Path:

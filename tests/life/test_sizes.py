@@ -8,6 +8,7 @@ from ecs_eco.components import Body, Metabolism, Position, Stature
 from ecs_eco.life import broods
 from ecs_eco.life.matter import volumes
 from ecs_eco.life.places import radius_of, range_of
+from ecs_eco.odd import describe
 from ecs_eco.systems import Reproduce
 from ecs_eco.testing import act
 
@@ -65,6 +66,25 @@ def test_upkeep_follows_the_mass_that_follows_from_a_radius():
     rows = rows[:40]  # newborn have burnt nothing yet
     expected = 0.01 * (table[Body].radius[rows] / 0.3) ** 2.25
     assert table[Metabolism].burnt[rows] == pytest.approx(expected, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("trait", "formula", "power"), [("body.radius", "0.3 * s", 2.25), ("body.mass", "5 * s", 0.75)]
+)
+def test_a_derived_radius_or_mass_counts_like_one_of_a_gene(trait, formula, power):
+    gene = {"name": "s", "letters": 3, "low": 0.5, "high": 2.0}
+    body = {"radius": 0.3, "density": 1000.0} if trait == "body.radius" else {"radius": 0.3, "mass": 5.0}
+    derived = {"size": {"trait": trait, "formula": formula, "from": ["s"]}}
+    world = bugs(body, genome={"genes": [gene], "derived": derived}).run(1)
+    table = world.table("bug")
+    rows = table.rows()
+    size = table[Body].radius[rows] / 0.3 if trait == "body.radius" else table[Body].mass[rows] / 5
+    assert rows.size > 40  # newborns, too
+    assert len(set(size)) > 10
+    if trait == "body.radius":
+        assert table[Body].mass[rows] == pytest.approx(1000 * spheres(table[Body].radius[rows]), rel=1e-5)
+    assert table[Metabolism].burnt[rows[:40]] == pytest.approx(0.01 * size[:40] ** power, rel=1e-4)
+    assert "(mass/body.mass)^0.75" in describe(world.config).markdown()
 
 
 def test_a_mass_that_the_file_gives_stays_whatever_the_radius():

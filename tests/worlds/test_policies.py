@@ -1,15 +1,18 @@
 """Files of weights name what they sense and choose."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from ecs_eco import World
 from ecs_eco.config import load
 from ecs_eco.config.notes import notes
+from ecs_eco.config.shipped import WORLDS
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.lab.pretraining import pretrain
 from ecs_eco.learning import weights
-from ecs_eco.worlds.policies import name_weights
+from ecs_eco.worlds.policies import load_weights, name_weights
 
 SENSORS = [{"kind": "own", "property": "energy"}, {"kind": "own", "property": "age", "scale": 50.0}]
 
@@ -89,6 +92,21 @@ def test_a_file_without_names_is_taken_by_its_shapes_and_check_says_so(folder, t
     assert notes(turned) == []
     with pytest.raises(ConfigError, match="other channels"):
         World.from_config(herd(file=str(path)))
+
+
+@pytest.mark.parametrize(
+    "file", sorted(WORLDS.glob("*/*.safetensors")), ids=lambda file: f"{file.parent.name}/{file.stem}"
+)
+def test_shipped_weights_are_refused_for_sensors_in_another_order(file):
+    config = load(file.parent.name)
+    other = config.model_copy(deep=True)
+    other.species[file.stem].sensors.reverse()
+    brain = SimpleNamespace(load=lambda _: None)
+    load_weights(brain, file, config, file.stem)
+    with pytest.raises(
+        ConfigError, match=r"was trained with other channels: in the file .* in another order"
+    ):
+        load_weights(brain, file, other, file.stem)
 
 
 @pytest.mark.parametrize("names", [{}, {"channels": 1}, [], {"channels": [], "options": [], "gaits": {}}])
