@@ -54,6 +54,15 @@ def radii_differ(table: Table) -> bool:
     )
 
 
+def upkeep(table: Table) -> np.ndarray | None:
+    """Return the factor of each body's basal rate f32[high], (mass/standard mass)^0.75 (Kleiber 1932), or None
+    if the members of a species all have the same mass."""
+    if (standard := table.species.standard_mass) is None:
+        return None
+    scale: np.ndarray = power(table[Body].mass[: table.high] / np.float32(standard), np.float32(0.75))
+    return scale.astype(np.float32)
+
+
 def share_of_adult(table: Table) -> np.ndarray:
     """Return each body's mass as a share of its adult mass, at most 1: f32[high]."""
     share = table[Body].mass[: table.high] / np.maximum(table[Stature].mass[: table.high], TINY)

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.compiled.elementary import power
 from ecs_eco.compiled.jit import lone_njit
 from ecs_eco.compiled.per_row import of_row
-from ecs_eco.components import Body, Metabolism, Velocity
+from ecs_eco.components import Metabolism, Velocity
 from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value
+from ecs_eco.life.sizes import upkeep
 from ecs_eco.life.torpor import LEAST_ENERGY
 
 if TYPE_CHECKING:
@@ -62,15 +62,12 @@ class Metabolise(System):
         basal: Any = np.float32(way.basal)
         if table.species.traits:
             basal = own_value(table, "metabolism.basal", basal)
-        scale = NO_SCALE
-        if (standard := table.species.standard_mass) is not None:
-            relative = table[Body].mass[: table.high] / np.float32(standard)
-            scale = power(relative, np.float32(0.75)).astype(np.float32)
+        scale = upkeep(table)
         world.split(
             burn,
             table.high,
             table.alive,
-            scale,
+            NO_SCALE if scale is None else scale,
             cost,
             cost is not STILL,
             basal,

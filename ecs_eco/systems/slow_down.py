@@ -12,6 +12,7 @@ from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value, own_values
 from ecs_eco.life.climate import temperatures
+from ecs_eco.life.sizes import upkeep
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -47,7 +48,9 @@ class SlowDown(System):
         rate = power(q10, (warmth - reference) / 10.0)
         table[SpeedScale].pace[:high][alive] = np.where(warmth > torpor, rate, 0.0)[alive]
         basal = own_value(table, "metabolism.basal", table.species.metabolism.basal)
-        credit = np.broadcast_to((1.0 - rate) * basal * world.dt, high)[alive]
+        scale = upkeep(table)
+        full = basal if scale is None else basal * scale
+        credit = np.broadcast_to((1.0 - rate) * full * world.dt, high)[alive]
         before = m.energy[:high][alive]
         m.energy[:high][alive] = before + credit
         m.burnt[:high][alive] -= m.energy[:high][alive] - before

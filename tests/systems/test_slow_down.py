@@ -1,6 +1,7 @@
+import numpy as np
 import pytest
 
-from ecs_eco.components import Metabolism, SpeedScale
+from ecs_eco.components import Body, Metabolism, SpeedScale, Stature
 from ecs_eco.config import load
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.systems import SlowDown
@@ -34,6 +35,15 @@ def test_it_starves_later_in_the_cold_and_each_has_its_own_q10(meadow):
     gene = {"name": "g", "trait": "ectothermy.q10", "letters": 1, "values": [1.0, 4.0]}
     world = meadow(world=cold, count=40, genome={"alphabet": "01", "genes": [gene]}, **LIZARD).run(6)
     assert 0 < world.tables["deer"].n < 40
+
+
+def test_in_the_cold_the_young_save_a_share_of_their_own_upkeep(meadow):
+    world = meadow(world={"ambient": {"temperature": 290.0}}, **LIZARD, growth={"rate": 1e-12, "newborn": 0.1})
+    deer = world.tables["deer"]
+    mass = np.float32([deer[Stature].mass[0] / 16, deer[Stature].mass[1]])
+    deer[Body].mass[:2] = mass
+    world.run(1)
+    assert deer[Metabolism].energy[:2] == pytest.approx(1 - 0.25 * 0.25 * np.array([0.125, 1]))
 
 
 def test_a_gene_for_the_pace_is_refused(meadow):
