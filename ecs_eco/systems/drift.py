@@ -15,7 +15,7 @@ from ecs_eco.space.barriers import barriers, stop
 from ecs_eco.space.bodies import opaque_ground
 from ecs_eco.space.gate import one_each
 from ecs_eco.space.geometry import Extent, Places
-from ecs_eco.space.sight import offset, rock_between
+from ecs_eco.space.sight import rock_between
 from ecs_eco.space.terrain import ROCK, Ground, ground_at
 from ecs_eco.space.water import carry, drift
 
@@ -60,32 +60,36 @@ class Drift(System):
         walls = barriers(world, table.name) if species.body.solid else None
         ground = opaque_ground(world)
         held = walls is not None or ground.kind.size > 1
-        before = np.stack([p.x, p.y, p.z], 1)[:high] if held else STILL
+        before, carried = np.stack([p.x, p.y, p.z], 1)[:high] if held else STILL, np.zeros((1, 2), np.float32)
         if own is not None:
             flow = world.config.function(own)(world, p.x[:high], p.y[:high], p.z[:high])
             u, v, w = (one_each(a, high, own).astype(np.float32, copy=False) for a in flow)
             carry(table.alive[:high], u, v, w, dt, space.extent, places)
+            carried = np.stack([u, v], 1) * dt
         if len(current) or sinks:
             world.split(drift, high, table.alive, current, sinking, dt, space.extent, places)
-        if walls is not None:
+        if held:
             way = np.stack([p.x, p.y, p.z], 1)[:high] - before
-            if space.torus:
-                way[:, :2] -= space.lengths[:2] * np.floor(way[:, :2] / space.lengths[:2] + np.float32(0.5))
-            stop(world, table, walls, before, way[table.rows()])
-        if ground.kind.size > 1:
-            stay_off_rock(table.alive, before, ground, space.extent, places)
+            if space.torus:  # a function of the world can carry bodies around it
+                lengths = space.lengths[:2]
+                way[:, :2] -= lengths * np.floor((way[:, :2] - carried) / lengths + np.float32(0.5))
+            if walls is not None:
+                rows = table.rows()
+                way[rows] *= stop(world, table, walls, before, way[rows])[:, None]
+            if ground.kind.size > 1:
+                stay_off_rock(table.alive, before, way, ground, space.extent, places)
         table.version += 1
 
 
 @njit
 def stay_off_rock(
-    alive: np.ndarray, before: np.ndarray, ground: Ground, space: Extent, places: Places
+    alive: np.ndarray, before: np.ndarray, way: np.ndarray, ground: Ground, space: Extent, places: Places
 ) -> None:
-    """Move living bodies back to positions f32[rows, 3] [m] if their displacements lead into rock."""
+    """Move living bodies back to positions f32[rows, 3] [m] if their displacements f32[rows, 3] [m] lead into
+    rock."""
     x, y, _ = places
     for row in range(len(before)):
         ax, ay = before[row, 0], before[row, 1]
         if alive[row] and (ax != x[row] or ay != y[row]) and ground_at(ground, ax, ay) != ROCK:
-            dx, dy, _ = offset(ax, ay, np.float32(0), x[row], y[row], np.float32(0), space)
-            if rock_between(ax, ay, dx, dy, ground, space) <= 1:
+            if rock_between(ax, ay, way[row, 0], way[row, 1], ground, space) <= 1:
                 x[row], y[row] = ax, ay

@@ -90,6 +90,31 @@ def test_a_current_may_be_a_function(meadow):
     assert p.z.max() < 10.0
 
 
+def torrent(world, x, y, z):
+    return np.where(x < 8, np.float32(FLOW["u"]), 0), 0, 0
+
+
+FLOW = {"u": 0.0}
+
+
+@pytest.mark.parametrize("u", [9.0, 12.0, 19.0, 44.0])  # half a torus is 10 m
+@pytest.mark.parametrize("barrier", ["box", "rock"])
+def test_a_current_that_carries_bodies_around_the_torus_stops_at_barriers(meadow, barrier, u, monkeypatch):
+    monkeypatch.setitem(FLOW, "u", u)
+    space = {"size": [20.0, 20.0, 10.0], "edges": "torus"}
+    world = {"space": space, "water": {"current_function": torrent}, "dt": 1.0}
+    if barrier == "rock":
+        world["terrain"] = {"cell": 0.5, "rocks": [{"at": [12.0, 10.0], "radius": 2.0}]}
+    else:
+        shape = {"shape": "box", "size": [1.0, 0.2, 9.0], "solid": True}
+        world["objects"] = {"hedge": {"between": [[12.0, 0.0, 12.0, 20.0]], "body": shape}}
+    made = meadow(world=world, count=1, body={"solid": True, "radius": 0.25})
+    table = arrange(made, "deer", x=5.0, y=10.2, z=3.0)
+    act(made, Drift)
+    x = table[Position].x[table.by_uid()][0]
+    assert x == pytest.approx(11.9, abs=0.01) if barrier == "box" else x == 5
+
+
 def _coarse(low, high):
     """Numbers in a range, none so near to 0 that a world refuses them as too small for float32."""
     return st.floats(low, high, width=32).map(lambda v: v if abs(v) > 1e-3 else 0.0)
