@@ -14,7 +14,7 @@ leaves the results of other arms valid. An arm may have these keys, all optional
     set        changes to the world, in training and in life: {"species.deer.count": 500}
     train      changes in training only
     life       changes in life only
-    learn      whether policies continue to learn in life; default: as in the world file
+    learn      whether policies continue to learn in life, at a constant rate; default: as in the world file
     training_ticks    length of training; default: the world's own
     policies   "random", "untrained" or a folder instead of trained policies;
                the training seed is then only a replicate
@@ -108,9 +108,17 @@ def depends(config: Mapping[str, Any], case: Mapping[str, Any]) -> dict[str, Any
 
 
 def cell(config: Mapping[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
-    """Train or reuse a cell's policies, run its world, and return every species' outcome."""
+    """Train or reuse a cell's policies, run its world, and return every species' outcome. Species that learn
+    in life have a constant learning rate."""
+    from ecs_eco.config.loading import changed
+
     says = config["arms"][case["arm"]]
     living = _load(config["world"], says.get("set", {}) | says.get("life", {}))
+    if says.get("learn"):
+        constant = {
+            f"species.{name}.ppo.anneal": 0 for name, of in living.species.items() if of.policy.thinks
+        }
+        living = changed(living, constant)
     ticks = case.get("ticks", config["ticks"])
     policies = says.get("policies") or str(policies_of(config, says, case["training"]))
     began: list[Policies] = []

@@ -88,3 +88,17 @@ def test_a_grid_is_run_and_gone_on_with(tmp_path: Path, monkeypatch: pytest.Monk
     assert [e["case"]["seed"] for e in again["cases"]] == [5, 5, 6, 6]
     assert again["cases"][:2] == first["cases"]
     assert set(again["cases"][0]) == {"case", "result", "seconds", "commit", "dirty", "depends_hash"}
+
+
+@pytest.mark.parametrize("learn", [True, False])
+def test_species_that_learn_in_life_do_so_at_a_constant_rate(
+    learn: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def live(config: Any, *_: object) -> None:
+        assert [config.species[name].ppo["anneal"] for name in ("deer", "wolf")] == [0 if learn else 3000] * 2
+        raise StopIteration
+
+    monkeypatch.setattr(seed_grid, "live", live)
+    study = seed_grid.crossed_study("x", "…", {"a": {"learn": learn, "policies": "random"}}, [1], [2])
+    with pytest.raises(StopIteration):
+        seed_grid.cell(study.config, {"arm": "a", "training": 1, "seed": 2})
