@@ -13,6 +13,7 @@ import numpy as np
 
 from ecs_eco.analysis.page import number
 from ecs_eco.analysis.survival import Interval, difference_of_intervals
+from ecs_eco.engine.arguments import called_with
 from ecs_eco.engine.errors import ConfigError, in_words
 from ecs_eco.explain.alleles import Allele, Kind
 from ecs_eco.explain.edits import AlleleLike, Edit
@@ -212,6 +213,7 @@ def account(
     -------
     Account
     """
+    called_with("progress", progress, "done", "forks")
     jobs = jobs_of(sweep, tick, learned, reverse, other) if forks else []
     gaps = [f"No allele can be taken out: {sweep.lead.name} is not a letter, value or copy number of a gene."]
     gaps = gaps if forks and not jobs else []

@@ -19,7 +19,7 @@ from ecs_eco.analysis.genes import quantitative
 from ecs_eco.analysis.lineage import Lineage
 from ecs_eco.analysis.page import drawn, interval, number, page, table, verdict, write_text
 from ecs_eco.analysis.runs import read_manifest
-from ecs_eco.engine.arguments import whole_number
+from ecs_eco.engine.arguments import called_with, whole_number
 from ecs_eco.engine.errors import in_words
 from ecs_eco.explain import figures
 from ecs_eco.explain.account import (
@@ -138,6 +138,7 @@ def write_explanation(
     >>> write_explanation("herd", species="goat", forks=0)["species"]
     ['goat']
     """
+    called_with("progress", progress, "done", "forks")
     islands = is_archipelago(Path(run))
     manifest = read_archipelago(Path(run)) if islands else read_manifest(run)
     for at in moments(tick):

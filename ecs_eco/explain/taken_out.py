@@ -27,7 +27,7 @@ from ecs_eco.analysis.survival import Interval
 from ecs_eco.components import Policy
 from ecs_eco.ecosystem import World
 from ecs_eco.engine import files
-from ecs_eco.engine.arguments import whole_number
+from ecs_eco.engine.arguments import called_with, whole_number
 from ecs_eco.engine.errors import RecordingError
 from ecs_eco.engine.hooks import listening
 from ecs_eco.engine.processes import python
@@ -219,6 +219,7 @@ def take_out(
     >>> taken.lasted.tolist(), taken.effect("survival").value <= 3
     ([3, 3], True)
     """
+    called_with("progress", progress, "done", "forks")
     run = Path(run).absolute()  # workers on other machines have other working directories
     manifest = _manifest(run)
     tick = _tick(run, manifest, tick)

@@ -9,6 +9,7 @@ from pydantic import TypeAdapter
 from ecs_eco.compiled import portable
 from ecs_eco.config.models.interventions import AnyIntervention, coming
 from ecs_eco.ecosystem import World
+from ecs_eco.engine.arguments import called_with
 from ecs_eco.engine.errors import RecordingError
 from ecs_eco.engine.versions import versions
 from ecs_eco.record.claim import Claim
@@ -95,7 +96,7 @@ def repeat(
     >>> repeat("my-run")["same"]
     True
     """
-
+    called_with("progress", progress, "done", "ticks")
     manifest = read_manifest(Path(path))
     if "forked" in manifest:
         raise RecordingError(

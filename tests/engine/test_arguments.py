@@ -8,9 +8,12 @@ import pytest
 from ecs_eco import World
 from ecs_eco.config import load
 from ecs_eco.engine.errors import ConfigError
+from ecs_eco.explain import Edit, take_out, write_explanation
+from ecs_eco.explain.account import account
 from ecs_eco.lab import search
 from ecs_eco.lab.comparison import compare
 from ecs_eco.lab.pretraining import pretrain
+from ecs_eco.runs.repeat import repeat
 from ecs_eco.runs.run import fork, resume, run_to_folder
 
 
@@ -92,8 +95,8 @@ def test_an_empty_key_is_refused(key):
 @pytest.mark.parametrize(
     ("progress", "why"),
     [
-        (True, "True; expected a function that is called with done and t(icks|otal), or None"),
-        (lambda done: None, "must accept 2 arguments.*expected a function that is called with done and t"),
+        (True, "True; expected a function that is called with done and (ticks|total|forks), or None"),
+        (lambda done: None, "must accept 2 arguments.*expected a function that is called with done and "),
     ],
 )
 def test_what_cannot_be_called_is_no_progress_and_nothing_has_begun(progress, why, tmp_path):
@@ -103,7 +106,11 @@ def test_what_cannot_be_called_is_no_progress_and_nothing_has_begun(progress, wh
         lambda: run_to_folder("reflexes", ticks=3, out=tmp_path / "run", progress=progress),
         lambda: resume(tmp_path, progress=progress),
         lambda: fork(tmp_path, tmp_path / "fork", progress=progress),
+        lambda: repeat(tmp_path, progress=progress),
         lambda: pretrain("reflexes", progress=progress),
+        lambda: take_out(tmp_path, Edit("goat", "letter"), progress=progress),
+        lambda: account(tmp_path, None, progress=progress),
+        lambda: write_explanation(tmp_path, progress=progress),
         lambda: compare("reflexes", out=tmp_path / "compared", progress=progress),
     ]
     for call in calls:
