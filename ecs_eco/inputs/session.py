@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import ast
+import dis
 import inspect
 import linecache
 import sys
 from collections.abc import Iterator
 from types import CodeType
 from typing import Any
+
+CONSTANTS = (
+    bool | int | float | complex | str | bytes | tuple | frozenset
+)  # values that nothing changes in place
 
 
 def is_interactive() -> bool:
@@ -17,18 +22,52 @@ def is_interactive() -> bool:
     return hasattr(main, "In") or getattr(main, "__file__", None) is None
 
 
+def with_what_it_reads(name: str) -> str | None:
+    """Return the current source of a function or class in `__main__` and of all functions, classes and
+    constants of the session that it reads, directly or indirectly. Return None if it is not defined there."""
+    if source_of(name) is None:
+        return None
+    found, waiting = {name: ""}, [name]
+    for one in waiting:
+        thing, source = _named(one), source_of(one)
+        if source is not None:
+            more = [read for read in _read_by(thing) if read not in found]
+            found |= {one: source, **dict.fromkeys(more, "")}
+            waiting += more
+        elif isinstance(thing, CONSTANTS):
+            found[one] = f"{one} = {thing!r}"
+    return "\n".join(filter(None, found.values()))
+
+
 def source_of(name: str) -> str | None:
     """Return the current source of a function or class in `__main__`, with its decorators, or else its
     bytecode. Return None if the name is not defined there."""
-    thing: Any = sys.modules.get("__main__")
-    for part in name.split("."):
-        thing = getattr(thing, part, None)
-    thing = getattr(thing, "py_func", thing)  # of a kernel
+    thing = _named(name)
     if getattr(thing, "__module__", None) != "__main__" or not hasattr(thing, "__qualname__"):
         return None
     last = name.rpartition(".")[2]
     found = (source for text in _cells(thing) if (source := _definition(text, last)) is not None)
     return next(found, None) or repr(_compiled(thing))
+
+
+def _named(name: str) -> Any:
+    """Return an object in `__main__`, of a kernel its function, or None."""
+    thing: Any = sys.modules.get("__main__")
+    for part in name.split("."):
+        thing = getattr(thing, part, None)
+    return getattr(thing, "py_func", thing)
+
+
+def _read_by(thing: Any) -> list[str]:
+    """Return the names of the base classes of a class, and the global names that its functions read."""
+    parts = [*vars(thing).values()] if inspect.isclass(thing) else [thing]
+    functions = (getattr(part, "py_func", getattr(part, "__func__", part)) for part in parts)
+    codes = [function.__code__ for function in functions if inspect.isfunction(function)]
+    names = [base.__name__ for base in getattr(thing, "__bases__", ()) if base.__module__ == "__main__"]
+    for code in codes:
+        codes += [part for part in code.co_consts if isinstance(part, CodeType)]
+        names += [step.argval for step in dis.get_instructions(code) if step.opname == "LOAD_GLOBAL"]
+    return sorted(set(names))
 
 
 def _cells(thing: object) -> Iterator[str]:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from ecs_eco.engine.errors import listed
 from ecs_eco.inputs import trust
-from ecs_eco.inputs.session import source_of
+from ecs_eco.inputs.session import with_what_it_reads
 
 LARGEST_FILE = 10_000_000  # bytes
 
@@ -73,7 +73,7 @@ def of_file(entry: str, places: Sequence[Path], wanted: str | None) -> tuple[Sou
 
 def of_session(entry: str) -> tuple[Source | None, str]:
     """Return the source of "__main__:name", or None and the problem."""
-    text = source_of(entry.partition(":")[2])
+    text = with_what_it_reads(entry.partition(":")[2])
     if text is None:
         return (
             None,

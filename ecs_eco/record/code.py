@@ -71,11 +71,14 @@ def check_code(listed: Any, places: Sequence[Path], where: str, trust: bool = Fa
         code.allow()
         for source in changed:
             if source.of_session:
-                warnings.warn(f"{where}: {source.entry} has changed; using the current version", stacklevel=2)
+                warnings.warn(
+                    f"{where}: {source.entry}, or what it reads, has changed; using the current version",
+                    stacklevel=2,
+                )
     elif changed:
-        how = "trust=True" if changed[0].of_session else "--trust"
+        how, read_too = ("trust=True", ", or what it reads,") if changed[0].of_session else ("--trust", "")
         raise CheckpointError(
-            f"{where}: {changed[0].entry} has changed: {changed[0].path or 'it'} has the "
+            f"{where}: {changed[0].entry}{read_too} has changed: {changed[0].path or 'it'} has the "
             f"SHA-256 {changed[0].sha256}, expected {wanted[changed[0].entry]}; restore it, or use the "
             f"current version: {how}"
         )

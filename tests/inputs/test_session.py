@@ -6,6 +6,7 @@ from types import ModuleType
 
 import numpy as np
 import pytest
+from numba import njit
 
 from ecs_eco import System, World, component, f32
 from ecs_eco.engine.errors import CheckpointError
@@ -83,17 +84,48 @@ def test_without_cells_a_class_is_what_it_was_compiled_to(session):
 
 
 @pytest.mark.parametrize(
-    ("cell", "name"), [(GROW.replace("0.001", "0.1"), "Grow"), (WOOL.replace("0.01", "0.5"), "Wool")]
+    ("cell", "names"),
+    [
+        (GROW.replace("0.001", "0.1"), ["Grow"]),
+        (WOOL.replace("0.01", "0.5"), ["Grow", "Wool"]),
+    ],  # Grow reads Wool
 )
-def test_a_class_of_a_notebook_that_changed_is_refused_by_name(session, tmp_path, cell, name):
+def test_a_class_of_a_notebook_that_changed_is_refused_by_name(session, tmp_path, cell, names):
     world = session.world().run(2)
     path = world.save(tmp_path / "fold.safetensors")
     assert World.restore(path).run(2).digest() == world.run(2).digest()
     session.run(cell)
-    with pytest.raises(CheckpointError, match=f"__main__:{name} has changed: .*trust=True"):
+    with pytest.raises(
+        CheckpointError, match=f"__main__:{names[-1]}, or what it reads, has changed: .*trust=True"
+    ):
         World.restore(path)
-    with pytest.warns(UserWarning, match=f"__main__:{name} has changed; using the current version"):
+    with pytest.warns(UserWarning, match="has changed; using the current version") as warned:
         World.restore(path, trust=True)
+    assert sorted(str(one.message).partition("__main__:")[2].partition(",")[0] for one in warned) == names
+
+
+@pytest.mark.parametrize(
+    "cell",
+    [
+        "RATE = 0.5",
+        "class Base(System):\n    needs = (Wool,)\n",
+        "def growth():\n    return np.float32(9.0)",
+        "@njit\ndef kernel(rate):\n    return 2 * rate",
+    ],
+)
+def test_a_class_whose_base_helper_or_constant_changed_is_refused(session, tmp_path, cell):
+    vars(session.main).update(njit=njit)
+    session.run("RATE = 0.001\ncalls = []")
+    session.run("@njit\ndef kernel(rate):\n    return rate")
+    session.run("def growth():\n    calls.append(1)\n    return [np.float32(kernel(RATE)) for _ in 'x'][0]")
+    session.run(GROW.replace("Grow", "Base").replace("np.float32(0.001)", "growth()"))
+    session.run("class Grow(Base):\n    pass")
+    path = session.world().run(2).save(tmp_path / "fold.safetensors")
+    session.run("x = 3")
+    World.restore(path)
+    session.run(cell)
+    with pytest.raises(CheckpointError, match="__main__:Grow, or what it reads, has changed"):
+        World.restore(path)
 
 
 def test_a_recording_of_a_notebook_names_the_classes_that_are_missing_elsewhere(session, tmp_path):
