@@ -38,9 +38,9 @@ def _contacts(config: WorldConfig) -> Iterator[tuple[str, str, str, float, str]]
         if (way := species.reproduction) is not None and way.kind == "sexual":
             yield "reproduction", name, name, way.reach, "reach"
         for i, sensor in enumerate(species.sensors):
-            target = getattr(sensor, "target", None)
-            if sensor.kind == "touch" and target in {**config.species, **config.objects}:
-                yield f"sensors.{i}", name, target, 0.0, ""
+            for kind in (*config.species, *config.objects) if sensor.kind == "touch" else ():
+                if sensor.target in (kind, "any"):
+                    yield f"sensors.{i}", name, kind, 0.0, ""
 
 
 def share_met(way: float, meet: float) -> float:
@@ -75,7 +75,7 @@ def _on_times(config: WorldConfig) -> Iterator[str]:
         }
         times |= dict(of_each(species, "times"))
         for key, time in times.items():
-            lasts = math.ceil(time / config.dt - 1e-6) * config.dt
+            lasts = math.ceil(time / config.dt * (1 - 1e-6)) * config.dt
             if lasts > time * (1 + ROUNDED):
                 yield (
                     f"species.{name}.{key} = {time:g}: times are whole ticks of dt = {config.dt:g} s, so "

@@ -303,10 +303,11 @@ def rows_of(table: Table, uids: np.ndarray) -> np.ndarray:
 
 
 def ticks(seconds: Any, dt: float) -> Any:
-    """Return the smallest number of ticks that last at least `seconds`: a number, or i64 per row."""
+    """Return the smallest number of ticks that last at least `seconds`, except for the rounding of float32: a
+    number, or i64 per row."""
     if isinstance(seconds, np.ndarray):
-        return np.ceil(seconds / dt - 1e-6).astype(np.int64)
-    return math.ceil(seconds / dt - 1e-6)
+        return np.ceil(seconds.astype(np.float64) / dt * (1 - 1e-6)).astype(np.int64)
+    return math.ceil(seconds / dt * (1 - 1e-6))
 
 
 @njit

@@ -69,6 +69,14 @@ def test_what_else_a_tick_is_too_long_for_is_noted(heron, note):
     assert not note or found[0].startswith(note)
 
 
+def test_a_sensor_of_touch_without_a_target_touches_all_kinds():
+    found = notes_on_ticks(_pond(0.4, sensors=[{"kind": "touch"}], diet=[]))
+    assert [note.partition(" move")[0] for note in found] == [
+        "species.heron.sensors.0: heron and heron",
+        "species.heron.sensors.0: heron and fish",
+    ]
+
+
 def test_days_years_and_seasons_shorter_than_ticks_are_noted():
     use = {"kind": "harvest", "species": "fish", "rate": 0.1, "period": 2.0, "season": [0.5, 0.6]}
     config = _pond(0.4, {"sun": {"day": 0.5}, "land_use": [use]})
