@@ -141,6 +141,11 @@ class Case:
     def _total(self, columns: Iterable[np.ndarray]) -> np.ndarray:
         return np.sum([*columns] or [np.zeros(len(self.series.ticks))], axis=0)
 
+    def coded(self, species: str) -> set[str]:
+        """Return the keys of a species whose values genes replace, such as "reproduction.energy_min"."""
+        genome = self.of(species).get("genome") or {}
+        return {one["trait"] for one in (*genome.get("genes", ()), *genome.get("derived", {}).values())}
+
     def able(self, species: str) -> tuple[np.ndarray, np.ndarray]:
         """Return the ticks of snapshots, and the fraction of a species that had enough energy to breed."""
         way, rows = self.of(species).get("reproduction") or {}, self.snapshots.get(species)

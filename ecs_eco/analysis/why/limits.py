@@ -32,7 +32,14 @@ def losses(case: Case, species: str, first: int, last: int) -> dict[str, float]:
 
 
 def unborn(case: Case, species: str, first: int, last: int) -> tuple[float, float]:
-    """Return the failed births per capita per tick due to lack of energy, and due to lack of space or mates."""
+    """Return the failed births per capita per tick due to lack of energy, and due to lack of space or mates; 0
+    and 0 if genes decide how much energy a birth needs."""
+    if case.coded(species) & {
+        "reproduction.energy_min",
+        "reproduction.energy_given",
+        "reproduction.father_share",
+    }:
+        return 0.0, 0.0
     rate = greatest_rate(case, species)
     span = slice(first, last)
     n = case.series.of(species)[span]
@@ -46,9 +53,10 @@ def unborn(case: Case, species: str, first: int, last: int) -> tuple[float, floa
 
 
 def greatest_rate(case: Case, species: str) -> float:
-    """Return the unlimited birth rate per capita per tick: from the world file, or the highest in the run."""
+    """Return the unlimited birth rate per capita per tick: from the world file, or the highest in the run if the
+    file has none or genes replace it."""
     way = case.of(species).get("reproduction") or {}
-    if "rate" in way:
+    if "rate" in way and not case.coded(species) & {"reproduction.rate", "reproduction.litter"}:
         return float(way["rate"] * case.series.dt * way.get("litter", 1))
     births, n = case.flow(species, "births"), case.series.of(species)
     window = max(1, len(n) // 30)
