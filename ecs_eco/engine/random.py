@@ -49,7 +49,7 @@ def draw(key, identity, purpose):
     Returns
     -------
     float32
-        A multiple of 2**-24.
+        A multiple of 2**-24, so it is below p with a probability of p rounded up to such a multiple.
 
     Notes
     -----
