@@ -265,6 +265,15 @@ def test_under_max_count_parents_are_of_any_age(meadow):
     assert abs(np.mean(ranks) - 0.5) < 4 * np.sqrt(1 / 12 / len(ranks))  # 0 is the oldest
 
 
+def test_under_max_count_a_gene_that_delays_breeding_by_a_mean_life_disappears(meadow):
+    gene = {"name": "late", "trait": "reproduction.age_min", "letters": 1, "values": [0.0, 20.0]}
+    world = _crowd(meadow, 4, genome={"alphabet": "01", "mutate": {"indpb": 0.0}, "genes": [gene]})
+    deer = world.tables["deer"]
+    assert 0.3 < np.mean(deer[LifeHistory].age_min[deer.rows()] > 0) < 0.7
+    world.run(200)
+    assert np.mean(deer[LifeHistory].age_min[deer.rows()] > 0) < 0.1
+
+
 def test_the_series_says_how_many_births_max_count_refused(meadow):
     limited, free = (_crowd(meadow, 2, max_count=most).run(1).series().to_pydict() for most in (60, 999))
     deer = limited["species"].index("deer")

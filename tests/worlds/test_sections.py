@@ -107,6 +107,30 @@ def test_a_world_drawn_at_random_is_the_same_whatever_comes_first_in_it(seed):
     assert digest(permuted(config, rng), 4) == digest(config, 4)
 
 
+def test_two_grazers_of_one_kind_share_a_meadow_equally():
+    grazer = {
+        "count": 30,
+        "body": {"radius": 0.25, "opaque": False},
+        "metabolism": {"energy": 0.5, "energy_max": 1.0, "basal": 0.02},
+        "locomotion": {"speed": {"go": 1.0}, "turn": 0.5},
+        "actions": {"speed": ["go"], "turn": ["left", "none", "right"]},
+        "diet": [{"eats": "grass", "reach": 0.5, "gain": 0.25}],
+        "reproduction": {"kind": "asexual", "rate": 0.2, "energy_min": 0.6, "energy_given": 0.3},
+        "lethal": [{"property": "energy", "min": 0.0, "cause_below": "starved"}],
+    }
+    way = {"kind": "spread", "rate": 0.0, "seed_rain": 0.03, "spacing": 1.0}
+    grass = {"count": 100, "body": {"radius": 0.1, "opaque": False}, "reproduction": way}
+    config = {"format": 1, "name": "meadow", "space": {"size": [16.0, 16.0]}}
+    config["species"] = {"ant": grazer, "grass": grass, "bee": grazer}
+    taken = []
+    for seed in range(8):
+        series = World.from_config(config, seed=seed, policies="random").run(60).series().to_pydict()
+        whose = np.array(series["species"])
+        taken.append([np.sum(series["taken_in"], where=whose == name) for name in ("ant", "bee")])
+    ant, bee = np.sum(taken, axis=0)
+    assert ant / (ant + bee) == pytest.approx(0.5, abs=0.06)  # three standard errors
+
+
 def test_what_people_read_is_in_the_order_of_the_file_whatever_the_order_of_tables(menagerie):
     data = menagerie()
     for names in (["moss", "ram", "lynx"], ["lynx", "moss", "ram"]):
