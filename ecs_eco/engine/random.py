@@ -73,10 +73,16 @@ def draw(key, identity, purpose):
 def by_lot(key, identity, purpose):
     """Return a random permutation i64[n] of distinct identities u64[n]. It does not depend on their original
     order, because `bits` of distinct identities are never equal."""
-    lots = np.empty(identity.size, np.uint64)
+    return np.argsort(bits_of(key, identity, purpose))
+
+
+@njit
+def bits_of(key, identity, purpose):
+    """Return the `bits` of each identity: u64[n]."""
+    out = np.empty(identity.size, np.uint64)
     for i in range(identity.size):
-        lots[i] = bits(key, identity[i], purpose)
-    return np.argsort(lots)
+        out[i] = bits(key, identity[i], purpose)
+    return out
 
 
 @functools.lru_cache(maxsize=64)

@@ -2,18 +2,12 @@
 table."""
 
 from typing import Any, ClassVar
-from zlib import crc32
 
-import numpy as np
-
-from ecs_eco.engine import random
 from ecs_eco.engine.noted import Noted
 from ecs_eco.engine.phases import Scheduled
 from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.table import Table
 from ecs_eco.engine.world import World
-
-TURN = random.LOT + (3 << 8)  # the purpose of draws for the order of tables
 
 
 class System(Scheduled):
@@ -49,9 +43,6 @@ class System(Scheduled):
     ...
     ...     def update(self, table, world):
     ...         table[Metabolism].energy[table.alive] -= 0.1 * world.dt
-    ...
-    ...     def competes(self, table):
-    ...         return False
     >>> world = World(dt=0.5)
     >>> hares = world.add_table("hare", Metabolism)
     >>> fast = world.add_system(Fast())
@@ -66,9 +57,8 @@ class System(Scheduled):
     asked_for: ClassVar[Any] = None  # static function: table → bool
     submodel: ClassVar[Submodel | None] = None
     world: World
-    # the state from which the tables were derived, the tables that have all `needs`, and whether several of
-    # them compete
-    _fitting: tuple[tuple[Any, ...], list[Table], bool] = ((), [], False)
+    # the state from which the tables were derived, and the tables that have all `needs`
+    _fitting: tuple[tuple[Any, ...], list[Table]] = ((), [])
 
     def __init_subclass__(cls) -> None:
         """Raise TypeError if `update` is defined but `needs` is not: it would be called for every table."""
@@ -83,7 +73,8 @@ class System(Scheduled):
     def process(self, *_: object) -> None:
         """Call `update` for every table that has the needed components.
 
-        Override this in a system that combines several tables.
+        Override this in a system that combines several tables. If their members compete, collect the requests
+        of all tables, then serve the individuals in random order, as `ecs_eco.systems.Build` does.
 
         Returns
         -------
@@ -103,31 +94,9 @@ class System(Scheduled):
         world = self.world
         now = Noted.changes, self.needs, world
         if self._fitting[0] != now:
-            tables = [t for t in world.tables.values() if t.has(self.needs)]
-            self._fitting = now, tables, sum(map(self.competes, tables)) > 1
-        for table in self._drawn() if self._fitting[2] else self._fitting[1]:
+            self._fitting = now, [t for t in world.tables.values() if t.has(self.needs)]
+        for table in self._fitting[1]:
             self.update(table, world)
-
-    def competes(self, table: Table) -> bool:
-        """Return whether members of a table compete with members of other tables in this system.
-
-        If so, tables are updated in random order, so that no table has an advantage.
-
-        Parameters
-        ----------
-        table : Table
-
-        Returns
-        -------
-        bool
-            False unless you override it.
-        """
-        return False
-
-    def _drawn(self) -> list[Table]:
-        """Return the tables in a random order, keyed by their names."""
-        names = np.array([crc32(table.name.encode()) for table in self._fitting[1]], np.uint64)
-        return [self._fitting[1][i] for i in random.by_lot(self.world.key, names, TURN)]
 
     def update(self, table: Table, world: Any) -> None:
         """Advance one table's columns by one tick; implement this in your class.
@@ -140,7 +109,6 @@ class System(Scheduled):
 
         Notes
         -----
-        This method is called for each such table in the order in which tables were added or, if they compete
-        (`competes`), in a random order drawn each tick.
+        This method is called for each such table in the order in which tables were added.
         """
         raise NotImplementedError(f"{type(self).__name__} defines neither update(table, world) nor process()")

@@ -60,7 +60,7 @@ class Kind:
     barren: bool = False
     """Whether an intervention has switched off its reproduction: `reproduction` is then None."""
     refused: int = 0
-    """Births refused because of `max_count` since the last record."""
+    """Births refused because of `max_count`, and objects because of `most`, since the last record."""
     nursery: Table | None = None
     """The table that newborns enter; None: this table."""
 

@@ -18,35 +18,40 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 
-def root(
-    world: SpatialWorld, table: Table, values: Mapping[tuple[type, str], np.ndarray], site: np.ndarray
-) -> np.ndarray:
-    """Take the substances of newborns with these columns from the soil below them; return which newborns find
-    everything they need, bool[k]. Newborns take substances in a random order, drawn for their sites u64[k]."""
-    molarity, fields = table.defaults[Chemistry]["molarity"], first_fields(world)
-    needed = [s for s, name in enumerate(world.substances) if molarity[s] > 0 and name in fields]
-    n = values[Position, "x"].size
-    radius = np.broadcast_to(values.get((Body, "radius"), table.defaults[Body]["radius"]), n)
-    volume = newborn_volumes(table, radius)
-    rooted = np.ones(n, np.bool_)
-    if not needed:
-        return rooted
-    cell, wanted, soil = np.empty((n, len(needed)), np.int64), np.empty((n, len(needed))), []
-    for k, s in enumerate(needed):
-        field = world.fields[fields[world.substances[s]]]
-        cell[:, k] = cells_under(field, values)
-        wanted[:, k] = np.float64(molarity[s]) * volume / field.litres
-        soil.append(field.value.reshape(-1))
-    order = random.by_lot(world.key, site, random.LOT + (1 << 8) + (table.place << 20))
-    claim(cell[order], wanted[order], tuple(soil), rooted)
-    rooted[order] = rooted.copy()
-    taken = np.zeros(len(world.substances))
-    taken[needed] = molarity[needed].astype(np.float64) * volume[rooted].sum()
-    book(world, table, "taken_up", taken)
-    book(world, table, "endowed", -taken)  # because the birth records it again
-    for s in needed if world.matter is not None else ():
-        world.matter.book(("field", fields[world.substances[s]]), "taken_up", -taken[s], s)
-    return rooted
+Seedlings = tuple["Table", np.ndarray, dict[tuple[type, str], np.ndarray], np.ndarray]
+"""Newborns of one table: their parents u64[k], columns and sites u64[k]."""
+
+
+def root(world: SpatialWorld, seedlings: list[Seedlings]) -> None:
+    """Take the substances of newborns from the soil below them, and request those that find everything they
+    need. Newborns of all tables take substances in a random order, drawn for their sites."""
+    fields, parts = first_fields(world), []
+    soil = {s: world.fields[fields[name]] for s, name in enumerate(world.substances) if name in fields}
+    for table, _, values, site in seedlings:
+        molarity, shape = table.defaults[Chemistry]["molarity"], (len(soil), site.size)
+        volume = newborn_volumes(
+            table, np.broadcast_to(values.get((Body, "radius"), table.defaults[Body]["radius"]), site.size)
+        )
+        lots = random.bits_of(world.key, site, random.LOT + (1 << 8) + (table.place << 20))
+        cell = np.reshape([cells_under(field, values) for field in soil.values()], shape)
+        wanted = [np.float64(molarity[s]) * volume / field.litres for s, field in soil.items()]
+        parts.append((lots, volume, cell, np.reshape(wanted, shape)))
+    lots, volume, cell, wanted = (np.concatenate(part, -1) for part in zip(*parts, strict=True))
+    order, rooted = np.argsort(lots), np.ones(lots.size, np.bool_)
+    if soil:
+        rooted[order] = claim(
+            cell[:, order], wanted[:, order], tuple(field.value.reshape(-1) for field in soil.values())
+        )
+    ends = np.cumsum([site.size for *_, site in seedlings])[:-1]
+    shares = np.split(rooted, ends), np.split(volume, ends)
+    for (table, parents, values, _), grows, each in zip(seedlings, *shares, strict=True):
+        taken, needed = np.zeros(len(world.substances)), list(soil)
+        taken[needed] = table.defaults[Chemistry]["molarity"][needed].astype(np.float64) * each[grows].sum()
+        book(world, table, "taken_up", taken)
+        book(world, table, "endowed", -taken)  # because the birth records it again
+        for s in needed if world.matter is not None else ():
+            world.matter.book(("field", fields[world.substances[s]]), "taken_up", -taken[s], s)
+        table.request(parents[grows], {name: some[grows] for name, some in values.items()})
 
 
 def cells_under(field: Any, values: Mapping[tuple[type, str], np.ndarray]) -> np.ndarray:
@@ -60,12 +65,15 @@ def cells_under(field: Any, values: Mapping[tuple[type, str], np.ndarray]) -> np
 
 
 @njit
-def claim(cell, wanted, soil, rooted):
-    """Give each of k newborns, in order, either its whole demand from its soil cells or nothing."""
+def claim(cell, wanted, soil):
+    """Give each of k newborns, in order, either its whole demand from its soil cells or nothing; return which
+    get theirs, bool[k]."""
+    rooted = np.ones(cell.shape[1], np.bool_)
     for i in range(rooted.size):
         for k in range(len(soil)):
-            if soil[k][cell[i, k]] < wanted[i, k]:
+            if soil[k][cell[k, i]] < wanted[k, i]:
                 rooted[i] = False
         for k in range(len(soil)):
             if rooted[i]:
-                soil[k][cell[i, k]] -= wanted[i, k]
+                soil[k][cell[k, i]] -= wanted[k, i]
+    return rooted

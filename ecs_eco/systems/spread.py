@@ -18,7 +18,7 @@ from ecs_eco.genomes.own_values import own_value
 from ecs_eco.life import sizes
 from ecs_eco.life.births import room
 from ecs_eco.life.defence import left_by_defence
-from ecs_eco.life.provision import root
+from ecs_eco.life.provision import Seedlings, root
 from ecs_eco.space.bodies import ground_of
 from ecs_eco.space.geometry import BLOCK, Extent, cell_of, cells_at
 from ecs_eco.space.terrain import ROCK, WATER, Ground, ground_at
@@ -72,8 +72,8 @@ class Spread(System):
     it spends on defense. A site is closed if rock or water covers its center; if they cover a plant's
     position within an open site, the plant grows at the center instead. Land-cover classes multiply both
     rates. Seeds need neither light nor substances to sprout, unless plants are born with substances from the
-    soil: then a seed sprouts only if the soil holds enough. If substances are scarce or `max_count` is
-    reached, random draws decide which seeds sprout.
+    soil: then a seed sprouts only if the soil holds enough. If substances are scarce, the seeds of all
+    species sprout in random order; if `max_count` is reached, random draws decide which seeds sprout.
     """
 
     needs = (Position, Metabolism)
@@ -95,7 +95,7 @@ class Spread(System):
             "terrain.lakes": "No plant grows on a site whose center is in a lake.",
             "terrain.rocks": "No plant grows on a site whose center is in a rock.",
             "born_with=soil": "A seed sprouts only where the soil holds the substances that the plant is "
-            "made of.",
+            "made of; the seeds of all species take them in random order.",
         },
         draws="which free sites are taken, and the place of a plant within its site",
     )
@@ -105,9 +105,12 @@ class Spread(System):
         """By table: size of the space and mode of spreading, and the sites derived from them."""
         return {}
 
-    def competes(self, table: Table) -> bool:
-        """Return whether a species takes substances from the soil."""
-        return bool(table.species.born_with == "soil")
+    def process(self, *_: object) -> None:
+        """Spread all species; seeds that need substances from the soil compete for them across species."""
+        self._seedlings: list[Seedlings] = []
+        super().process()
+        if self._seedlings:
+            root(self.world, self._seedlings)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Spread one species of plants."""
@@ -183,9 +186,9 @@ class Spread(System):
         if table.species.standard_mass is not None:
             values |= sizes.of_newborn(table, values, n)
         if table.species.born_with == "soil":
-            rooted = root(world, table, values, site.astype(np.uint64))
-            parents, values = parents[rooted], {name: some[rooted] for name, some in values.items()}
-        table.request(parents, values)
+            self._seedlings.append((table, parents, values, site.astype(np.uint64)))
+        else:
+            table.request(parents, values)
 
     def ground(self, table: Table, space: Space, way: Way) -> tuple[Any, ...]:
         """Return the sites, their scales [1/m], the range of a seed in sites (0: anywhere), and the lists of

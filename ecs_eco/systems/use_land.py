@@ -42,7 +42,7 @@ class UseLand(System):
             "`1 − exp(−rate dt)`.",
             "land_use.quota": "If the quota would be exceeded, the individuals with the lowest draws are taken.",
             "land_use.kind=plant": "In a tick, `rate dt` newcomers arrive; any fractional part is the "
-            "probability of one more.",
+            "probability of one more. They get only slots of `max_count` that are free at the start of the tick.",
         },
         draws="which individuals are harvested, and where newcomers are planted",
     )

@@ -99,9 +99,11 @@ def test_there_are_no_more_than_the_most():
 
 
 @pytest.mark.parametrize("names", [("bee", "wasp"), ("wasp", "bee")])
-def test_species_and_individuals_that_build_the_same_share_what_is_the_most(names):
+def test_each_individual_of_any_species_has_the_same_share_of_what_is_the_most(names):
+    """Seven bees and one wasp want the only place: the wasp gets an eighth."""
     way = BEE | {"builds": [{"object": "cell", "cost": 0.0625, "most": 1}]}
-    world = World.from_config(_garden() | {"species": dict.fromkeys(names, way)})
+    species = {name: way | {"count": 7 if name == "bee" else 1} for name in names}
+    world = World.from_config(_garden() | {"species": species})
     cells, builders = world.tables["cell"], []
     uids = sorted(int(uid) for name in names for uid in world.tables[name].uid[world.tables[name].rows()])
     for world.tick in range(120):
@@ -113,6 +115,7 @@ def test_species_and_individuals_that_build_the_same_share_what_is_the_most(name
     counts = np.bincount(builders, minlength=8)
     assert counts.sum() == 120
     assert np.abs(counts - 15).max() < 15  # four standard deviations
+    assert cells.species.refused == 120 * 7
 
 
 def test_what_costs_nothing_is_built_without_energy():

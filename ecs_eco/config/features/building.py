@@ -18,7 +18,10 @@ class Build(Section, change=FREE, own=True):
     )
     spacing: NonNegative = quantity("minimum distance between these objects", "m", 0.0)
     most: Count | None = quantity(
-        "maximum number at any one time; default: no limit", "1", None, own=POPULATION
+        "maximum number at any one time; all others are counted as refused; default: no limit",
+        "1",
+        None,
+        own=POPULATION,
     )
 
 

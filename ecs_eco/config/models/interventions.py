@@ -86,7 +86,9 @@ class Add(Intervention):
 
     kind: Literal["add"]
     species: Name = about("a species or an object type")
-    count: Count = quantity("number of organisms, limited by max_count", "1")
+    count: Count = quantity(
+        "number of organisms, limited to the slots of max_count that are free at the start of the tick", "1"
+    )
     region: Region | None = quantity(f"at random positions in {REGION}; default: anywhere", "m", None)
     at_place: Point | None = quantity("the position shared by all of them", "m", None)
 
@@ -268,7 +270,11 @@ class Plant(Use):
     stocking."""
 
     kind: Annotated[Literal["plant"], Change(ANEW)]
-    rate: NonNegative = quantity("number per second", "1/s")
+    rate: NonNegative = quantity(
+        "number per second, limited to the slots of max_count that are free at the start of the tick: none, if "
+        "births fill all slots in each tick",
+        "1/s",
+    )
     up_to: Count | None = quantity(
         "number in the region above which none are added; default: no limit", "1", None
     )
