@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator
 
 from ecs_eco.config.features.feature import of_each
+from ecs_eco.config.models.sensors import Touch
 from ecs_eco.config.models.world import WorldConfig
 
 ROUNDED = 0.1  # a note is given if rounding to whole ticks changes a time by more than this fraction
@@ -38,8 +39,9 @@ def _contacts(config: WorldConfig) -> Iterator[tuple[str, str, str, float, str]]
         if (way := species.reproduction) is not None and way.kind == "sexual":
             yield "reproduction", name, name, way.reach, "reach"
         for i, sensor in enumerate(species.sensors):
-            for kind in (*config.species, *config.objects) if sensor.kind == "touch" else ():
-                if sensor.target in (kind, "any"):
+            target = sensor.target if isinstance(sensor, Touch) else None
+            for kind in (*config.species, *config.objects):
+                if target in (kind, "any"):
                     yield f"sensors.{i}", name, kind, 0.0, ""
 
 

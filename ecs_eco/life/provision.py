@@ -25,7 +25,7 @@ Seedlings = tuple["Table", np.ndarray, dict[tuple[type, str], np.ndarray], np.nd
 def root(world: SpatialWorld, seedlings: list[Seedlings]) -> None:
     """Take the substances of newborns from the soil below them, and request those that find everything they
     need. Newborns of all tables take substances in a random order, drawn for their sites."""
-    fields, parts = first_fields(world), []
+    fields, parts = first_fields(world), list[tuple[np.ndarray, ...]]()
     soil = {s: world.fields[fields[name]] for s, name in enumerate(world.substances) if name in fields}
     for table, _, values, site in seedlings:
         molarity, shape = table.defaults[Chemistry]["molarity"], (len(soil), site.size)
@@ -34,8 +34,8 @@ def root(world: SpatialWorld, seedlings: list[Seedlings]) -> None:
         )
         lots = random.bits_of(world.key, site, random.LOT + (1 << 8) + (table.place << 20))
         cell = np.reshape([cells_under(field, values) for field in soil.values()], shape)
-        wanted = [np.float64(molarity[s]) * volume / field.litres for s, field in soil.items()]
-        parts.append((lots, volume, cell, np.reshape(wanted, shape)))
+        demand = [np.float64(molarity[s]) * volume / field.litres for s, field in soil.items()]
+        parts.append((lots, volume, cell, np.reshape(demand, shape)))
     lots, volume, cell, wanted = (np.concatenate(part, -1) for part in zip(*parts, strict=True))
     order, rooted = np.argsort(lots), np.ones(lots.size, np.bool_)
     if soil:

@@ -36,8 +36,9 @@ def of_adults(table: Table, values: Values, n: int) -> Values:
 def masses_differ(species: Species) -> bool:
     """Return whether the members of a species, a section of the world file, may have different masses,
     because they grow or genes code for mass or for the radius of a body with a density."""
-    genome = species.genome
-    coded = set() if genome is None else {one.trait for one in (*genome.genes, *genome.derived.values())}
+    genome, coded = species.genome, set()
+    if genome is not None:
+        coded = {gene.trait for gene in genome.genes} | {one.trait for one in genome.derived.values()}
     return (
         species.growth is not None
         or "body.mass" in coded

@@ -34,6 +34,7 @@ class Build(System):
     """
 
     needs = (Position, Body, Metabolism)
+    world: SpatialWorld
     phase = "interact"
     submodel = Submodel(
         "Building",

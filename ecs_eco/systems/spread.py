@@ -77,6 +77,7 @@ class Spread(System):
     """
 
     needs = (Position, Metabolism)
+    world: SpatialWorld
     phase = "reproduce"
     divisible = True
     submodel = Submodel(
