@@ -47,7 +47,7 @@ COLUMNS = """
 series   n          1      table.n               organisms alive at the end of the tick
 series   births     1      Recorder              births in the tick
 series   deaths     1      Recorder              deaths in the tick
-series   refused    1      max_count             births, seeds and newcomers rejected at max_count, objects at builds.most
+series   refused    1      max_count             newcomers rejected at max_count, and objects at builds.most
 series   immigrants 1      archipelago           organisms that came from other islands
 series   emigrants  1      archipelago           organisms that left for other islands
 series   energy_mean    energy Metabolism.energy mean energy of organisms alive at the end of the tick
