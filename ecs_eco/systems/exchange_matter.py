@@ -56,8 +56,9 @@ class ExchangeMatter(System):
     """Bodies take up substances from fields, then equilibrate with them, then release substances.
 
     All bodies of all kinds do so simultaneously. Uptake is limited by the content of a cell; if it does not
-    contain enough, all bodies get the same share of their demand. Equilibration is solved exactly for a body
-    and its part of the cell. All steps run in canonical order.
+    contain enough, all bodies get the same share of their demand. Several uptakes of one field by one body
+    count together. Equilibration is solved exactly for a body and its part of the cell. All steps run in
+    canonical order, so the order of entries in the world file has no effect.
     """
 
     needs = (Position, Body, Chemistry, Matter)
@@ -80,11 +81,13 @@ class ExchangeMatter(System):
                     self.release(table, world, way, key)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Record the exchanges of one kind of body, numbered within each process and field."""
+        """Record the exchanges of one kind of body; all uptakes of a field are simultaneous, and other
+        exchanges are numbered within each process and field."""
         seen: dict[tuple[int, str], int] = {}
-        for number, way in enumerate(table.species.exchange if table.n else ()):
+        ways = enumerate(table.species.exchange if table.n else ())
+        for number, way in sorted(ways, key=lambda way: str(vars(way[1]))):
             kind = KINDS.index(way.kind), way.field or ""
-            seen[kind] = seen.get(kind, -1) + 1
+            seen[kind] = seen.get(kind, -1) + 1 if kind[0] else 0
             self._asked.setdefault((kind[0], seen[kind], kind[1]), []).append(
                 (table, way, f"exchange.{number}.")
             )
@@ -94,35 +97,20 @@ class ExchangeMatter(System):
         enough, their shares of its content."""
         s, value = world.substances.index(field.substance or ""), field.value.reshape(-1)
         total, wants = np.zeros(value.size), []
+        most = {table.name: np.zeros(table.high) for table, _, _ in asked}
         for table, way, key in asked:
             _, rows, cell = self.places(table, world, way, key)
-            rate, half, until = own_values(
-                table,
-                {
-                    f"{key}rate": way.rate,
-                    f"{key}half": way.half or 0.0,
-                    f"{key}concentration_max": way.concentration_max or np.inf,
-                },
-            )
-            wanted = np.zeros(rows.size)
-            want(
-                rows,
-                cell,
-                self.doing(table, way),
-                bodies(table),
-                s,
-                rate * world.dt,
-                half,
-                until,
-                value,
-                wanted,
-                total,
-            )
-            wants.append((rows, cell, wanted))
-        for _, cell, wanted in wants:
-            share(cell, wanted, total, value, field.litres)
-        for (table, way, _), mine in zip(asked, wants, strict=True):
-            moved = take(*mine, bodies(table), s, value, field.litres)
+            names = f"{key}rate", f"{key}half", f"{key}concentration_max"
+            limits = way.rate, way.half or 0.0, way.concentration_max or np.inf
+            rate, half, until = own_values(table, dict(zip(names, limits, strict=True)))
+            rates, does = np.zeros(rows.size), self.doing(table, way)
+            demand(rows, cell, does, rate * world.dt, half, value, rates, most[table.name])
+            wants.append((rows, cell, rates, until))
+        for (table, _, _), (rows, cell, wanted, until) in zip(asked, wants, strict=True):
+            limit(rows, cell, bodies(table), s, until, most[table.name], wanted, total)
+        before = value.copy()
+        for (table, way, _), (rows, cell, wanted, _) in zip(asked, wants, strict=True):
+            moved = take(rows, cell, wanted, bodies(table), s, before, total, value, field.litres)
             self.book(table, world, way.field, "taken_up", s, moved)
 
     def equilibrate(self, world: SpatialWorld, field: Field, asked: list[Asked]) -> None:
@@ -203,40 +191,47 @@ def find(
 
 
 @njit
-def want(
+def demand(
     rows: np.ndarray,
     cell: np.ndarray,
     does: np.ndarray,
-    bodies: Bodies,
-    s: int,
     rate: Number,
     half: Number,
-    until: Number,
     value: np.ndarray,
     wanted: np.ndarray,
-    total: np.ndarray,
+    most: np.ndarray,
 ) -> None:
-    """Write each body's demand for a substance, at most `rate` [mol/L], to `wanted` f64[n] [mol], and add it
-    to the total demand on its cell, `total` f64[cells]."""
-    volume = bodies.volume
+    """Write each body's demand for a substance, at most `rate` [mol/L], to `wanted` f64[n], and add it to the
+    demand of all uptakes of that body, `most` f64[rows]."""
     for i in range(rows.size):
         row, c = rows[i], value[cell[i]]
         if does.size and not does[row]:
             continue
-        most, slow = of_row(rate, row), of_row(half, row)
+        wanted[i], slow = of_row(rate, row), of_row(half, row)
         if slow != 0:
-            most = most * c / (slow + c)
-        wanted[i] = max(min(most, of_row(until, row) - held(bodies, row, s)), 0.0) * volume[row]
-        total[cell[i]] += wanted[i]
+            wanted[i] = wanted[i] * c / (slow + c)
+        most[row] += wanted[i]
 
 
 @njit
-def share(cell, wanted, total, value, litres):
-    """Scale demands [mol] down to fit where the total demand on a cell, `total` f64[cells], exceeds its
-    content."""
-    for i in range(cell.size):
+def limit(
+    rows: np.ndarray,
+    cell: np.ndarray,
+    bodies: Bodies,
+    s: int,
+    until: Number,
+    most: np.ndarray,
+    wanted: np.ndarray,
+    total: np.ndarray,
+) -> None:
+    """Reduce demands so that bodies are not filled above a concentration; convert them to amounts [mol], and
+    add these to the total demand on their cells, `total` f64[cells]."""
+    for i in range(rows.size):
         if wanted[i] > 0:
-            wanted[i] *= min(1.0, value[cell[i]] * litres / total[cell[i]])
+            row = rows[i]
+            room = (of_row(until, row) - held(bodies, row, s)) * (wanted[i] / most[row])
+            wanted[i] = max(min(wanted[i], room), 0.0) * bodies.volume[row]
+            total[cell[i]] += wanted[i]
 
 
 @njit
@@ -246,17 +241,19 @@ def take(
     wanted: np.ndarray,
     bodies: Bodies,
     s: int,
+    stock: np.ndarray,
+    total: np.ndarray,
     value: np.ndarray,
     litres: float,
 ) -> float:
-    """Move amounts [mol] from the cells of a field into bodies; return the total [mol]."""
+    """Move amounts [mol] from the cells of a field into bodies, or equal shares of them where the total demand
+    on a cell, `total` f64[cells], exceeds its `stock` f64[cells] [mol/L]; return the total [mol]."""
     volume, moved = bodies.volume, 0.0
     for i in range(rows.size):
         if wanted[i] > 0:
             row, k = rows[i], cell[i]
-            before = held(bodies, row, s)
-            now = hold(bodies, row, s, before + wanted[i] / volume[row])
-            amount = (now - before) * volume[row]
+            before, share = held(bodies, row, s), min(1.0, stock[k] * litres / total[k])
+            amount = (hold(bodies, row, s, before + wanted[i] * share / volume[row]) - before) * volume[row]
             value[k] = max(value[k] - amount / litres, 0.0)
             moved += amount
     return moved

@@ -9,7 +9,7 @@ from ecs_eco.components import Chemistry, Matter
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.life.matter import NUMBER, Bodies, litres, stocks
 from ecs_eco.systems import ExchangeMatter
-from ecs_eco.systems.exchange_matter import give, pass_skin, share, take, want
+from ecs_eco.systems.exchange_matter import demand, give, limit, pass_skin, take
 from ecs_eco.testing import act, arrange
 
 # the field has cells of 10 m × 10 m × 1 m: 100,000 L; a deer of 0.5 m has 523.6 L
@@ -97,6 +97,42 @@ def test_bodies_of_all_species_in_a_cell_get_the_same_share_of_what_is_scarce(pa
     assert held[0] == pytest.approx(held[2], rel=1e-6)
     if way["kind"] == "uptake":  # all of the cell's
         assert held[0] == pytest.approx(0.002 + 0.01 * CELL / DEER / 3, rel=1e-6)
+
+
+def _rivals(pasture, *exchange):
+    """Return what a deer that takes up oxygen in these ways has gained, relative to a rival whose rate is 1
+    mol/L, if the cell contains half of the demand of both."""
+    rival = {"count": 1, "body": {"radius": 0.5}, "substances": {"oxygen": 0.0}}
+    rival["exchange"] = [{"kind": "uptake", "field": "air", "rate": 1.0}]
+    world = pasture(*exchange, world={"species": {"yak": rival}}, substances={"oxygen": 0.0})
+    for name in ("deer", "yak"):
+        arrange(world, name, x=[5.0, 15.0][: world.tables[name].n], y=5.0)
+    world.fields["air"].value[...] = DEER / CELL
+    act(world, ExchangeMatter)
+    assert world.fields["air"].value[0, 0, 0] == pytest.approx(0, abs=1e-12)
+    return world.tables["deer"][Chemistry].molarity[0, 0], world.tables["yak"][Chemistry].molarity[0, 0]
+
+
+def test_uptakes_of_one_body_count_together_in_any_order(pasture):
+    for rates in ((1.0,), (0.9, 0.1), (0.5, 0.5), (0.1, 0.9), (0.25, 0.5, 0.25)):
+        ways = [{"kind": "uptake", "field": "air", "rate": rate} for rate in rates]
+        assert _rivals(pasture, *ways) == pytest.approx((0.5, 0.5))
+
+
+def test_uptakes_of_one_body_do_not_fill_it_above_its_limit(pasture):
+    ways = [
+        {"kind": "uptake", "field": "air", "rate": rate, "concentration_max": 0.003}
+        for rate in (0.003, 0.001)
+    ]
+    for mouth in (ways, ways[::-1]):  # the first one takes 3/4, from the cell on the right
+        mouth = [way | ({"at": [2.0, 0.0]} if way["rate"] == 0.003 else {}) for way in mouth]
+        world = pasture(*mouth)
+        arrange(world, "deer", x=[9.5, 5.0], y=[5.0, 15.0], heading=0.0)
+        act(world, ExchangeMatter)
+        assert held(world) == pytest.approx([0.003, 0.003], abs=1e-9)
+        lost = (0.01 - world.fields["air"].value[0]) * CELL / DEER
+        assert lost[0] == pytest.approx([0.00025, 0.00075], abs=1e-9)
+        assert lost[1] == pytest.approx([0.001, 0.0], abs=1e-9)
 
 
 def test_it_drinks_from_where_its_mouth_is(pasture):
@@ -224,12 +260,11 @@ def test_the_kernels_are_their_slow_twins(seed):
     wanted = np.minimum(2.0 * value[cell] / (0.1 + value[cell]), 1.5 - c) * volume[rows]
     each = np.bincount(cell, wanted, cells)
     wanted *= np.minimum(1, value * litre / np.maximum(each, 1e-9))[cell]
-    mine, total = np.zeros(9), np.zeros(cells)
-    want(rows, cell, none, b, 0, 2.0, 0.1, 1.5, field, mine, total)
+    mine, most, total = np.zeros(9), np.zeros(n), np.zeros(cells)
+    demand(rows, cell, none, 2.0, 0.1, field, mine, most)
+    limit(rows, cell, b, 0, 1.5, most, mine, total)
     assert total == pytest.approx(each)
-    share(cell, mine, total, field, litre)
-    assert mine == pytest.approx(wanted, rel=1e-9)
-    assert take(rows, cell, mine, b, 0, field, litre) == pytest.approx(wanted.sum())
+    assert take(rows, cell, mine, b, 0, value, total, field, litre) == pytest.approx(wanted.sum())
     assert b[1][rows, 0] == pytest.approx(c + wanted / volume[rows], rel=1e-6)
     assert field == pytest.approx(value - np.bincount(cell, wanted, cells) / litre, abs=1e-12)
 
