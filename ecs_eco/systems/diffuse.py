@@ -37,7 +37,8 @@ class Diffuse(System):
             "centers are in the cell; for a substance, it is divided by the volume of the cell. Walls "
             "stop diffusion. The value at a position is interpolated linearly between cell centers.",
             "fields.renewal": "A renewed field also gains `renewal (initial − c)`.",
-            "emits.consume": "A body loses the emitted amount if `consume` is true.",
+            "emits.consume": "A body loses the emitted amount if `consume` is true. Such emissions of one "
+            "substance share `1 − exp(−Σ rate dt)` of it in proportion to their rates.",
         },
     )
     world: SpatialWorld
@@ -47,13 +48,11 @@ class Diffuse(System):
         world = self.world
         emitters: list[tuple[Table, Index]] = []
         for table in world.tables.values():
-            of_its_own = False
-            for name, way in table.species.emits.items():
-                if isinstance(way, Emission):
-                    self.emanate(name, table, way)
-                else:
-                    of_its_own = True
-            if of_its_own:
+            emits = sorted(table.species.emits.items())
+            ways = [(name, way) for name, way in emits if isinstance(way, Emission)]
+            if ways:
+                self.emanate(table, ways)
+            if len(ways) < len(emits):
                 emitters.append((table, world.index(table)))
         mine = list(world.fields) if world.bands.size == 1 else self.mine()
         world.together(*[partial(self.spread, name, emitters) for name in mine])
@@ -73,21 +72,28 @@ class Diffuse(System):
             smells[name].source[...] = 0  # another process has added it to the field
         self.world.bands.share({name: field.value for name, field in smells.items()})
 
-    def emanate(self, name: str, table: Table, way: Emission) -> None:
-        """Emit a substance from one kind of body into one field."""
-        world, field = self.world, self.world.fields[name]
-        index, s = world.index(table), world.substances.index(way.substance)
-        rate = own_value(table, f"emits.{name}.rate", way.rate) * world.dt
-        share = part_lost(rate) if way.consume else rate
-        amount = np.empty(index.n)
-        evaporate(index.rows, bodies(table), s, share, way.consume, amount)
-        if way.consume and world.matter is not None:
-            world.matter.book(("table", table.name), "emitted", -amount.sum(), s)
+    def emanate(self, table: Table, ways: list[tuple[str, Emission]]) -> None:
+        """Emit substances from one kind of body. The emissions that consume a substance remove 1 − exp(−Σ rate
+        dt) of it together, in proportion to their rates; emissions that consume nothing come first."""
+        world, index = self.world, self.world.index(table)
+        rates = [own_value(table, f"emits.{name}.rate", way.rate) * world.dt for name, way in ways]
+        total, gone = dict[str, Any](), dict[str, Any]()
+        for (_, way), rate in zip(ways, rates, strict=True):
+            total[way.substance] = total.get(way.substance, 0.0) + rate * way.consume
+        for (name, way), share in sorted(zip(ways, rates, strict=True), key=lambda one: one[0][1].consume):
+            field, s, amount = world.fields[name], world.substances.index(way.substance), np.empty(index.n)
+            if way.consume:
+                all_of_it, lost = total[way.substance], gone.get(way.substance, 0.0)
+                mine = part_lost(all_of_it) * (share / np.maximum(all_of_it, 1e-30))
+                gone[way.substance], share = lost + mine, np.minimum(mine / np.maximum(1 - lost, 1e-30), 1.0)
+            evaporate(index.rows, bodies(table), s, share, way.consume, amount)
+            if way.consume and world.matter is not None:
+                world.matter.book(("table", table.name), "emitted", -amount.sum(), s)
+                if field.substance is not None:
+                    world.matter.book(("field", name), "emitted", amount.sum(), s)
             if field.substance is not None:
-                world.matter.book(("field", name), "emitted", amount.sum(), s)
-        if field.substance is not None:
-            amount /= field.litres
-        field.emit(index.x, index.y, index.z, amount.astype(field.source.dtype))
+                amount /= field.litres
+            field.emit(index.x, index.y, index.z, amount.astype(field.source.dtype))
 
     def spread(self, name: str, emitters: list[tuple[Table, Index]]) -> None:
         """Add the emissions to one field, then let it diffuse and decay."""

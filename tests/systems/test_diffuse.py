@@ -73,6 +73,29 @@ def test_what_evaporates_is_lost_to_the_body(meadow):
     assert world.matter.flows[0, 0, NUMBER["emitted"]] == pytest.approx(-gone)
 
 
+@pytest.mark.parametrize("rates", [(0.5, 0.5), (3.0, 1.0), (0.0, 0.5), (90.0, 30.0)])
+def test_emissions_of_one_store_are_in_proportion_to_their_rates_in_any_order(meadow, rates):
+    found = []
+    for order in (("musk", "hay"), ("hay", "musk")):
+        ways = dict(zip(("musk", "hay"), rates, strict=True))
+        still = {"cell": 2.0, "decay": 0.0}
+        world = meadow(
+            world=FIELDS | {"substances": {"musk": "", "salt": ""}, "fields": {"musk": still, "hay": still}},
+            emits={name: {"substance": "musk", "rate": ways[name], "consume": True} for name in order},
+            **SMELLY,
+        )
+        act(world, Diffuse)
+        gone = 2 * 0.5 * LITRES * (1 - math.exp(-0.5 * sum(rates)))
+        for name in order:
+            amount = world.fields[name].value.sum(dtype=float)
+            assert amount == pytest.approx(gone * ways[name] / sum(rates))
+        left = world.tables["deer"][Chemistry].molarity[:2, 0]
+        assert left == pytest.approx(0.5 * math.exp(-0.5 * sum(rates)), abs=1e-9)
+        assert (left >= 0).all()
+        found.append(world.digest())
+    assert found[0] == found[1]
+
+
 def test_what_evaporates_into_a_field_of_its_substance_stays_in_the_world(meadow):
     air = {"musk": {"cell": 2.0, "diffusion": 0.5, "substance": "musk"}}
     world = musky(meadow, {"consume": True}, fields=air)

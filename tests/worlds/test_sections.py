@@ -16,13 +16,18 @@ EXAMPLES = [
     if "[space]" in path.read_text()
 ]
 
+LISTS = "diet", "exchange"
+
 
 def permuted(config, rng):
-    """Return a configuration with its sections, and the entries of its diets, in another order."""
-    species = {
-        name: kind.model_copy(update={"diet": [kind.diet[i] for i in rng.permutation(len(kind.diet))]})
-        for name, kind in config.species.items()
-    }
+    """Return a configuration with its sections, and the entries of its diets, exchanges and emissions, in
+    another order."""
+    species = {}
+    for name, kind in config.species.items():
+        ways = {
+            key: [getattr(kind, key)[i] for i in rng.permutation(len(getattr(kind, key)))] for key in LISTS
+        }
+        species[name] = kind.model_copy(update=ways | {"emits": dict(reversed(kind.emits.items()))})
     sections = {name: dict(getattr(config, name)) for name in ("objects", "fields", "substances")}
     for name, section in (sections | {"species": species}).items():
         kinds = list(section.items())
@@ -62,10 +67,16 @@ def drawn(rng):
                 {"kind": "property", "property": "salt", "range": 4.0},
                 {"kind": "touch", "target": "any"},
             ],
-            "emits": {"smell": 1.0},
+            "emits": {
+                "smell": 1.0,
+                "musk": {"substance": "salt", "rate": 0.25, "consume": True},
+                "dust": {"substance": "salt", "rate": float(rng.choice([0.125, 0.25])), "consume": True},
+            },
             "substances": {"salt": 0.1, "air": 0.01},
             "exchange": [
                 {"kind": "uptake", "field": "pool", "rate": 0.5},
+                {"kind": "uptake", "field": "pool", "rate": 0.25, "at": [2.0, 0.0]},
+                {"kind": "equilibrate", "field": "sky", "rate": 0.25, "partition": 2.0},
                 {"kind": "equilibrate", "field": "sky", "rate": 0.5, "partition": 1.0},
             ],
             "carries": [{"object": "stone", "reach": 1.0}],
@@ -89,6 +100,8 @@ def drawn(rng):
         "substances": {"salt": "", "air": ""},
         "fields": {
             "smell": {"cell": 2.0, "diffusion": 0.1, "decay": 0.1},
+            "musk": {"cell": 2.0, "diffusion": 0.1, "decay": 0.1},
+            "dust": {"cell": 2.0, "diffusion": 0.1, "decay": 0.1},
             "pool": {"cell": 5.0, "substance": "salt", "initial": 0.001},
             "sky": {"cell": 5.0, "substance": "air", "initial": 0.001},
         },
