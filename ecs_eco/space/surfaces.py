@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ecs_eco.compiled.jit import njit
+from ecs_eco.engine.random import lot
 from ecs_eco.space.bodies import solids
 from ecs_eco.space.geometry import Extent
 from ecs_eco.space.nearest import Found
@@ -35,7 +36,7 @@ def seek_surface(
     first: int, last: int, mine: Solids, theirs: Solids, space: Extent, reach: np.float32, found: Found
 ) -> None:
     """Run `nearest_surface` for entries first … last − 1; the nearest of several overlapping bodies is the
-    one with the deepest overlap, and ties go to the lower uid."""
+    one with the deepest overlap, and ties are broken by a hash of both uids."""
     form, uid, other, other_uid = mine.form, mine.uid, theirs.form, theirs.uid
     near, seen = np.empty(len(other), np.int64), np.zeros(len(other) + 1, np.int64)
     for i in range(first, last):
@@ -50,7 +51,9 @@ def seek_surface(
             gap, _, _, _ = touching(
                 form, i, other, e, x - other[e, 0], y - other[e, 1], z - other[e, 2], space
             )
-            if gap < best or (gap == best and (it < 0 or other_uid[e] < other_uid[it])):
+            if gap < best or (
+                gap == best and (it < 0 or lot(0, uid[i], other_uid[e]) < lot(0, uid[i], other_uid[it]))
+            ):
                 best, it = gap, e
         if it >= 0:
             found.entry[i], found.distance2[i] = it, max(best, 0.0) ** 2
