@@ -23,7 +23,7 @@ class Appetite(NamedTuple):
 
     radius: Number  # [m]
     reach: Number  # [m]
-    chance: Number  # probability of success per tick
+    chance: Number  # probability of success per second
     until: Number  # energy of satiation
     decision: np.ndarray  # u8[rows, actions]
     column: int  # column of the `eat` action; −1: none
@@ -38,6 +38,7 @@ class Foods(NamedTuple):
     radius: Number  # [m]
     toughness: np.ndarray  # share of bites that fail, or an array of length 1; empty: none
     cause: np.ndarray  # i32[rows], cause of death
+    dt: float  # [s]
 
 
 class Eaters(NamedTuple):

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.compiled.elementary import power
 from ecs_eco.compiled.jit import lone_njit, njit
-from ecs_eco.compiled.per_row import Number, of_row
+from ecs_eco.compiled.per_row import of_row
 from ecs_eco.components import Body, Defence, Matter, Metabolism, Nervous, Position, Shape, Velocity
 from ecs_eco.engine import random
 from ecs_eco.engine.random import draw
@@ -80,8 +79,9 @@ class Feed(System):
         rules={
             "": "An animal proposes the nearest item of each kind in its diet if the surfaces of both "
             "bodies are at most `reach` apart; the attempt succeeds in a tick with probability `1 − (1 − "
-            "chance)^dt`. An item goes to the nearest animal that wants it; an animal that wins several "
-            "items takes the nearest first. Eaten organisms die. An animal eats only while its energy is below "
+            "chance (1 − toughness))^dt`, in which shelter multiplies `1 − toughness` by `1 − shelter`. An item "
+            "goes to the nearest animal that wants it; an animal that wins several items takes the nearest "
+            "first. Eaten organisms die. An animal eats only while its energy is below "
             "`satiation`, by default `energy_max`, and, if it has an `eat` action, only in that action.",
             "diet.gain": "A meal changes the energy by `gain`, up to `energy_max`.",
             "diet.efficiency": "A meal adds `efficiency` times the item's energy, up to `energy_max`.",
@@ -163,13 +163,10 @@ class Feed(System):
         column = -1 if nerves is None else nerves.eats
         decision = NO_DECISION if nerves is None else table[Nervous].decision
         toughness, poison = defences(world, prey)
-        if world.dt != 1 and toughness.size and food.chance > 0:  # a bite lasts a second
-            bites = in_ticks(food.chance * (1 - np.clip(toughness, 0, 1)), world.dt)
-            toughness = np.float32(1) - (bites / in_ticks(food.chance, world.dt)).astype(np.float32)
         wanting = Appetite(
             b.radius, reach, chance, effect[-1], decision, column, table.cause, m.energy, m.digesting
         )
-        wanted = Foods(prey[Body].radius, toughness, prey.cause)
+        wanted = Foods(prey[Body].radius, toughness, prey.cause, world.dt)
         draws = world.key, random.FEED + (number << 8)
         if Shape in table or Shape in prey:
             self._shaped = True
@@ -269,45 +266,34 @@ class Feed(System):
 
 
 def meal(table: Table, food: Diet, dt: float) -> tuple[Any, Any, Effect]:
-    """Return the reach and the probability of success per tick for one kind of food, followed by
+    """Return the reach and the probability of success per second for one kind of food, followed by
     `Meals.effect`: numbers, or arrays [high] if a gene codes for any of them."""
     metabolism, kind = table.species.metabolism, f"diet.{food.eats}."
     keys: dict[str, Any] = {
-        kind + field: np.float32(getattr(food, field)) for field in ("reach", "gain", "efficiency")
+        kind + field: np.float32(getattr(food, field)) for field in ("reach", "gain", "efficiency", "chance")
     }
     keys |= {
         "metabolism.energy_max": np.float32(metabolism.energy_max),
         "metabolism.handling_time": metabolism.handling_time,
-        kind + "chance": food.chance,
     }
     if food.satiation is not None:
         keys[kind + "satiation"] = np.float32(food.satiation)
-    reach, gain, efficiency, store, digestion, chance, *until = own_values(table, keys)
-    chance, store = in_ticks(chance, dt), of_size(table, store)
+    reach, gain, efficiency, chance, store, digestion, *until = own_values(table, keys)
+    store = of_size(table, store)
     digestion = np.asarray(ticks(np.minimum(digestion, LONGEST * dt), dt)).astype(np.int32)[()]
-    return (
-        reach,
-        chance.astype(np.float32) if isinstance(chance, np.ndarray) else np.float32(chance),
-        Effect(gain, efficiency, store, digestion, until[0] if until else store),
-    )
+    return reach, chance, Effect(gain, efficiency, store, digestion, until[0] if until else store)
 
 
 def confused(world: SpatialWorld, table: Table, food: Diet) -> np.ndarray:
-    """Return each row's probability of success per tick, which falls with the number of items in view: f32[high]
-    (Olson et al. 2013)."""
+    """Return each row's probability of success per second, which falls with the number of items in view:
+    f32[high] (Olson et al. 2013)."""
     aims = [sensor.name for sensor in table.species.sensors].index(food.confusion)
     rows, seen = number_in_view(world, table, aims)
     seen = seen * of_row(own_value(table, f"sensors.{food.confusion}.present", 1.0), rows)
-    chance = np.zeros(table.high)
+    chance = np.zeros(table.high, np.float32)
     own = own_value(table, f"diet.{food.eats}.chance", food.chance)
     chance[rows] = np.where(seen, of_row(own, rows) / np.maximum(seen, 1), 0)
-    per_tick: np.ndarray = in_ticks(chance, world.dt).astype(np.float32)
-    return per_tick
-
-
-def in_ticks(chance: Number, dt: float) -> Any:
-    """Convert probabilities per second to probabilities per tick of length dt [s]."""
-    return 1 - power(1 - chance, dt)
+    return chance
 
 
 def defences(world: SpatialWorld, prey: Table) -> tuple[np.ndarray, np.ndarray]:
@@ -358,7 +344,7 @@ def propose(
     """Reject food that eaters first … last − 1 cannot eat by setting its entry to −1."""
     rows, uid, food_rows, (target, distance2) = mine.rows, mine.uid, targets.rows, found
     radius, reach, chance, until, decision, column, eater_cause, energy, digesting = eaters
-    food_radius, toughness, food_cause = foods
+    food_radius, toughness, food_cause, dt = foods
     for k in range(last - first):
         i = np.uint64(first + k)
         j, row = target[i], rows[i]
@@ -377,6 +363,8 @@ def propose(
         succeeds = of_row(chance, row)
         if toughness.size:
             succeeds *= np.float32(1) - toughness[food_rows[j] % toughness.size]
+        if dt != 1:
+            succeeds = np.float32(1 - (1 - np.float64(succeeds)) ** dt)
         if distance2[i] > s * s or draw(key, uid[i], purpose) >= succeeds:
             target[i] = -1
 

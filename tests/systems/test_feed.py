@@ -362,6 +362,27 @@ def test_bites_into_tough_food_succeed_as_often_in_a_second_whatever_the_tick(me
     assert abs(eaten - 400 * chance) < 4 * np.sqrt(400 * chance * (1 - chance))
 
 
+@pytest.mark.parametrize("dt", [0.125, 1.0])
+def test_bites_into_tough_food_succeed_with_the_chance_of_each_eater(meadow, dt):
+    gene = {"name": "skill", "trait": "diet.grass.chance", "letters": 1, "values": [0.1, 0.2, 0.5, 1.0]}
+    world = meadow(
+        world={"dt": dt, "space": {"size": [80.0, 80.0]}},
+        count=400,
+        grass={"count": 400, "defence": {"toughness": 0.5}},
+        diet=[{"eats": "grass", "gain": 0.25, "chance": 0.9}],
+        genome={"genes": [gene]},
+    )
+    at = 2.0 + 4.0 * np.stack(np.divmod(np.arange(400), 20), 1)
+    deer = arrange(world, "deer", x=at[:, 0], y=at[:, 1], energy=0.5)
+    arrange(world, "grass", x=at[:, 0], y=at[:, 1], energy=0.5)
+    _eat(world)
+    rows = deer.by_uid()
+    chance = 1 - (1 - 0.5 * deer[Traits].value[rows, 0].astype(float)) ** dt
+    draws = random.draw_many(world.key, deer.uid[rows], random.FEED)
+    assert ((np.array(_energy(world)) > 0.6) == (draws < chance.astype(np.float32))).all()
+    assert np.unique(chance).size == 4
+
+
 def test_each_plant_is_as_tough_and_as_poisonous_as_its_genes(meadow):
     genes = [
         {"name": "thorn", "trait": "defence.toughness", "letters": 1, "values": [0, 0, 1, 1]},
