@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ecs_eco.bands.fields import halo_of
@@ -66,7 +66,8 @@ def widths_of(world: SpatialWorld) -> Widths:
 
 def meals_of(world: SpatialWorld, living: list[Table]) -> float:
     """Return the distance [m] within which ghosts can affect whether a body eats or is eaten: one reach for
-    its eater, one for the eater's rivals, one for closer items, and one more if an eater can win several."""
+    its eater, one for each eater above that, one for closer items, and two more if an eater can win several;
+    at least three, for its eater's rivals and the items closer to them."""
     reach = max(
         (
             largest_of(t) + largest_of(world.tables[food.eats]) + food.reach
@@ -75,7 +76,16 @@ def meals_of(world: SpatialWorld, living: list[Table]) -> float:
         ),
         default=0.0,
     )
-    return reach * (4 if any(len(t.species.diet) > 1 for t in living) else 3)
+    return reach * max(3, eaters_in_line(living) + (3 if any(len(t.species.diet) > 1 for t in living) else 1))
+
+
+def eaters_in_line(tables: Iterable[Table]) -> int:
+    """Return the number of eaters in the longest food chain; more than there are tables if it is a circle."""
+    eaten = {t.name: {food.eats for food in t.species.diet} for t in tables if t.species.diet}
+    eaters, n = set(eaten), 0
+    while eaters and n <= len(eaten):
+        eaters, n = {name for eater in eaters for name in eaten[eater]} & eaten.keys(), n + 1
+    return n
 
 
 def largest_of(table: Table) -> float:
@@ -136,6 +146,8 @@ def _of_world(world: SpatialWorld) -> Iterator[tuple[tuple[Any, ...], str]]:
     for key in ("terrain", "water", "sun", "land"):
         if getattr(world.config, key, None) is not None:
             yield (key,), f"a world with {key}"
+    if eaters_in_line(world.tables.values()) > len(world.config.species):
+        yield ("species",), "a world in which a species can eat itself, or species can eat each other,"
     if world.config.interventions:
         yield ("interventions",), "a world with interventions"
     if world.config.archipelago is not None:

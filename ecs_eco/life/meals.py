@@ -119,20 +119,31 @@ def award(key: np.uint64, rivals: list[Meals]) -> tuple[np.ndarray, np.ndarray, 
         end = start + meals.target.size
         meals.best = np.where((best >= start) & (best < end), best - np.int32(start), np.int32(-1))
         start = end
-    return best, distance2, uid
+    return best.copy(), distance2, uid  # a copy, because meals that wait leave `Meals.best`
 
 
-def courses(key: np.uint64, mine: list[Meals]) -> list[Meals]:
-    """Keep, for each eater of one table, only the nearest item that it has won; return the other meals."""
-    n = mine[0].eaters.n
-    first, least, item = np.full(n, -1, np.int32), np.empty(n, np.float32), np.empty(n, np.uint64)
-    for k, meals in enumerate(mine):
-        prefer(meals.best, meals.distance2, meals.eaters.uid, meals.foods.uid, key, k, first, least, item)
-    later = [np.empty_like(meals.best) for meals in mine]
-    others = [
-        postpone(meals.best, k, first, rest) for k, (meals, rest) in enumerate(zip(mine, later, strict=True))
-    ]
-    return [replace(meals, best=rest) for meals, rest, some in zip(mine, later, others, strict=True) if some]
+def postponed(
+    key: np.uint64, wanted: list[Meals], won: dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]
+) -> list[Meals]:
+    """Keep each eater's nearest meal, unless it may still be eaten in a nearer one; return the meals that wait,
+    without those of eaters that have been eaten in a nearer one."""
+    later = list[Meals]()
+    for name in dict.fromkeys(meals.table.name for meals in wanted):
+        mine = [meals for meals in wanted if meals.table.name == name]
+        if len(mine) == 1 and name not in won:
+            continue
+        n, rests = mine[0].eaters.n, [np.empty_like(meals.best) for meals in mine]
+        first, least, item = np.full(n, -1, np.int32), np.empty(n, np.float32), np.empty(n, np.uint64)
+        hunters = won.get(name, (first.copy(), mine[0].distance2, mine[0].eaters.uid))
+        on_it = (meals.best >= 0 for meals in (*wanted, *later) if meals.prey.name == name)
+        hunted = np.any([hunters[0] < -1, *on_it], axis=0)
+        for k, meals in enumerate(mine):
+            prefer(meals.best, meals.distance2, meals.eaters.uid, meals.foods.uid, key, k, first, least, item)
+        for k, (meals, rest) in enumerate(zip(mine, rests, strict=True)):
+            ways = meals.distance2, meals.eaters.uid, meals.foods.uid, key, k, first
+            if wait(meals.best, *ways, *hunters, meals.eaters.rows, hunted, meals.table.cause, rest):
+                later.append(replace(meals, best=rest))
+    return later
 
 
 def in_order(key: np.uint64, eaten: list[Meals]) -> Iterator[tuple[Meals, np.ndarray, np.ndarray]]:
@@ -182,27 +193,6 @@ def win(target, distance2, uid, food_uid, key, best):
 
 
 @njit
-def void(target, distance2, uid, food_uid, key, hunter, hunter_distance2, hunter_uid, best):
-    """Remove from `best` the meals whose eaters are themselves eaten, by `hunter` i32[eaters], in a nearer
-    meal, or in an equally near one with a lower draw."""
-    for i in range(target.size):
-        j, h = target[i], hunter[i]
-        if (
-            j >= 0
-            and h >= 0
-            and best[j] == i
-            and (
-                hunter_distance2[h] < distance2[i]
-                or (
-                    hunter_distance2[h] == distance2[i]
-                    and lot(key, hunter_uid[h], uid[i]) < lot(key, uid[i], food_uid[j])
-                )
-            )
-        ):
-            best[j] = -1
-
-
-@njit
 def prefer(best, distance2, uid, food_uid, key, kind, first, least, item):
     """Update each eater's nearest item: its kind in `first` i32[eaters] (−1: none), its squared distance, and
     its uid; ties are broken at random."""
@@ -217,24 +207,36 @@ def prefer(best, distance2, uid, food_uid, key, kind, first, least, item):
 
 
 @njit
-def postpone(best, kind, first, later):
-    """Move each meal that is not its eater's first to `later` i32[foods]; return how many were moved."""
+def wait(
+    best, distance2, uid, food_uid, key, kind, first, hunter, near, hunter_uid, rows, hunted, cause, later
+):
+    """Move meals to `later` i32[foods] if their eater has a nearer one, or if `hunter` i32[eaters] may still eat
+    it (`hunted`) in a nearer one, at the squared distance `near`; remove them if it has. Return how many were
+    moved."""
     n = 0
     for j in range(best.size):
-        later[j] = -1
-        if best[j] >= 0 and first[best[j]] != kind:
-            best[j], later[j] = -1, best[j]
+        later[j], i = -1, best[j]
+        if i < 0 or (first[i] == kind and (hunter[i] < 0 or not (hunted[i] or cause[rows[i]]))):
+            continue
+        h, waits = hunter[i], first[i] != kind
+        if not waits and (
+            near[h] < distance2[i]
+            or (near[h] == distance2[i] and lot(key, hunter_uid[h], uid[i]) < lot(key, uid[i], food_uid[j]))
+        ):
+            best[j], waits = -1, hunted[i]
+        if waits:
+            best[j], later[j] = -1, i
             n += 1
     return n
 
 
 @njit
-def hungry(best, rows, killed, digesting, energy, until):
+def hungry(best, rows, digesting, energy, until):
     """Remove from `best` the eaters that can no longer eat; return how many remain."""
     n = 0
     for j in range(best.size):
         i = best[j]
-        if i >= 0 and (killed[i] or digesting[rows[i]] > 0 or energy[rows[i]] >= of_row(until, rows[i])):
+        if i >= 0 and (digesting[rows[i]] > 0 or energy[rows[i]] >= of_row(until, rows[i])):
             best[j] = -1
         n += best[j] >= 0
     return n

@@ -191,16 +191,7 @@ def find(
 
 
 @njit
-def demand(
-    rows: np.ndarray,
-    cell: np.ndarray,
-    does: np.ndarray,
-    rate: Number,
-    half: Number,
-    value: np.ndarray,
-    wanted: np.ndarray,
-    most: np.ndarray,
-) -> None:
+def demand(rows, cell, does, rate, half, value, wanted, most):
     """Write each body's demand for a substance, at most `rate` [mol/L], to `wanted` f64[n], and add it to the
     demand of all uptakes of that body, `most` f64[rows]."""
     for i in range(rows.size):
@@ -214,16 +205,7 @@ def demand(
 
 
 @njit
-def limit(
-    rows: np.ndarray,
-    cell: np.ndarray,
-    bodies: Bodies,
-    s: int,
-    until: Number,
-    most: np.ndarray,
-    wanted: np.ndarray,
-    total: np.ndarray,
-) -> None:
+def limit(rows, cell, bodies, s, until, most, wanted, total):
     """Reduce demands so that bodies are not filled above a concentration; convert them to amounts [mol], and
     add these to the total demand on their cells, `total` f64[cells]."""
     for i in range(rows.size):

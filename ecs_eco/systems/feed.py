@@ -26,11 +26,10 @@ from ecs_eco.life.meals import (
     Foods,
     Meals,
     award,
-    courses,
     hungry,
     in_order,
+    postponed,
     to_surfaces,
-    void,
 )
 from ecs_eco.life.sizes import of_size
 from ecs_eco.life.torpor import LEAST_ENERGY
@@ -59,9 +58,10 @@ class Feed(System):
     probability of success.
 
     Each animal claims one item of each kind of food in its diet; each item goes to the nearest eater of any
-    species that claims it, with ties broken at random. An animal that wins several items takes the nearest
-    first, then the other items if it can still eat. An animal that is itself eaten in a nearer meal eats
-    nothing; eaten organisms die. The order of species and diets has no effect.
+    species that claims it, with ties broken at random. Meals take place in the order of distance, unless the
+    eater has been eaten or can no longer eat; the item is then left. Eaten organisms die. The order of species
+    and diets has no effect. Of spheres at exactly the same distance, an animal claims the first in the order
+    of `nearest`.
 
     An animal with an `eat` action eats when it decides to; an animal without it eats whenever it can. Tough
     food and prey sheltered by the land resist some bites; prey in view can confuse the eater; poison costs it
@@ -80,8 +80,8 @@ class Feed(System):
             "": "An animal proposes the nearest item of each kind in its diet if the surfaces of both "
             "bodies are at most `reach` apart; the attempt succeeds in a tick with probability `1 − (1 − "
             "chance (1 − toughness))^dt`, in which shelter multiplies `1 − toughness` by `1 − shelter`. An item "
-            "goes to the nearest animal that wants it; an animal that wins several items takes the nearest "
-            "first. Eaten organisms die. An animal eats only while its energy is below "
+            "goes to the nearest animal that wants it. Meals take place in the order of distance, unless the "
+            "eater has been eaten. Eaten organisms die. An animal eats only while its energy is below "
             "`satiation`, by default `energy_max`, and, if it has an `eat` action, only in that action.",
             "diet.gain": "A meal changes the energy by `gain`, up to `energy_max`.",
             "diet.efficiency": "A meal adds `efficiency` times the item's energy, up to `energy_max`.",
@@ -117,29 +117,21 @@ class Feed(System):
             return
         key = self.world.key
         rivals: dict[str, list[Meals]] = {}
-        of_table: dict[str, list[Meals]] = {}
         for meals in wanted:
             rivals.setdefault(meals.prey.name, []).append(meals)
-            of_table.setdefault(meals.table.name, []).append(meals)
         for meals in wanted if self._shaped else ():
             to_surfaces(meals)
-        won, eaten = {}, list[Meals]()
-        for name, some in rivals.items():
-            won[name] = award(key, some)
-        for name in of_table.keys() & won.keys():
-            for meals in of_table[name]:
-                meals.best = meals.best.copy()
-                void(
-                    meals.target,
-                    meals.distance2,
-                    meals.eaters.uid,
-                    meals.foods.uid,
-                    key,
-                    *won[name],
-                    meals.best,
-                )
-        for mine in of_table.values():
-            eaten += self.eat_all(mine)
+        won, eaten = {name: award(key, some) for name, some in rivals.items()}, list[Meals]()
+        while wanted:
+            later = postponed(key, wanted, won)
+            for meals in wanted:
+                self.eat(meals)
+            eaten += [meals for meals in wanted if Matter in meals.table]
+            wanted = []
+            for meals in later:
+                m = meals.table[Metabolism]
+                if hungry(meals.best, meals.eaters.rows, m.digesting, m.energy, meals.effect[-1]):
+                    wanted.append(meals)
         if eaten:
             self.swallow(eaten)
 
@@ -196,26 +188,6 @@ class Feed(System):
                 np.empty(foods.n, np.int32),
             )
         )
-
-    def eat_all(self, mine: list[Meals]) -> list[Meals]:
-        """Feed each eater of one table the nearest item it has won, then the next if it can still eat; return
-        the meals whose substances enter the eaters."""
-        eaten, table = list[Meals](), mine[0].table
-        m, holds = table[Metabolism], Matter in table
-        killed = np.zeros(mine[0].eaters.n, np.bool_)
-        while mine:
-            later = courses(self.world.key, mine) if len(mine) > 1 else []
-            for meals in mine:
-                self.eat(meals)
-                if later and meals.food.deadly:
-                    killed[meals.best[meals.best >= 0]] = True
-            eaten += mine if holds else []
-            mine = later and [
-                meals
-                for meals in later
-                if hungry(meals.best, meals.eaters.rows, killed, m.digesting, m.energy, meals.effect[-1])
-            ]
-        return eaten
 
     def eat(self, meals: Meals) -> None:
         """Feed eaters the items they have won, and record their gain [energy]."""
@@ -426,7 +398,7 @@ def ingest(
         energy[row] = max(after, min(before, least))
         taken[row] += energy[row] - before
         gained += np.float64(energy[row]) - np.float64(before)
-        digesting[row] = of_row(digestion, row)
+        digesting[row] = LONGEST if deadly else of_row(digestion, row)  # the poisoned eat no more
         food_cause[food] = cause
         food_killer[food] = uid[eater]
         if deadly and not eater_cause[row]:  # otherwise the eater itself was eaten

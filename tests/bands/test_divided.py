@@ -1,10 +1,12 @@
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from ecs_eco import World
 from ecs_eco.bands import divide
+from ecs_eco.bands.widths import eaters_in_line
 from ecs_eco.config import load
 from ecs_eco.engine.errors import ConfigError
 
@@ -81,6 +83,7 @@ HAND = """
 from mpi4py import MPI
 from ecs_eco import World
 from ecs_eco.bands import divide
+from ecs_eco.bands.widths import eaters_in_line
 
 try:
     divide(World(), state=True)
@@ -124,6 +127,7 @@ def test_all_processes_are_told_what_cannot_be_divided(mpirun):
         ("lamb", [], ["with substances", "the system Suckle"]),
         ("happiness", [], ["species.berry.genome", "plants with genes"]),
         ("predator-prey", ['species.wolf.diet.0.confusion="deer"'], ["diet.0.confusion", "confused by"]),
+        ("predator-prey", ['species.wolf.diet.0.eats="wolf"'], ["species", "can eat itself"]),
     ],
 )
 def test_a_world_that_cannot_be_divided_is_refused_with_what_can_be_done(name, changes, words, alone):
@@ -132,6 +136,17 @@ def test_a_world_that_cannot_be_divided_is_refused_with_what_can_be_done(name, c
         divide(world, alone(2), state=True)
     for word in [*words, "--bands without --divided"]:
         assert word in str(error.value)
+
+
+def test_a_meal_reaches_as_far_as_the_food_chain_is_long():
+    def table(name, *foods):
+        return SimpleNamespace(
+            name=name, species=SimpleNamespace(diet=[SimpleNamespace(eats=f) for f in foods])
+        )
+
+    tables = [table("a", "b"), table("b", "c", "e"), table("c", "d"), table("d"), table("e", "d")]
+    assert [eaters_in_line(tables[i:]) for i in range(4)] == [3, 2, 1, 1]
+    assert eaters_in_line([table("a", "b"), table("b", "a")]) > 2
 
 
 def test_bands_lower_than_ghosts_reach_are_refused_with_the_numbers(alone):

@@ -3,6 +3,7 @@ import pytest
 
 from ecs_eco import World
 from ecs_eco.components import Body, Metabolism, Position, Sensor
+from ecs_eco.engine.random import lot
 from ecs_eco.systems import Feed, Sense
 from ecs_eco.testing import act
 
@@ -183,3 +184,111 @@ def test_a_meal_does_not_depend_on_the_bodies_of_the_dead():
         red[Body].radius[~red.alive] = largest
         act(world, Feed)
         assert _energy(world, "red") == [0.75]
+
+
+def test_of_two_capsules_at_the_same_place_the_older_is_eaten_half_of_the_time():
+    capsule = GRASS | {"body": {"shape": "capsule", "radius": 0.125, "length": 0.5, "opaque": False}}
+    places = np.stack([np.arange(300) % 15 * 4 + 2.0, np.arange(300) // 15 * 3 + 2.0], 1)
+    world = _world({"red": EATER, "grass": capsule}, {"red": places, "grass": np.tile(places, (2, 1)) + 0.5})
+    act(world, Feed)
+    older = [cause is not None for cause in _eaten(world)[0]][:300]
+    assert 120 < sum(older) < 180
+
+
+def test_an_animal_whose_hunter_is_eaten_first_eats():
+    hunters = {
+        eater: EATER | {"diet": [{"eats": food, "reach": 4.0, "chance": 1.0, "gain": 0.25}]}
+        for eater, food in ("ab", "bc", "cd")
+    }
+    world = _world(hunters | {"d": GRASS}, {"a": [10.0], "b": [11.0], "c": [13.0], "d": [16.0]})
+    act(world, Feed)
+    assert {name: bool(world.tables[name].cause.any()) for name in "abcd"} == {
+        "a": False,
+        "b": True,
+        "c": False,
+        "d": True,
+    }
+    assert [_energy(world, name) for name in "abc"] == [[0.75], [0.5], [0.75]]
+
+
+def test_an_animal_that_its_hunter_leaves_eats():
+    for digestion, energy in ((5.0, 0.75), (0.0, 0.5)):  # the hunter takes the berry at 1 m, then red at 2 m
+        food = [{"eats": name, "reach": 4.0, "chance": 1.0, "gain": 0.25} for name in ("berry", "red")]
+        fast = {"energy": 0.5, "energy_max": 9.0, "handling_time": digestion}
+        world = _world(
+            {
+                "red": EATER,
+                "grass": GRASS,
+                "berry": GRASS,
+                "wolf": EATER | {"diet": food, "metabolism": fast},
+            },
+            {"wolf": [10.0], "berry": [9.0], "red": [12.0], "grass": [14.5]},
+        )
+        act(world, Feed)
+        assert _energy(world, "red") == [energy]
+        assert _energy(world, "wolf") == [0.75 if digestion else 1.0]
+
+
+def _twin(world, reach, until):
+    """Return who is eaten and the energies after feeding, by uid: awards, then meals one by one."""
+    uids, places, kinds, energy = [], [], [], {}
+    for name, table in world.tables.items():
+        for row in table.by_uid():
+            uids.append(int(table.uid[row]))
+            places.append((float(table[Position].x[row]), float(table[Position].y[row])))
+            kinds.append(name)
+            if Metabolism in table:
+                energy[uids[-1]] = float(table[Metabolism].energy[row])
+    held, claims = dict(energy), {}
+    for i, name in enumerate(kinds):
+        for food in world.tables[name].species.diet:
+            near = [(np.hypot(*np.subtract(places[i], p)), k) for k, p in enumerate(places) if k != i]
+            distance, k = min((d, k) for d, k in near if kinds[k] == food.eats)
+            if distance <= reach + 0.25:
+                rank = int(lot(world.key, np.uint64(uids[i]), np.uint64(uids[k])))
+                claims.setdefault(k, []).append((distance, rank, i))
+    slow = {name for name, table in world.tables.items() if table.species.metabolism.handling_time}
+    eaten, busy = set(), set()
+    for _, _, i, k in sorted((*min(claimed), k) for k, claimed in claims.items()):
+        eater, item = uids[i], uids[k]
+        if eater not in eaten and eater not in busy and energy[eater] < until:
+            energy[eater] += 0.125 + 0.5 * held.get(item, 0.0)
+            eaten.add(item)
+            busy |= {eater} if kinds[i] in slow else set()
+    return eaten, energy
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_meals_take_place_as_in_the_slow_twin(seed):
+    rng, names = np.random.default_rng(seed), ["a", "b", "c", "d"]
+    species, reach, until = {"grass": GRASS}, 3.0, 0.75
+    for name in names:
+        eaten = rng.choice([*names, "grass"], rng.integers(1, 4), replace=False)
+        diet = [
+            {
+                "eats": str(food),
+                "reach": reach,
+                "chance": 1.0,
+                "gain": 0.125,
+                "efficiency": 0.5,
+                "satiation": until,
+            }
+            for food in eaten
+        ]
+        metabolism = {"energy": 0.25, "energy_max": 9.0, "handling_time": float(rng.choice([0.0, 5.0]))}
+        species[name] = EATER | {"diet": diet, "metabolism": metabolism}
+    world = _world(
+        species,
+        {name: rng.uniform(5.0, 25.0, (25, 2)) for name in species},
+        space={"size": [30.0, 30.0], "edges": "walls"},
+    )
+    eaten, energy = _twin(world, reach, until)
+    act(world, Feed)
+    for table in world.tables.values():
+        rows = table.by_uid()
+        assert [uid in eaten for uid in table.uid[rows].tolist()] == (table.cause[rows] > 0).tolist()
+        if table.name != "grass":
+            assert table[Metabolism].energy[rows] == pytest.approx(
+                [energy[u] for u in table.uid[rows].tolist()]
+            )
+    assert len(eaten) > 20
