@@ -65,9 +65,8 @@ def widths_of(world: SpatialWorld) -> Widths:
 
 
 def meals_of(world: SpatialWorld, living: list[Table]) -> float:
-    """Return the distance [m] within which ghosts can affect whether a body eats or is eaten: one reach for
-    its eater, one for each eater above that, one for closer items, and two more if an eater can win several;
-    at least three, for its eater's rivals and the items closer to them."""
+    """Return the distance [m] within which ghosts can affect whether a body eats or is eaten: one reach per
+    eater in its food chain and one for closer items, at least three; two more if an eater can win several."""
     reach = max(
         (
             largest_of(t) + largest_of(world.tables[food.eats]) + food.reach
@@ -81,10 +80,10 @@ def meals_of(world: SpatialWorld, living: list[Table]) -> float:
 
 def eaters_in_line(tables: Iterable[Table]) -> int:
     """Return the number of eaters in the longest food chain; more than there are tables if it is a circle."""
-    eaten = {t.name: {food.eats for food in t.species.diet} for t in tables if t.species.diet}
-    eaters, n = set(eaten), 0
+    eaten = {t.name: {food.eats for food in t.species.diet} for t in tables}
+    eaters, n = {name for name, foods in eaten.items() if foods}, 0
     while eaters and n <= len(eaten):
-        eaters, n = {name for eater in eaters for name in eaten[eater]} & eaten.keys(), n + 1
+        eaters, n = {name for eater in eaters for name in eaten[eater] if eaten.get(name)}, n + 1
     return n
 
 
@@ -146,7 +145,7 @@ def _of_world(world: SpatialWorld) -> Iterator[tuple[tuple[Any, ...], str]]:
     for key in ("terrain", "water", "sun", "land"):
         if getattr(world.config, key, None) is not None:
             yield (key,), f"a world with {key}"
-    if eaters_in_line(world.tables.values()) > len(world.config.species):
+    if eaters_in_line(world.tables.values()) > len(world.tables):
         yield ("species",), "a world in which a species can eat itself, or species can eat each other,"
     if world.config.interventions:
         yield ("interventions",), "a world with interventions"

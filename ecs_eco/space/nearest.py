@@ -44,9 +44,8 @@ def nearest(
     distance.
 
     `target` i32[n seekers] is exact up to 2^24 targets; `distance2` f32[n seekers] [m^2] is radius^2 for a
-    seeker without a target. Of targets at exactly the same distance, the first in the order of cells (from low
-    to high y, then x) is the nearest, and the oldest in one cell. A seeker is not its own target if both
-    indexes are the same. `split(kernel, n,
+    seeker without a target. Ties go to the first in the order of cells, by y, then x, then age. A seeker is
+    not its own target if both indexes are the same. `split(kernel, n,
     *arguments)` runs a kernel over 0…n in parts.
     """
     space = seekers.space

@@ -56,9 +56,8 @@ class ExchangeMatter(System):
     """Bodies take up substances from fields, then equilibrate with them, then release substances.
 
     All bodies of all kinds do so simultaneously. Uptake is limited by the content of a cell; if it does not
-    contain enough, all bodies get the same share of their demand. Several uptakes of one field by one body
-    count together. Equilibration is solved exactly for a body and its part of the cell. All steps run in
-    canonical order, so the order of entries in the world file has no effect.
+    contain enough, all bodies get the same share of their demand, however many uptakes they have.
+    Equilibration is solved exactly for a body and its part of the cell. All steps run in canonical order.
     """
 
     needs = (Position, Body, Chemistry, Matter)
@@ -81,8 +80,7 @@ class ExchangeMatter(System):
                     self.release(table, world, way, key)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Record the exchanges of one kind of body; all uptakes of a field are simultaneous, and other
-        exchanges are numbered within each process and field."""
+        """Record the exchanges of one kind of body; all but uptakes are numbered within process and field."""
         seen: dict[tuple[int, str], int] = {}
         ways = enumerate(table.species.exchange if table.n else ())
         for number, way in sorted(ways, key=lambda way: str(vars(way[1]))):

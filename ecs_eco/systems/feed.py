@@ -60,8 +60,7 @@ class Feed(System):
     Each animal claims one item of each kind of food in its diet; each item goes to the nearest eater of any
     species that claims it, with ties broken at random. Meals take place in the order of distance, unless the
     eater has been eaten or can no longer eat; the item is then left. Eaten organisms die. The order of species
-    and diets has no effect. Of spheres at exactly the same distance, an animal claims the first in the order
-    of `nearest`.
+    and diets has no effect. Ties between items are described in `nearest` and `nearest_surface`.
 
     An animal with an `eat` action eats when it decides to; an animal without it eats whenever it can. Tough
     food and prey sheltered by the land resist some bites; prey in view can confuse the eater; poison costs it
