@@ -3,7 +3,6 @@
 This module must not import anything that loads numpy, because the mode must be chosen first.
 """
 
-import json
 import os
 from pathlib import Path
 from types import ModuleType
@@ -15,6 +14,7 @@ from typer.core import TyperGroup
 from ecs_eco.cli.options import Quiet, new_folder, number
 from ecs_eco.cli.terminal import REFUSED, complain, exits
 from ecs_eco.compiled import portable
+from ecs_eco.engine.files import read_note
 
 SEVERAL = ("ray", "slurm")  # engines whose jobs may run on different processors
 
@@ -170,8 +170,5 @@ def settle(on: str | None, folder: Path | None) -> None:
 
 def mode_of(folder: Path | None) -> str | None:
     """Return the numerical mode recorded in a sweep's folder, or None if there is no readable sweep."""
-    try:
-        content = json.loads((folder / "sweep.json").read_text(encoding="utf-8")) if folder else {}
-        return str(content["mode"])
-    except (OSError, ValueError, TypeError, KeyError):
-        return None
+    content = read_note(folder / "sweep.json") if folder else {}
+    return str(content["mode"]) if "mode" in content else None

@@ -1,6 +1,5 @@
 """The commands' output and exit codes."""
 
-import json
 import re
 import sys
 import time
@@ -14,6 +13,7 @@ import typer
 
 from ecs_eco.compiled.garbage import loaded
 from ecs_eco.engine.errors import CheckpointError, ConfigError, Halted, RecordingError, refusal
+from ecs_eco.engine.files import read_note
 
 _CONTROL = re.compile(
     "[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]"
@@ -191,8 +191,7 @@ def now_and_then(line: Callable[..., str], every: float = 30.0) -> Callable[...,
 def stopped(done: int, ticks: int, out: Path) -> NoReturn:
     """End a command after Ctrl-C."""
     manifest = out / "manifest.json"
-    if manifest.is_file():
-        done = json.loads(manifest.read_text(encoding="utf-8")).get("done", done)
+    done = read_note(manifest).get("done", done)
     kept = f"the recording up to that point is in {out}" if manifest.is_file() else "nothing was recorded"
     if any((out / "checkpoints").glob("tick-*")):
         kept += f"; resume with: ecs-eco resume {out}"

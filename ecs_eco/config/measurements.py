@@ -10,6 +10,7 @@ import numpy as np
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.rules import no_such
 from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
+from ecs_eco.engine.files import read_bytes
 
 FEWEST = 12
 """Minimum number of samples in a measured series."""
@@ -132,9 +133,8 @@ def _named(
 
 def _rows(file: Path, place: Place) -> tuple[list[str], list[list[str]]]:
     try:
-        if file.stat().st_size > MOST_BYTES:
-            raise OSError(f"is longer than {MOST_BYTES:,} bytes")
-        rows = [row for row in csv.reader(file.read_text(encoding="utf-8-sig").splitlines()) if any(row)]
+        text = read_bytes(file, MOST_BYTES).decode("utf-8-sig")
+        rows = [row for row in csv.reader(text.splitlines()) if any(row)]
     except (OSError, ValueError, csv.Error) as error:
         fault = f"cannot be read: {getattr(error, 'strerror', None) or error}"
         raise _refused(place, fault, file, "a CSV file with a header") from None

@@ -8,8 +8,9 @@ from ecs_eco.config.models.reproduction import Bearing
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.shipped import WORLDS
+from ecs_eco.engine.files import read_bytes
 from ecs_eco.learning.aliases import hint
-from ecs_eco.learning.weights import NAMES
+from ecs_eco.learning.weights import MOST_BYTES, NAMES
 
 LATE = 0.25  # fraction of a lifespan; generations hardly overlap if breeding begins this late
 
@@ -118,7 +119,7 @@ def _on_founders(species: Species) -> Iterator[str]:
 def _on_weights(config: WorldConfig, species: Species) -> Iterator[str]:
     if species.policy.file is None or WORLDS in (path := config.file(species.policy.file)).parents:
         return
-    if NAMES.encode() not in path.read_bytes():
+    if NAMES.encode() not in read_bytes(path, MOST_BYTES):
         yield (
             f".policy.file = {species.policy.file}: the file names neither channels nor actions, so only "
             "the shapes of its weights are checked"

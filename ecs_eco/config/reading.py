@@ -1,13 +1,12 @@
-"""Read untrusted files: regular files of limited size, and TOML of limited depth."""
+"""Read untrusted TOML of limited size and depth."""
 
-import os
 import re
-import stat
 import tomllib
 from pathlib import Path
 from typing import Any
 
 from ecs_eco.engine.errors import ConfigError, Problem
+from ecs_eco.engine.files import read_bytes
 
 MOST_BYTES = (
     500_000  # maximum per world file; tomllib takes seconds for more; shipped files have up to 20,000
@@ -18,31 +17,6 @@ LONG_KEY = re.compile(
 )
 NESTED = re.compile(r"(?:[\[{][^\[\]{}\n]{0,80}){32}")
 DIGITS = re.compile(r"\d[\d_]{4000}")
-
-
-def read_bytes(path: Path, most: int) -> bytes:
-    """Return the contents of a regular file with at most `most` bytes; otherwise raise an OSError."""
-    # opening a pipe must not block
-    flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
-    handle = os.open(path, flags)
-    try:
-        check_regular(os.fstat(handle), most)
-    except OSError:
-        os.close(handle)
-        raise
-    with open(handle, "rb") as file:
-        content = file.read(most + 1)
-    if len(content) > most:  # some files, such as those in /proc, claim to have 0 bytes
-        raise OSError(f"is longer than {most:,} bytes")
-    return content
-
-
-def check_regular(status: os.stat_result, most: int) -> None:
-    """Raise an OSError unless the file is a regular file with at most `most` bytes."""
-    if not stat.S_ISREG(status.st_mode):
-        raise OSError("is a folder" if stat.S_ISDIR(status.st_mode) else "is not a regular file")
-    if status.st_size > most:
-        raise OSError(f"is longer than {most:,} bytes")
 
 
 def read_toml(path: Path) -> tuple[str, dict[str, Any]]:

@@ -1,5 +1,5 @@
-"""Atomic writing: a temporary file in the same folder is written, synced and renamed, then the folder is
-synced."""
+"""Bounded reading of files that may be untrusted, and atomic writing: a temporary file in the same folder is
+written, synced and renamed, then the folder is synced."""
 
 from __future__ import annotations
 
@@ -14,9 +14,12 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ecs_eco.engine.errors import RecordingError
+
 if TYPE_CHECKING:
     import numpy as np
 
+MOST_BYTES = 2_000_000_000  # maximum per file, unless its reader sets another
 _BESIDE = re.compile(r"\.(?P<name>.+)\.ecs-eco-\d+-[0-9a-f]{8}\.tmp")
 
 
@@ -80,6 +83,34 @@ def write_tensors(
         for part in parts:
             file.write(part.reshape(-1).view(np.uint8).data)
     return Path(path)
+
+
+def read_bytes(path: str | Path, most: int = MOST_BYTES) -> bytes:
+    """Return the contents of a regular file with at most `most` bytes; otherwise raise an OSError."""
+    require_regular(path)
+    # opening a pipe that replaced the file must not block
+    with open(path, "rb", opener=lambda name, how: os.open(name, how | getattr(os, "O_NONBLOCK", 0))) as file:
+        # some files, such as those in /proc, claim to have 0 bytes
+        content = file.read(min(os.fstat(file.fileno()).st_size or most, most) + 1)
+    if len(content) > most:
+        raise OSError(errno.EFBIG, f"is longer than {most:,} bytes", str(path))
+    return content
+
+
+def read_json(path: str | Path) -> Any:
+    """Return the contents of a JSON file; raise RecordingError if it is missing or damaged."""
+    try:
+        return json.loads(read_bytes(path))
+    except (OSError, ValueError, RecursionError) as error:
+        raise RecordingError(f"{path}: is damaged: {getattr(error, 'strerror', None) or error}") from None
+
+
+def read_note(path: Path) -> dict[str, Any]:
+    """Return the contents of a JSON file, or {} if it is missing or damaged."""
+    with suppress(RecordingError):
+        if isinstance(note := read_json(path), dict):
+            return note
+    return {}
 
 
 def require_regular(path: str | Path) -> None:

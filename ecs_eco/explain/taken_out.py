@@ -250,7 +250,7 @@ def take_out(
         for done, _ in enumerate(finished, len(outs) - len(missing) + 1):
             if progress is not None:
                 progress(done, len(outs))
-    return _collected(edits, tick, [json.loads(out.read_text(encoding="utf-8")) for out in outs])
+    return _collected(edits, tick, [files.read_json(out) for out in outs])
 
 
 def driver(taken: Sequence[TakenOut], measure: str = "births") -> TakenOut | None:
@@ -372,6 +372,7 @@ def _keep_birth_weights(
 def _read_weights(path: Path | None) -> Weights | None:
     if path is None or not path.exists():
         return None
+    files.require_regular(path)
     arrays = load_file(path)
     return dict(zip(arrays["uid"].tolist(), arrays["weights"], strict=True))
 
@@ -465,7 +466,7 @@ def run_fork(place: Path, number: int, allowed: Collection[str] = ()) -> None:
     if out.exists():
         return
     allow(allowed)
-    run, (*_, changes, tick, ticks, seed) = place.parents[1], json.loads((place / "what.json").read_bytes())
+    run, (*_, changes, tick, ticks, seed) = place.parents[1], files.read_json(place / "what.json")
     base, edits = place.with_name(checkpoint.name_of(tick)), tuple(Edit(**change) for change in changes)
     world, weights = World.restore(base, record=False), _read_weights(_weights_at_birth(base, edits))
     rng = np.random.default_rng([seed, number])

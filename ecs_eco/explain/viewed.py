@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 from ecs_eco.ecosystem import World
+from ecs_eco.engine.files import read_json
 from ecs_eco.explain.edits import Edit
 from ecs_eco.view.second import Swept
 
@@ -14,9 +14,9 @@ from ecs_eco.view.second import Swept
 def sweeps_in(run: str | Path) -> list[Swept]:
     """Return the sweeps in a run's explain.json; none if it does not exist or is damaged."""
     try:
-        found = json.loads((Path(run) / "explain.json").read_bytes())
+        found = read_json(Path(run) / "explain.json")
         return [_swept(one) for one in found["sweeps"]]
-    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+    except (ValueError, KeyError, TypeError):
         return []
 
 

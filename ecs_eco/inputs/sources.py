@@ -10,6 +10,7 @@ from functools import cached_property
 from pathlib import Path
 
 from ecs_eco.engine.errors import listed
+from ecs_eco.engine.files import read_bytes
 from ecs_eco.inputs import trust
 from ecs_eco.inputs.session import with_what_it_reads
 
@@ -60,9 +61,7 @@ def of_file(entry: str, places: Sequence[Path], wanted: str | None) -> tuple[Sou
     first = None
     for path in (place / entry for place in places if (place / entry).is_file()):
         try:
-            if path.stat().st_size > LARGEST_FILE:
-                return None, f"too large: {path.stat().st_size} bytes; the limit is {LARGEST_FILE}"
-            source = Source(entry, str(path.absolute()), path.read_bytes())
+            source = Source(entry, str(path.absolute()), read_bytes(path, LARGEST_FILE))
         except OSError as error:
             return None, f"cannot be read: {error.strerror or error}"
         if wanted in (None, source.sha256):

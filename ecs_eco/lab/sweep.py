@@ -16,13 +16,14 @@ from typing import Any
 
 from ecs_eco.engine.arguments import called_with
 from ecs_eco.engine.errors import ConfigError, RecordingError
+from ecs_eco.engine.files import read_note
 from ecs_eco.lab.design import design_of
 from ecs_eco.lab.executors import LOCAL, engine, prepare
 from ecs_eco.lab.folder import FAILED, PROGRESS, Sweep, begin
 from ecs_eco.lab.jobs import is_trained, read_done, run_job, train
 from ecs_eco.lab.plan import read_plan
 from ecs_eco.lab.work import Work
-from ecs_eco.record.claim import owner_of, read_note
+from ecs_eco.record.claim import owner_of
 
 Task = int | str  # number of a job, or name of a training run
 

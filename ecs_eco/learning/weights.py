@@ -18,6 +18,7 @@ from safetensors.numpy import load as parsed
 
 from ecs_eco.engine import files
 
+MOST_BYTES = 100_000_000  # per world's file: more than the largest allowed network needs
 Weights = Mapping[str, np.ndarray]
 SEAL, NAMES = "ecs-eco.seal", "ecs-eco.names"  # in the file's metadata
 Names = Mapping[str, Any]
@@ -35,7 +36,7 @@ def save(path: str | Path, weights: Weights, names: Names | None = None) -> Path
 def load(path: str | Path) -> dict[str, np.ndarray]:
     """Return the weights in a file. Raises ValueError if the seal does not match or the file has no weights,
     and OSError if the file cannot be read."""
-    return read(Path(path).read_bytes())[0]
+    return read(files.read_bytes(path))[0]
 
 
 def read(content: bytes) -> tuple[dict[str, np.ndarray], Names | None]:
@@ -79,12 +80,12 @@ def seal_of(weights: Weights, text: str = "") -> str:
 
 def hash_of(path: str | Path) -> str:
     """Return the SHA-256 hash of a file, 64 hexadecimal digits."""
-    return hashlib.sha256(Path(path).read_bytes()).hexdigest()
+    return hashlib.sha256(files.read_bytes(path)).hexdigest()
 
 
 def add_seal(path: str | Path) -> None:
     """Add a seal to a weights file from another source without changing the weights."""
-    save(path, *read(Path(path).read_bytes()))
+    save(path, *read(files.read_bytes(path)))
 
 
 if __name__ == "__main__":  # python -m ecs_eco.learning.weights FILE…

@@ -15,8 +15,10 @@ from ecs_eco.config.loading import WorldSource, island_of, load
 from ecs_eco.config.models.interventions import Intervention, describe as in_words
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.world import WorldConfig
+from ecs_eco.config.reading import read_toml
 from ecs_eco.ecosystem import World
 from ecs_eco.engine.comments import comments_of
+from ecs_eco.engine.files import read_bytes
 from ecs_eco.life.founders import energy_spread
 from ecs_eco.odd.concepts import concepts
 from ecs_eco.odd.document import Block, Document, Heading, Items, grid
@@ -117,10 +119,10 @@ def _told(config: WorldConfig) -> str:
     readme = file.with_name("README.md")
     alone = [*config.folder.glob("*.toml")] == [file]  # otherwise the README describes more than this world
     if readme.is_file() and alone:
-        parts = re.split(r"\n\s*\n", readme.read_text(encoding="utf-8"))
+        parts = re.split(r"\n\s*\n", read_bytes(readme).decode("utf-8", "replace"))
         text = next((part for part in parts if part.strip() and not part.startswith("#")), "")
         return " ".join(re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", text).replace("**", "").split())
-    lines = takewhile(lambda line: line.startswith("#"), file.read_text(encoding="utf-8").splitlines())
+    lines = takewhile(lambda line: line.startswith("#"), read_toml(file)[0].splitlines())
     return " ".join(line.lstrip("# ") for line in lines if not line.startswith("#  "))  # skip commands
 
 

@@ -130,7 +130,7 @@ def _claim(path: Path) -> Claim:
 
 def owner_of(folder: str | Path) -> dict[str, Any] | None:
     """Return the owner of a claimed folder: pid, host and start time; None if it is not claimed."""
-    owner = read_note(Path(folder) / LOCK)
+    owner = files.read_note(Path(folder) / LOCK)
     return owner if _lives(owner) else None
 
 
@@ -247,7 +247,7 @@ def _lock(handle: int, path: Path) -> bool:
             return True
         except OSError:
             return False
-    return not _lives(read_note(path))  # without locks, the named owner holds it while it runs
+    return not _lives(files.read_note(path))  # without locks, the named owner holds it while it runs
 
 
 def _same(handle: int, path: Path) -> bool:
@@ -258,17 +258,8 @@ def _same(handle: int, path: Path) -> bool:
         return False
 
 
-def read_note(path: Path) -> dict[str, Any]:
-    """Return the contents of a JSON file, or {} if it is missing or damaged."""
-    try:
-        note = json.loads(path.read_bytes())
-    except (OSError, ValueError, RecursionError):
-        return {}
-    return note if isinstance(note, dict) else {}
-
-
 def _owner(path: Path) -> str:
-    if not (owner := read_note(path)):
+    if not (owner := files.read_note(path)):
         return "another process"
     return f"process {owner.get('pid')} on {owner.get('host')} since {owner.get('since')}"
 

@@ -14,7 +14,7 @@ from pydantic import BaseModel, ValidationError
 
 from ecs_eco.config.document import present
 from ecs_eco.engine.errors import RecordingError
-from ecs_eco.engine.files import write_json
+from ecs_eco.engine.files import read_json, write_json
 from ecs_eco.record.manifest import Run
 
 KEY = "ecs-eco.seal"
@@ -71,10 +71,7 @@ def read_manifest(folder: Path, name: str = "manifest.json") -> dict[str, Any]:
         raise FileNotFoundError(
             f"{folder} is not a run folder: {fault}; expected: a folder written by `ecs-eco run`"
         )
-    try:
-        manifest = json.loads(file.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as error:
-        raise RecordingError(f"{file}: is damaged: {error}") from None
+    manifest = read_json(file)
     if not isinstance(manifest, dict):
         raise RecordingError(f"{file}: is not the manifest of a run")
     content = {key: value for key, value in manifest.items() if key != WORD}

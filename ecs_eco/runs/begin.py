@@ -175,7 +175,7 @@ def policies_as_json(policies: Policies) -> Any:
 
 def _copy(file: Path, into: Path) -> str:
     """Copy a policy file, and return its SHA-256 hash."""
-    content = file.read_bytes()
+    content = files.read_bytes(file)
     into.parent.mkdir(exist_ok=True)
     files.write(into, content)
     return hashlib.sha256(content).hexdigest()
@@ -201,4 +201,4 @@ def _keep_data(config: WorldConfig, folder: Path) -> None:
     Raises ConfigError if the data file cannot be used.
     """
     if config.data is not None and measured(config, config._source) is not None:
-        files.write(folder / KEPT, config.file(config.data.file).read_bytes())
+        files.write(folder / KEPT, files.read_bytes(config.file(config.data.file)))

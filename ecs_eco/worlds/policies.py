@@ -13,10 +13,10 @@ import numpy as np
 
 from ecs_eco.components import Policy
 from ecs_eco.config import WorldConfig, load
-from ecs_eco.config.reading import read_bytes
 from ecs_eco.config.shipped import WORLDS
 from ecs_eco.engine.arguments import by_species
 from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
+from ecs_eco.engine.files import read_bytes
 from ecs_eco.engine.versions import versions
 from ecs_eco.inputs.section import function_name
 from ecs_eco.learning import weights
@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from ecs_eco.learning.settings import PPO
     from ecs_eco.space.world import SpatialWorld
 
-MOST_BYTES_OF_WEIGHTS = 100_000_000  # more than the largest allowed network needs
 POLICIES = ("trained", "random", "untrained")
 Policies: TypeAlias = "str | Path | Mapping[str, str | Path | torch.nn.Module]"
 """The source of policies: one of POLICIES, a folder, or by species one of these or a module."""
@@ -91,15 +90,16 @@ def load_weights(brain: PolicyNetwork, path: Path, config: WorldConfig, name: st
     For a file without names, only the shapes are checked, unless it belongs to a shipped world.
     """
     try:
-        arrays, names = weights.read(read_bytes(path, MOST_BYTES_OF_WEIGHTS))
+        arrays, names = weights.read(read_bytes(path, weights.MOST_BYTES))
         if names is None and WORLDS in path.parents:
             names = _names_of_shipped(path)
         if names is not None:
             _require_names(names, names_of(config, name))
         brain.load(arrays)
     except (ValueError, OSError) as error:
+        fault = getattr(error, "strerror", None) or str(error)
         raise ConfigError(
-            [Problem(("species", name, "policy"), str(error), str(path), "weights of this species' network")]
+            [Problem(("species", name, "policy"), fault, str(path), "weights of this species' network")]
         ) from None
 
 

@@ -9,8 +9,9 @@ from pathlib import Path
 import pytest
 
 from ecs_eco.config import load
-from ecs_eco.config.reading import DEEPEST, MOST_BYTES, read_bytes
+from ecs_eco.config.reading import DEEPEST, MOST_BYTES
 from ecs_eco.engine.errors import MOST, ConfigError, nearest
+from ecs_eco.engine.files import read_bytes
 
 HEAD = 'format = 1\nname = "w"\nspace = { size = [9.0, 9.0] }\n'
 SPECIES = "[species.a]\ncount = 1\nbody = { radius = 0.1 }\n"

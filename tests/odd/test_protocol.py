@@ -317,6 +317,8 @@ def test_the_purpose_is_the_description_else_the_readme_else_the_comment_at_the_
         "# A meadow\n\nWhy grass\n[stands](x.md).\n\nMore.\n", encoding="utf-8"
     )
     assert "\n\nWhy grass stands.\n\n" in describe(file).markdown()
+    (tmp_path / "README.md").write_text("# Pré\n\nL'été.\n", encoding="latin-1")
+    assert "\n\nL'\ufffdt\ufffd.\n\n" in describe(file).markdown()
     file.write_text(body.replace("[species", 'description = "To see."\n[species', 1), encoding="utf-8")
     assert "\n\nTo see.\n\n" in describe(file).markdown()
 

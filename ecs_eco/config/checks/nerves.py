@@ -28,9 +28,11 @@ from ecs_eco.config.models.species import Species, ppo_defaults
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.rules import at_most, named
 from ecs_eco.engine.errors import Problem, listed, nearest, unknown
+from ecs_eco.engine.files import read_bytes
 from ecs_eco.inputs.section import LARGEST, function_name
 from ecs_eco.learning.aliases import ALIASES
 from ecs_eco.learning.settings import check_setting
+from ecs_eco.learning.weights import MOST_BYTES
 
 MOST_WHOLE = 10**9  # maximum value of an integer hyperparameter
 MOST_WEIGHTS = 10_000_000  # per network; larger networks take seconds to initialize and 1 ms per decision
@@ -180,8 +182,7 @@ def _no_weights(path: Path) -> str:
     try:
         if not os.path.isfile(path):
             return "no such file"
-        with open(path, "rb") as file:
-            file.read(8)  # files in /proc claim to be regular files but cannot be read
+        read_bytes(path, MOST_BYTES)  # files in /proc claim to be regular files but cannot be read
         return ""
     except OSError as error:
         return f"cannot be read: {error.strerror or error}"

@@ -1,10 +1,12 @@
 """Read vector layers (GeoJSON directly, other formats through pyogrio) and map them onto a world's cells."""
 
 import glob
+import io
 import json
 import re
 import struct
 import warnings
+import zipfile
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
@@ -12,11 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.config.land.raster import FARTHEST, INSTALL, MOST_BYTES, RasterError, degrees, path_of, refused
+from ecs_eco.config.land.raster import FARTHEST, INSTALL, RasterError, degrees, path_of, refused
 from ecs_eco.config.models.land import Layer
 from ecs_eco.config.models.surroundings import Terrain
-from ecs_eco.config.reading import check_regular, read_bytes
 from ecs_eco.engine.errors import listed, nearest
+from ecs_eco.engine.files import read_bytes
 
 Line = np.ndarray  # f64[k, 2]
 Content = tuple[str, list[str], list[tuple[int, Line]]]
@@ -28,6 +30,7 @@ BEGINNINGS = {
     ".geojson": b"{",
     ".json": b"{",
 }
+SHAPEFILE = (".shp", ".shx", ".dbf", ".prj", ".cpg")
 SHAPES = {
     "Point": (POINT, 0),
     "MultiPoint": (POINT, 1),
@@ -107,12 +110,12 @@ def _content(path: Path, layer: str | None) -> Content:
     """Return a file's coordinate system ("" if unknown), the names of its layers, and the shapes of one layer
     (empty if the layer does not exist).
 
-    GDAL receives the file's bytes (or, for the several files of a Shapefile, the path), and only if the file
-    begins as its format requires. Otherwise, GDAL would choose among all its drivers, and some of them open
-    addresses given in a file.
+    GDAL receives the file's bytes (for the several files of a Shapefile, those of a ZIP archive), and only if
+    the file begins as its format requires. Otherwise, GDAL would choose among all its drivers, and some of
+    them open addresses given in a file or in its path.
     """
     kind = path.suffix.lower()
-    content = read_bytes(path, MOST_BYTES)
+    content = read_bytes(path)
     if kind not in BEGINNINGS or not content.lstrip().startswith(BEGINNINGS[kind]):
         raise ValueError("has a different file format")
     if kind in (".geojson", ".json"):
@@ -120,16 +123,18 @@ def _content(path: Path, layer: str | None) -> Content:
     import pyogrio
     from pyogrio.raw import read
 
-    source: Any = content
     if kind == ".shp":
-        source = path
-        for other in path.parent.glob(f"{glob.escape(path.stem)}.*"):
-            check_regular(other.lstat(), MOST_BYTES)
+        packed = io.BytesIO()
+        with zipfile.ZipFile(packed, "w") as parts:
+            for other in path.parent.glob(f"{glob.escape(path.stem)}.*"):
+                if other.suffix.lower() in SHAPEFILE:
+                    parts.writestr(f"{path.stem}{other.suffix.lower()}", read_bytes(other))
+        content = packed.getvalue()
     with warnings.catch_warnings(action="ignore"):  # bytes have no file name extension, which GDAL expects
-        names = [str(name) for name, _ in pyogrio.list_layers(source)]
+        names = [str(name) for name, _ in pyogrio.list_layers(content)]
         if not names or layer not in (None, *names):
             return "", names, []
-        meta, _, geometry, _ = read(source, layer=layer or names[0], columns=[], force_2d=True)
+        meta, _, geometry, _ = read(content, layer=layer or names[0], columns=[], force_2d=True)
     shapes = [part for shape in geometry if shape is not None for part in parts_of(shape)]
     return meta["crs"] or "", names, shapes
 

@@ -96,7 +96,7 @@ class Journal:
         self.path = folder / NAME
         self.entries: list[Entry] = []
         self._seal = ""  # seal of the last line
-        lines = read(self.path) if self.path.is_file() else []
+        lines = read(self.path) if self.path.exists() else []
         if lines:
             if different := [key for key, value in header.items() if lines[0].get(key) != value]:
                 raise ForeignFile(
@@ -153,8 +153,7 @@ def begin(folder: Path, settings: Entry) -> Journal:
 def read(path: Path) -> list[Entry]:
     """Read all complete lines, and remove an incomplete last line, left by a killed search. Raises a
     ConfigError that names the first changed line."""
-    files.require_regular(path)
-    data = path.read_bytes()
+    data = files.read_bytes(path)
     whole = data.rfind(b"\n") + 1
     if whole < len(data):
         with open(path, "r+b") as file:

@@ -17,6 +17,7 @@ from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.lines import key_lines
 from ecs_eco.config.measurements import Outside, outside_of
 from ecs_eco.config.ranges import key_of, real_key
+from ecs_eco.config.reading import read_toml
 from ecs_eco.engine.errors import ConfigError, Problem, refusal
 
 Cell = tuple[int, int]  # training seed, world seed
@@ -196,7 +197,7 @@ def _placed(problem: Problem, config: WorldConfig) -> Problem:
     path = config.folder / config._source
     if problem.source or not path.is_file():
         return problem if problem.source else problem.moved(source=config._source)
-    lines = key_lines(path.read_text(encoding="utf-8"))
+    lines = key_lines(read_toml(path)[0])
     places = [problem.key, (*key_of(str(problem.key[-1])), "search")]
     return problem.moved(source=config._source, line=next((lines[p] for p in places if p in lines), None))
 

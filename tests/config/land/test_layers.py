@@ -294,6 +294,26 @@ def test_a_pipe_beside_a_shapefile_is_not_waited_for(layers, tmp_path):
         made(layers=[{"file": "a.shp", "make": "fences"}])
 
 
+@pytest.mark.parametrize("head", ["{address}", "OGCAPI:{address}", "zip:", "x.zip!", "vsi?"])
+def test_the_path_of_a_shapefile_is_never_an_address(layers, tmp_path, requests, head):
+    layers("a.shp", 3, [SQUARE])
+    folder = "./" + head.format(address=requests.address).replace("//", "/")
+    (tmp_path / folder).mkdir(parents=True)
+    for part in tmp_path.glob("a.*"):
+        part.rename(tmp_path / folder / part.name)
+    assert made(layers=[{"file": f"{folder}/a.shp", "make": "lakes"}]).ground.sum() == 12
+    assert requests.paths == []
+
+
+def test_an_address_as_coordinate_system_of_the_raster_is_not_asked(place, tmp_path, requests):
+    pytest.importorskip("rasterio", reason="needs the extra geo")
+    dem = dict(np.load("dem.npz")) | {"crs": f"{requests.address}/Pseudo-Mercator"}
+    np.savez("dem.npz", **dem)
+    with pytest.raises(ConfigError, match=r"terrain\.crs.*\n.*not a coordinate system"):
+        place("a.geojson", {"type": "Polygon", "coordinates": [RING]})
+    assert requests.paths == []
+
+
 def test_shapes_that_cannot_be_brought_to_the_raster_are_refused(layers, tmp_path):
     pytest.importorskip("rasterio", reason="needs the extra geo")
     far = {"type": "Polygon", "coordinates": [[[0, 95], [1e6, 95], [1e6, -95], [0, 95]]]}  # degrees
