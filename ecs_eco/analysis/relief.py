@@ -8,7 +8,7 @@ import numpy as np
 
 from ecs_eco.analysis.palette import rgb
 from ecs_eco.analysis.style import Axes
-from ecs_eco.config.land.raster import DAMAGED
+from ecs_eco.config.land.raster import DAMAGED, read_npz
 
 LAND, WATER, ROCK = (0.955, 0.955, 0.925), (0.66, 0.80, 0.90), (0.60, 0.59, 0.57)
 OF_CLASS = ("color", None), ("ground", "open")  # keys of a land-cover class, and their defaults
@@ -41,9 +41,7 @@ class Relief(NamedTuple):
         """Return the ground stored in a run folder, or None if it is flat and open, or was not stored."""
         terrain, space = config.get("terrain"), config["space"]
         try:
-            with np.load(run / "terrain.npz", allow_pickle=False) as file:
-                names = {"height", "ground", "kinds", "wet"} & set(file.files)
-                held = {name: file[name] for name in names}
+            held = read_npz(run / "terrain.npz")
             height, ground = held["height"], held["ground"]
         except DAMAGED:
             return None

@@ -10,7 +10,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from ecs_eco.config.land.land import KEPT, Land, kept_land
-from ecs_eco.config.land.raster import DEGREES, INSTALL
+from ecs_eco.config.land.raster import DEGREES, EXAMPLE, INSTALL, RasterError, parsed, read_npz, refused
 from ecs_eco.engine import files
 from ecs_eco.engine.errors import listed, nearest, refusal
 from ecs_eco.record.parquet import read_parts
@@ -71,12 +71,15 @@ def write_tracks(
         table, geometry = _lines(table, x, y)
     else:
         geometry = _points(x, y)
-    if file.suffix.lower() == ".csv":
-        _csv(table, x, y, file)
-    elif file.suffix.lower() == ".parquet":
-        _geoparquet(table, geometry, (x, y), land.crs, lines, file)
-    else:
-        _geopackage(table, geometry, land.crs, lines, file)
+    try:
+        if file.suffix.lower() == ".csv":
+            _csv(table, x, y, file)
+        elif file.suffix.lower() == ".parquet":
+            _geoparquet(table, geometry, (x, y), land.crs, lines, file)
+        else:
+            _geopackage(table, geometry, land.crs, lines, file)
+    except RasterError as error:
+        raise RasterError([p.moved(source=str(run / KEPT)) for p in error.problems]) from None
     return Tracks(len(x), individuals, land.crs)
 
 
@@ -94,8 +97,9 @@ def _places(run: Path, species: str | None, dt: float) -> pa.Table:
 
 
 def _elevations(run: Path, manifest: dict[str, Any], table: pa.Table) -> np.ndarray:
-    with np.load(run / KEPT, allow_pickle=False) as file:
-        height = file["height"]
+    height = read_npz(run / KEPT).get("height", np.zeros(0))
+    if height.ndim != 2 or not height.size:
+        raise refused("raster", "has no elevations", str(run / KEPT), "the land saved by this run")
     size, (ny, nx) = manifest["config"]["space"]["size"], height.shape
     i = (table["x"].to_numpy() / size[0] * nx).astype(np.int64).clip(0, nx - 1)
     j = (table["y"].to_numpy() / size[1] * ny).astype(np.int64).clip(0, ny - 1)
@@ -168,7 +172,7 @@ def _geoparquet(
 
 def _projjson(crs: str, file: Path) -> Any:
     try:
-        from rasterio.crs import CRS
+        return parsed(crs).to_dict(projjson=True)
     except ImportError:
         raise refusal(
             (),
@@ -177,12 +181,11 @@ def _projjson(crs: str, file: Path) -> Any:
             f"{INSTALL}; or a .csv",
             source="FILE",
         ) from None
-    return CRS.from_user_input(crs).to_dict(projjson=True)
 
 
 def _geopackage(table: pa.Table, geometry: pa.Array, crs: str, lines: bool, file: Path) -> None:
     try:
-        from pyogrio import raw
+        from pyogrio import errors, raw
     except ImportError:
         raise refusal(
             (),
@@ -194,14 +197,17 @@ def _geopackage(table: pa.Table, geometry: pa.Array, crs: str, lines: bool, file
     columns = [table[name].to_numpy() for name in table.column_names]
     columns = [c.astype(np.int64) if c.dtype == np.uint64 else c for c in columns]
     made = BytesIO()  # an interrupted GDAL would leave temporary files
-    raw.write(
-        made,
-        np.array(geometry.to_pylist(), object),
-        columns,
-        table.column_names,
-        driver="GPKG",
-        layer="tracks",
-        geometry_type="LineString" if lines else "Point",
-        crs=crs or None,
-    )
+    try:
+        raw.write(
+            made,
+            np.array(geometry.to_pylist(), object),
+            columns,
+            table.column_names,
+            driver="GPKG",
+            layer="tracks",
+            geometry_type="LineString" if lines else "Point",
+            crs=crs or None,
+        )
+    except errors.CRSError:
+        raise refused("crs", "unknown to PROJ", crs, EXAMPLE) from None
     files.write(file, made.getvalue())

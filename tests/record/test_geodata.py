@@ -8,6 +8,7 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
+from ecs_eco.config.land.land import Land
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.record import run_to_folder
 from ecs_eco.record.geodata import write_tracks
@@ -126,3 +127,37 @@ def test_a_full_disk_is_told_with_the_file_and_leaves_nothing(run, tmp_path, end
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, soft)
     assert sorted(tmp_path.iterdir()) == before
+
+
+@pytest.fixture
+def placed(run, tmp_path):
+    """A run whose land says that it is in another coordinate system."""
+
+    def make(crs, **more):
+        folder = run(**UTM)
+        arrays = dict(np.load(folder / "terrain.npz"))
+        about = json.loads(str(arrays["about"])) | {"crs": crs}
+        arrays["about"] = np.array(json.dumps(about))
+        arrays["about"] = Land.of(arrays).arrays()["about"]
+        np.savez(folder / "terrain.npz", **{k: v for k, v in (arrays | more).items() if v is not None})
+        return folder
+
+    return make
+
+
+@pytest.mark.parametrize("ending", ["csv", "parquet", "gpkg"])
+def test_the_land_of_a_stranger_s_run_names_no_address(placed, ending):
+    with pytest.raises(ConfigError, match=r"terrain\.npz: crs = .*\n.*not a coordinate system"):
+        write_tracks(placed("http://127.0.0.1:9/crs"), f"t.{ending}")
+
+
+@pytest.mark.parametrize("ending", ["parquet", "gpkg"])
+def test_a_coordinate_system_unknown_to_proj_is_refused(placed, ending):
+    pytest.importorskip("rasterio", reason="needs the extra geo")
+    with pytest.raises(ConfigError, match=r"terrain\.npz: crs = .EPSG:0.\n +unknown to PROJ"):
+        write_tracks(placed("EPSG:0"), f"t.{ending}")
+
+
+def test_land_without_elevations_is_refused(placed):
+    with pytest.raises(ConfigError, match="has no elevations"):
+        write_tracks(placed("EPSG:32616", height=None), "t.csv")

@@ -38,7 +38,9 @@ def test_it_starves_later_in_the_cold_and_each_has_its_own_q10(meadow):
 
 
 def test_in_the_cold_the_young_save_a_share_of_their_own_upkeep(meadow):
-    world = meadow(world={"ambient": {"temperature": 290.0}}, **LIZARD, growth={"rate": 1e-12, "newborn": 0.1})
+    world = meadow(
+        world={"ambient": {"temperature": 290.0}}, **LIZARD, growth={"rate": 1e-12, "newborn": 0.1}
+    )
     deer = world.tables["deer"]
     mass = np.float32([deer[Stature].mass[0] / 16, deer[Stature].mass[1]])
     deer[Body].mass[:2] = mass

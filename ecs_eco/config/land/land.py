@@ -3,6 +3,7 @@
 import hashlib
 import json
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
@@ -14,12 +15,15 @@ import numpy as np
 from ecs_eco.config.land.layers import lay
 from ecs_eco.config.land.raster import (
     DAMAGED,
+    INSTALL,
     Raster,
     RasterError,
     degrees,
     path_of,
+    read_npz,
     read_raster,
     refused,
+    require_definition,
     web_mercator,
 )
 from ecs_eco.config.models.surroundings import Terrain
@@ -28,6 +32,12 @@ KEPT = "terrain.npz"  # the land of a run, saved in its folder
 WATER, ROCK = 1, 2  # same values as in ecs_eco.space.terrain
 # WGS 84: equatorial radius [m] and squared eccentricity [1]
 RADIUS, ECCENTRICITY2 = 6_378_137.0, 0.00669437999014
+# coordinate systems known to be in meters on the ground: UTM and national grids
+TRUE_METRES = re.compile(
+    r"EPSG:(32[67](0[1-9]|[1-5]\d|60)|258(2[89]|3[0-8])|269(0[1-9]|1\d|2[0-3])|2056|2154|2193|3006|3067|27700|28992)"
+    r'|\s*PROJC(S|RS)\["[^"]*UTM[ _]zone[ _]\d+[NS]".*|\s*\+proj=utm (?!.*(units=(?!m\b)|to_meter)).*',
+    re.IGNORECASE | re.DOTALL,
+)
 Place = tuple[float, float, float, float]  # x and y of the world's corner, and their increase per meter
 
 
@@ -66,7 +76,8 @@ class Land:
     def of(cls, arrays: Mapping[str, np.ndarray]) -> Self:
         """Return the land from the result of `arrays()`."""
         about = json.loads(str(arrays["about"]))
-        place = None if about["place"] is None else tuple(about["place"])
+        west, south, per_x, per_y = map(float, about["place"] or [0, 0, 1, 1])
+        place = None if about["place"] is None else (west, south, per_x, per_y)
         return cls(arrays["elevation"], arrays["kinds"], arrays["lakes"], about["lines"], place, about["crs"])
 
     def part(self, nx: int, ny: int) -> Self:
@@ -104,10 +115,13 @@ def read_land(terrain: Terrain, size: Sequence[float], folder: Path) -> Land:
 def kept_land(folder: Path) -> Land:
     """Return the land saved in the folder of a run; raise RasterError if the file is damaged."""
     try:
-        with np.load(folder / KEPT, allow_pickle=False) as file:
-            land = Land.of({name: file[name] for name in ("elevation", "kinds", "lakes", "about")})
-            if json.loads(str(file["about"]))["sha256"] == land.sha256:
-                return land
+        arrays = read_npz(folder / KEPT)
+        land = Land.of(arrays)
+        require_definition(land.crs)
+        if json.loads(str(arrays["about"]))["sha256"] == land.sha256:
+            return land
+    except RasterError as error:
+        raise RasterError([p.moved(source=str(folder / KEPT)) for p in error.problems]) from None
     except DAMAGED as error:
         raise refused("raster", f"cannot read the land of this run: {error}", str(folder / KEPT)) from None
     raise refused(
@@ -278,17 +292,20 @@ def _require_metres(raster: Raster) -> None:
     if not raster.crs or raster.north is None or raster.west is None:
         return
     try:
-        from rasterio.errors import RasterioError
         from rasterio.warp import transform
     except ImportError:
-        return
+        if TRUE_METRES.fullmatch(raster.crs):
+            return
+        fault = f"is in {raster.crs[:40]}; only rasterio, which is not installed, can check its unit"
+        raise refused("raster", fault, "", f"UTM, such as EPSG:32616, or degrees; or {INSTALL}") from None
     rows, columns = raster.values.shape
     dx, dy = _whole(raster.dx), _whole(raster.dy)
     x, y = raster.west + columns * dx / 2, raster.north - rows * dy / 2
     try:
         east, north = transform(raster.crs, "EPSG:4326", [x - dx, x + dx, x, x], [y, y, y - dy, y + dy])[:2]
-    except RasterioError:
-        return
+    except Exception as error:  # GDAL raises many types of errors
+        fault = f"is in {raster.crs[:40]}, which cannot be converted to degrees: {error}"
+        raise refused("raster", fault, "", "a coordinate system of a place on Earth") from None
     per_x, per_y = _of_degrees(sum(north) / 4)
     for k, side in ((0, dx), (2, dy)):
         metre = math.hypot((east[k + 1] - east[k]) * per_x, (north[k + 1] - north[k]) * per_y) / (2 * side)
@@ -318,7 +335,7 @@ def _codes(terrain: Terrain, folder: Path, frame: Frame) -> np.ndarray:
     try:
         other = read_raster(terrain.cover, folder, terrain.cover_band)
     except RasterError as error:
-        at = {"raster": "cover", "band": "cover_band"}
+        at = {"raster": "cover", "band": "cover_band", "crs": "cover"}
         raise RasterError(
             [p.moved(key=tuple(at.get(str(k), k) for k in p.key)) for p in error.problems]
         ) from None

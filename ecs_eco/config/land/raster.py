@@ -18,13 +18,20 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ecs_eco.config.reading import read_bytes
 from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
+from ecs_eco.engine.files import MOST_BYTES, read_bytes
 
-MOST_BYTES = 2_000_000_000
 MOST_CELLS = 100_000_000
 MOST_OF_CRS = 100_000  # [bytes]
 INSTALL = 'pip install -e ".[geo]" in the source folder'
+EXAMPLE = 'such as "EPSG:4326" or "EPSG:32616"'
+# a code, a definition in WKT, or a definition for PROJ
+SYNTAX = re.compile(r"\w+:[\w:.,+-]*|\s*\w+\s*\[.*|\s*\+.*", re.DOTALL)
+# addresses, and files that PROJ would open, except "nadgrids=@null", which means no grid
+OPENED = re.compile(
+    r'://|grids\b(?!=@null(?![^\s"]))|PARAMETERFILE|\b(file|model|catalog)\s*=|\binit\s*=(?!epsg:\d+(?!\S))',
+    re.IGNORECASE,
+)
 # common coordinate systems in degrees
 DEGREES = ("EPSG:4326", "OGC:CRS84", "EPSG:4269", "EPSG:4258", "EPSG:4979")
 DAMAGED = (
@@ -120,6 +127,7 @@ def read_raster(name: str, folder: Path, band: int | str | None = None, crs: str
         fault = f"has {raster.values.shape[1]} × {raster.values.shape[0]} cells"
         raise refused("raster", fault, name, "at least 2 cells along each side")
     raster = raster if crs is None or raster.crs else raster._replace(crs=crs)
+    require_definition(raster.crs)
     _check_place(raster, name)
     return raster
 
@@ -137,6 +145,13 @@ def _check_place(raster: Raster, name: str) -> None:
             )
 
 
+def require_definition(crs: str) -> None:
+    """Raise RasterError unless a coordinate system is "", a code, or a definition that opens no address or
+    file. GDAL and PROJ must receive no other text."""
+    if crs and (OPENED.search(crs) or not SYNTAX.fullmatch(crs)):
+        raise refused("crs", "not a coordinate system", crs, EXAMPLE)
+
+
 def web_mercator(crs: str) -> bool:
     """Return whether a coordinate system is Web Mercator, whose meters are true only at the equator."""
     return (
@@ -152,22 +167,23 @@ def web_mercator(crs: str) -> bool:
 
 def degrees(crs: str) -> bool:
     """Return whether the unit of a coordinate system is degrees; raise RasterError for an unknown system."""
-    # PROJ would read definitions from addresses or paths, and open grid files
-    if "grids=" in crs or not re.match(r"\w+:[\w:.,+-]*$|\s*\w+\s*\[|\s*\{|\s*\+", crs):
-        raise refused("crs", "not a coordinate system", crs, 'such as "EPSG:4326" or "EPSG:32616"')
+    require_definition(crs)
     if crs.upper() in DEGREES or re.match(r"\s*GEOG(CS|CRS|RAPHICCRS)\[", crs):
         return True
     try:
-        from rasterio.crs import CRS
-        from rasterio.errors import CRSError
+        return bool(parsed(crs).is_geographic)
     except ImportError:
         return False
+
+
+def parsed(crs: str) -> Any:
+    """Return rasterio's CRS; raise RasterError for an unknown system, ImportError without rasterio."""
+    from rasterio.crs import CRS
+
     try:
-        return bool(CRS.from_user_input(crs).is_geographic)
-    except CRSError as error:
-        raise refused(
-            "crs", f"unknown to PROJ: {error}", crs, 'such as "EPSG:4326" or "EPSG:32616"'
-        ) from None
+        return CRS.from_user_input(crs)
+    except ValueError as error:  # also CRSError
+        raise refused("crs", f"unknown to PROJ: {error}", crs, EXAMPLE) from None
 
 
 @lru_cache(maxsize=4)
@@ -181,17 +197,7 @@ def _read(path: Path, changed: int, size: int, band: int | str | None) -> Raster
 
 
 def _of_npz(path: Path, band: int | str | None) -> Raster:
-    try:
-        content = io.BytesIO(read_bytes(path, MOST_BYTES))
-        with zipfile.ZipFile(content) as parts:
-            if sum(part.file_size for part in parts.infolist()) > 2 * MOST_BYTES:
-                raise ValueError(f"it unpacks to more than {2 * MOST_BYTES:,} bytes")
-        with np.load(content, allow_pickle=False) as file:
-            arrays = {name: file[name] for name in file.files}
-    except DAMAGED as error:
-        if isinstance(error, OSError) and error.errno is not None:
-            raise
-        raise refused("raster", f"not an .npz file with plain arrays: {error}", str(path), KINDS) from None
+    arrays = read_npz(path)
     grids = [name for name, array in arrays.items() if array.ndim == 2 and array.dtype.kind in "iufb"]
     values = _checked(arrays[grids[_chosen(band, grids)]].astype(np.float64))
     ny, nx = values.shape
@@ -209,6 +215,21 @@ def _of_npz(path: Path, band: int | str | None) -> Raster:
         crs = crs or "EPSG:4326"
     west, north = min(x[0], x[-1]) - dx / 2, max(y[0], y[-1]) + dy / 2
     return Raster(np.ascontiguousarray(values), west, north, dx, dy, crs)
+
+
+def read_npz(path: Path) -> dict[str, np.ndarray]:
+    """Return the arrays in an .npz file. Raises RasterError, OSError."""
+    try:
+        content = io.BytesIO(read_bytes(path))
+        with zipfile.ZipFile(content) as parts:
+            if sum(part.file_size for part in parts.infolist()) > 2 * MOST_BYTES:
+                raise ValueError(f"it unpacks to more than {2 * MOST_BYTES:,} bytes")
+        with np.load(content, allow_pickle=False) as file:
+            return {name: file[name] for name in file.files}
+    except DAMAGED as error:
+        if isinstance(error, OSError) and error.errno is not None:
+            raise
+        raise refused("raster", f"not an .npz file with plain arrays: {error}", str(path), KINDS) from None
 
 
 def _edges(arrays: dict[str, np.ndarray]) -> tuple[float | None, float | None, float | None, float | None]:
@@ -247,7 +268,7 @@ def _checked(values: np.ndarray) -> np.ndarray:
 def _of_ascii(path: Path, band: int | str | None) -> Raster:
     if band not in (None, 1):
         raise refused("band", "no such band", band, "1: an ASCII grid has a single band")
-    text = read_bytes(path, MOST_BYTES).decode("utf-8-sig", "replace")
+    text = read_bytes(path).decode("utf-8-sig", "replace")
     head: dict[str, float] = {}
     at = 0
     for line in text.splitlines(keepends=True):
@@ -303,7 +324,7 @@ def _of_gdal(path: Path, band: int | str | None) -> Raster:
     try:
         with (
             warnings.catch_warnings(action="ignore", category=rasterio.errors.NotGeoreferencedWarning),
-            rasterio.MemoryFile(read_bytes(path, MOST_BYTES), filename=path.name) as held,
+            rasterio.MemoryFile(read_bytes(path), filename=path.name) as held,
             held.open(driver=driver) as source,
         ):
             names = [name or f"band {i + 1}" for i, name in enumerate(source.descriptions)]

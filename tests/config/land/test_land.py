@@ -1,6 +1,7 @@
 """The land of a world: the part of a raster that it covers, in metres, with its classes."""
 
 import copy
+import sys
 
 import numpy as np
 import pytest
@@ -136,6 +137,37 @@ def test_metres_of_a_map_that_are_none_of_the_land_are_refused(at):
     assert "a meter of EPSG:3395 is 0.5" in refused()
     np.savez(at / "dem.npz", **where, ymin=6_600_000.0, ymax=6_600_030.0, crs="EPSG:32632")
     assert land().place is not None
+    np.savez(at / "dem.npz", **where, ymin=0.0, ymax=30.0, crs='LOCAL_CS["x",UNIT["metre",1]]')
+    assert "cannot be converted to degrees" in refused()
+
+
+ESRI = 'PROJCS["WGS_1984_UTM_Zone_16N",GEOGCS["GCS_WGS_1984"],UNIT["Meter",1.0]]'
+
+
+@pytest.mark.parametrize(
+    ("crs", "known"),
+    [
+        ("EPSG:32616", True),
+        ("EPSG:25832", True),
+        ("+proj=utm +zone=16 +datum=WGS84 +units=m", True),
+        (ESRI, True),
+        ("EPSG:32661", False),  # polar
+        ("EPSG:3395", False),
+        ("EPSG:2263", False),  # feet
+        ("EPSG:4267", False),  # degrees
+        ("+proj=utm +zone=16 +units=us-ft", False),
+        (ESRI.replace("16N", "16N_ftUS"), False),
+    ],
+)
+def test_without_rasterio_only_known_metres_are_believed(at, monkeypatch, crs, known):
+    for name in ("rasterio", "rasterio.crs", "rasterio.warp"):
+        monkeypatch.setitem(sys.modules, name, None)
+    np.savez(at / "dem.npz", topo=DEM, xmin=5e5, ymin=6e6, ymax=6e6 + 30, dx=10.0, dy=10.0, crs=crs)
+    if known:
+        assert land().crs == crs
+    else:
+        assert "only rasterio, which is not installed, can check its unit" in (text := refused())
+        assert ".[geo]" in text
 
 
 def test_missing_cells_are_refused_with_the_first_of_them_or_filled(at):

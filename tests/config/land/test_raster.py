@@ -284,11 +284,49 @@ def test_coordinates_that_are_nowhere_on_the_earth_are_refused(tmp_path, head, f
         "crs.prj",
         "file:///etc/hostname",
         "+proj=utm +zone=16 +nadgrids=http://127.0.0.1:9/g.tif +type=crs",
+        "http://127.0.0.1:9/Pseudo-Mercator",
+        "Pseudo-Mercator.prj",
+        "+proj=merc +nadgrids = Pseudo-Mercator.tif +type=crs",
+        "+proj=merc +nadgrids=@null,Pseudo-Mercator.tif +type=crs",
+        "+init=Pseudo-Mercator:1",
+        'VERT_CS["Pseudo-Mercator",VERT_DATUM["x",2005,EXTENSION["PROJ4_GRIDS","x.gtx"]]]',
+        'BOUNDCRS["Pseudo-Mercator",METHOD["NTv2"],PARAMETERFILE["x","x.gsb"]]',
     ],
 )
-def test_a_coordinate_system_is_no_address_and_no_file(crs):
+def test_a_coordinate_system_is_no_address_and_no_file(tmp_path, crs):
+    (tmp_path / "dem.asc").write_text(HEAD + rows(GRID))
     with pytest.raises(RasterError, match="not a coordinate system"):
         degrees(crs)
+    with pytest.raises(RasterError, match="not a coordinate system"):
+        read_raster("dem.asc", tmp_path, crs=crs)
+    (tmp_path / "other.asc").write_text(HEAD + rows(GRID))
+    (tmp_path / "other.prj").write_text(crs)
+    with pytest.raises(RasterError, match="not a coordinate system"):
+        read_raster("other.asc", tmp_path)
+
+
+@pytest.mark.parametrize(
+    "crs",
+    [
+        "EPSG:32616",
+        "OGC:CRS84",
+        "+init=epsg:4326",
+        "+proj=utm +zone=16 +datum=WGS84 +units=m +no_defs",
+        "+proj=merc +a=6378137 +b=6378137 +units=m +nadgrids=@null +wktext +no_defs",
+        'PROJCS["OSGB36 / British National Grid",GEOGCS["OSGB36"]]',
+    ],
+)
+def test_codes_and_definitions_are_coordinate_systems(tmp_path, crs):
+    (tmp_path / "dem.asc").write_text(HEAD + rows(GRID))
+    assert read_raster("dem.asc", tmp_path, crs=crs).crs == crs
+
+
+def test_a_grid_of_gdal_with_a_byte_order_mark_is_read(tmp_path):
+    (tmp_path / "dem.asc").write_text(HEAD + rows(GRID), encoding="utf-8-sig")
+    (tmp_path / "plain.asc").write_text(HEAD + rows(GRID))
+    read, plain = (read_raster(name, tmp_path) for name in ("dem.asc", "plain.asc"))
+    assert read[1:] == plain[1:]
+    assert np.array_equal(read.values, plain.values, equal_nan=True)
 
 
 def test_gdal_gets_the_driver_that_a_name_calls_for_whatever_the_content_says(tmp_path, requests):
