@@ -80,6 +80,7 @@ def test_a_large_raster_gives_its_middle():
     ("words", "fault"),
     [
         ({"raster": "gone.tif"}, 'RASTER: "gone.tif"\n  cannot be read'),
+        ({"raster": "land.toml"}, 'RASTER: "land.toml"\n  has an unsupported format'),
         ({"band": 9}, "--band: 9\n  no such band"),
         ({"out": "there.toml"}, "already exists"),
         ({"out": "world.txt"}, "is not the name of a world file"),
@@ -88,7 +89,9 @@ def test_a_large_raster_gives_its_middle():
 )
 def test_what_cannot_be_is_refused(here, words, fault):
     hills(dx=25.0, dy=25.0)
-    (here / "there.toml").write_text("")
+    for name in ("there.toml", "land.toml"):
+        (here / name).write_text("")
     with pytest.raises(ConfigError) as error:
         world_from_raster(**{"raster": "my dem 2.npz"} | words)
     assert fault in str(error.value)
+    assert "dem.toml" not in str(error.value)
