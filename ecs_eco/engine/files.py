@@ -88,9 +88,8 @@ def write_tensors(
 def read_bytes(path: str | Path, most: int = MOST_BYTES) -> bytes:
     """Return the contents of a regular file with at most `most` bytes; otherwise raise an OSError."""
     require_regular(path)
-    # opening a pipe that replaced the file must not block
+    # a pipe that replaced the file must not block, and files in /proc claim to have 0 bytes
     with open(path, "rb", opener=lambda name, how: os.open(name, how | getattr(os, "O_NONBLOCK", 0))) as file:
-        # some files, such as those in /proc, claim to have 0 bytes
         content = file.read(min(os.fstat(file.fileno()).st_size or most, most) + 1)
     if len(content) > most:
         raise OSError(errno.EFBIG, f"is longer than {most:,} bytes", str(path))

@@ -15,7 +15,6 @@ from ecs_eco.config.loading import WorldSource, island_of, load
 from ecs_eco.config.models.interventions import Intervention, describe as in_words
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.world import WorldConfig
-from ecs_eco.config.reading import read_toml
 from ecs_eco.ecosystem import World
 from ecs_eco.engine.comments import comments_of
 from ecs_eco.engine.files import read_bytes
@@ -122,7 +121,9 @@ def _told(config: WorldConfig) -> str:
         parts = re.split(r"\n\s*\n", read_bytes(readme).decode("utf-8", "replace"))
         text = next((part for part in parts if part.strip() and not part.startswith("#")), "")
         return " ".join(re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", text).replace("**", "").split())
-    lines = takewhile(lambda line: line.startswith("#"), read_toml(file)[0].splitlines())
+    lines = takewhile(
+        lambda line: line.startswith("#"), read_bytes(file).decode("utf-8-sig", "replace").splitlines()
+    )
     return " ".join(line.lstrip("# ") for line in lines if not line.startswith("#  "))  # skip commands
 
 

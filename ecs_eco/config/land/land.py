@@ -304,8 +304,12 @@ def _require_metres(raster: Raster) -> None:
     try:
         east, north = transform(raster.crs, "EPSG:4326", [x - dx, x + dx, x, x], [y, y, y - dy, y + dy])[:2]
     except Exception as error:  # GDAL raises many types of errors
-        fault = f"is in {raster.crs[:40]}, which cannot be converted to degrees: {error}"
-        raise refused("raster", fault, "", "a coordinate system of a place on Earth") from None
+        raise refused(
+            "raster",
+            f"is in {raster.crs[:40]}, which cannot be converted to degrees: {error}",
+            "",
+            "a coordinate system of a place on Earth",
+        ) from None
     per_x, per_y = _of_degrees(sum(north) / 4)
     for k, side in ((0, dx), (2, dy)):
         metre = math.hypot((east[k + 1] - east[k]) * per_x, (north[k + 1] - north[k]) * per_y) / (2 * side)

@@ -30,7 +30,6 @@ BEGINNINGS = {
     ".geojson": b"{",
     ".json": b"{",
 }
-SHAPEFILE = (".shp", ".shx", ".dbf", ".prj", ".cpg")
 SHAPES = {
     "Point": (POINT, 0),
     "MultiPoint": (POINT, 1),
@@ -127,7 +126,7 @@ def _content(path: Path, layer: str | None) -> Content:
         packed = io.BytesIO()
         with zipfile.ZipFile(packed, "w") as parts:
             for other in path.parent.glob(f"{glob.escape(path.stem)}.*"):
-                if other.suffix.lower() in SHAPEFILE:
+                if other.suffix.lower() in (".shp", ".shx", ".dbf", ".prj", ".cpg"):
                     parts.writestr(f"{path.stem}{other.suffix.lower()}", read_bytes(other))
         content = packed.getvalue()
     with warnings.catch_warnings(action="ignore"):  # bytes have no file name extension, which GDAL expects

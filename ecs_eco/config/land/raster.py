@@ -25,7 +25,6 @@ MOST_CELLS = 100_000_000
 MOST_OF_CRS = 100_000  # [bytes]
 INSTALL = 'pip install -e ".[geo]" in the source folder'
 EXAMPLE = 'such as "EPSG:4326" or "EPSG:32616"'
-# a code, a definition in WKT, or a definition for PROJ
 SYNTAX = re.compile(r"\w+:[\w:.,+-]*|\s*\w+\s*\[.*|\s*\+.*", re.DOTALL)
 # addresses, and files that PROJ would open, except "nadgrids=@null", which means no grid
 OPENED = re.compile(
@@ -146,8 +145,7 @@ def _check_place(raster: Raster, name: str) -> None:
 
 
 def require_definition(crs: str) -> None:
-    """Raise RasterError unless a coordinate system is "", a code, or a definition that opens no address or
-    file. GDAL and PROJ must receive no other text."""
+    """Raise RasterError unless `crs` is "", a code, WKT or a PROJ definition, and names no address or file."""
     if crs and (OPENED.search(crs) or not SYNTAX.fullmatch(crs)):
         raise refused("crs", "not a coordinate system", crs, EXAMPLE)
 
