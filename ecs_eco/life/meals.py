@@ -127,21 +127,29 @@ def postponed(
 ) -> list[Meals]:
     """Keep each eater's nearest meal, unless it may still be eaten in a nearer one; return the meals that wait,
     without those of eaters that have been eaten in a nearer one."""
-    later = list[Meals]()
-    for name in dict.fromkeys(meals.table.name for meals in wanted):
-        mine = [meals for meals in wanted if meals.table.name == name]
+    later, of_table = list[Meals](), dict[str, list[Meals]]()
+    for meals in wanted:
+        of_table.setdefault(meals.table.name, []).append(meals)
+    for name, mine in of_table.items():
         if len(mine) == 1 and name not in won:
             continue
-        n, rests = mine[0].eaters.n, [np.empty_like(meals.best) for meals in mine]
-        first, least, item = np.full(n, -1, np.int32), np.empty(n, np.float32), np.empty(n, np.uint64)
-        hunters = won.get(name, (first.copy(), mine[0].distance2, mine[0].eaters.uid))
-        on_it = (meals.best >= 0 for meals in (*wanted, *later) if meals.prey.name == name)
-        hunted = np.any([hunters[0] < -1, *on_it], axis=0)
+        n = mine[0].eaters.n
+        hunted, first = np.zeros(n, np.bool_), np.zeros(n, np.int32)
+        for meals in (*wanted, *later):
+            if meals.prey.name == name:
+                hunted |= meals.best >= 0
+        if len(mine) > 1:
+            least, item = np.empty(n, np.float32), np.empty(n, np.uint64)
+            first -= 1
+            for k, meals in enumerate(mine):
+                ways = meals.distance2, meals.eaters.uid, meals.foods.uid, key, k
+                prefer(meals.best, *ways, first, least, item)
+        one = mine[0]
+        hunters = won[name] if name in won else (np.full(n, -1, np.int32), one.distance2, one.eaters.uid)
         for k, meals in enumerate(mine):
-            prefer(meals.best, meals.distance2, meals.eaters.uid, meals.foods.uid, key, k, first, least, item)
-        for k, (meals, rest) in enumerate(zip(mine, rests, strict=True)):
-            ways = meals.distance2, meals.eaters.uid, meals.foods.uid, key, k, first
-            if wait(meals.best, *ways, *hunters, meals.eaters.rows, hunted, meals.table.cause, rest):
+            ways = meals.distance2, meals.eaters.uid, meals.foods.uid, key, k
+            rest = np.empty(meals.foods.n, np.int32)
+            if wait(meals.best, *ways, first, *hunters, meals.eaters.rows, hunted, meals.table.cause, rest):
                 later.append(replace(meals, best=rest))
     return later
 

@@ -55,13 +55,13 @@ def radii_differ(table: Table) -> bool:
     )
 
 
-def upkeep(table: Table) -> np.ndarray | None:
-    """Return the factor of each body's basal rate f32[high], (mass/standard mass)^0.75 (Kleiber 1932), or None
-    if the members of a species all have the same mass."""
-    if (standard := table.species.standard_mass) is None:
-        return None
-    scale: np.ndarray = power(table[Body].mass[: table.high] / np.float32(standard), np.float32(0.75))
-    return scale.astype(np.float32)
+def upkeep(table: Table) -> np.ndarray:
+    """Return the factor of each body's basal rate, (mass/standard mass)^0.75 (Kleiber 1932), for a species whose
+    members may have different masses: f32[high]."""
+    assert table.species.standard_mass is not None
+    relative = table[Body].mass[: table.high] / np.float32(table.species.standard_mass)
+    scale: np.ndarray = power(relative, np.float32(0.75)).astype(np.float32)
+    return scale
 
 
 def share_of_adult(table: Table) -> np.ndarray:

@@ -48,11 +48,13 @@ class Diffuse(System):
         world = self.world
         emitters: list[tuple[Table, Index]] = []
         for table in world.tables.values():
-            emits = sorted(table.species.emits.items())
-            ways = [(name, way) for name, way in emits if isinstance(way, Emission)]
+            ways = list[tuple[str, Emission]]()
+            for name, way in sorted(table.species.emits.items()):
+                if isinstance(way, Emission):
+                    ways.append((name, way))
             if ways:
                 self.emanate(table, ways)
-            if len(ways) < len(emits):
+            if len(ways) < len(table.species.emits):
                 emitters.append((table, world.index(table)))
         mine = list(world.fields) if world.bands.size == 1 else self.mine()
         world.together(*[partial(self.spread, name, emitters) for name in mine])

@@ -120,12 +120,15 @@ class Feed(System):
             rivals.setdefault(meals.prey.name, []).append(meals)
         for meals in wanted if self._shaped else ():
             to_surfaces(meals)
-        won, eaten = {name: award(key, some) for name, some in rivals.items()}, list[Meals]()
+        won, eaten = dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]](), list[Meals]()
+        for name, some in rivals.items():
+            won[name] = award(key, some)
         while wanted:
             later = postponed(key, wanted, won)
             for meals in wanted:
                 self.eat(meals)
-            eaten += [meals for meals in wanted if Matter in meals.table]
+                if Matter in meals.table:
+                    eaten.append(meals)
             wanted = []
             for meals in later:
                 m = meals.table[Metabolism]

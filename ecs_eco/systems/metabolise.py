@@ -62,12 +62,12 @@ class Metabolise(System):
         basal: Any = np.float32(way.basal)
         if table.species.traits:
             basal = own_value(table, "metabolism.basal", basal)
-        scale = upkeep(table)
+        scale = NO_SCALE if table.species.standard_mass is None else upkeep(table)
         world.split(
             burn,
             table.high,
             table.alive,
-            NO_SCALE if scale is None else scale,
+            scale,
             cost,
             cost is not STILL,
             basal,

@@ -48,8 +48,7 @@ class SlowDown(System):
         rate = power(q10, (warmth - reference) / 10.0)
         table[SpeedScale].pace[:high][alive] = np.where(warmth > torpor, rate, 0.0)[alive]
         basal = own_value(table, "metabolism.basal", table.species.metabolism.basal)
-        scale = upkeep(table)
-        full = basal if scale is None else basal * scale
+        full = basal if table.species.standard_mass is None else basal * upkeep(table)
         credit = np.broadcast_to((1.0 - rate) * full * world.dt, high)[alive]
         before = m.energy[:high][alive]
         m.energy[:high][alive] = before + credit
