@@ -180,7 +180,7 @@ def resume(
 ) -> dict[str, Any]:
     """Resume the run in a folder from its last intact checkpoint, and return its manifest.
 
-    Everything after that checkpoint is recorded again, with the same result.
+    An unfinished run is recorded again from that checkpoint, with the same result.
 
     Parameters
     ----------
@@ -215,7 +215,7 @@ def resume(
     ForeignFile
         If a checkpoint or a part belongs to another run.
     CheckpointError
-        If no checkpoint is intact.
+        If records would be lost: no checkpoint is intact or, for a finished run, not the last one.
 
     Examples
     --------
@@ -243,9 +243,19 @@ def resume(
         if newest is None and "forked" in manifest:
             raise CheckpointError(
                 f"{path}: is a fork of {manifest['forked']['from']} without a checkpoint; fork that run again"
+        reached = 0 if newest is None else checkpoint.tick_of(newest)
+        if reached < manifest["done"] and (newest is None or manifest["finished"]):
+            raise CheckpointError(
+                f"{path}: has records up to tick {manifest['done']}, but "
+                f"{f'its last intact checkpoint is from tick {reached}' if newest else 'no intact checkpoint'}, "
+                f"so resuming would delete records. Fork it instead: ecs-eco resume {path} --from-tick "
+                f"{manifest['done']} --out NEW"
+            )
             )
         if newest is None:
-            world, folder = _begin_anew(claim, manifest, threads, trust)
+            world = World.from_config(threads=threads, record=False, **start_of(path, manifest, trust=trust))
+            folder = recording(claim, world, manifest)
+            folder.go_on_from({"parts": folder.parts, "heads": {}}, manifest)
         else:
             world, folder = restored(newest, claim, manifest, threads, trust)
         if until < world.tick:
@@ -493,15 +503,6 @@ def restored(
     )
     folders[0].go_on_from(written, manifest)
     return world, folders[0]
-
-
-def _begin_anew(claim: Claim, manifest: dict[str, Any], threads: int, trust: bool) -> tuple[Any, Folder]:
-    """Restart a run that has no usable checkpoint."""
-
-    world = World.from_config(threads=threads, record=False, **start_of(claim.path, manifest, trust=trust))
-    folder = recording(claim, world, manifest)
-    folder.go_on_from({"parts": folder.parts, "heads": {}}, manifest)
-    return world, folder
 
 
 def go_on(

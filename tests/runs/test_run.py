@@ -9,8 +9,11 @@ import pyarrow as pa
 import pytest
 
 from ecs_eco import World
-from ecs_eco.engine.errors import ConfigError, RecordingError
-from ecs_eco.record import fork, resume, run_to_folder
+from ecs_eco.analysis.report import write_report
+from ecs_eco.analysis.why.case import Case
+from ecs_eco.engine.errors import CheckpointError, ConfigError, ForeignFile, RecordingError
+from ecs_eco.record import fork, resume, run_to_folder, seal
+from ecs_eco.record.manifest import WRITTEN
 from ecs_eco.record.parquet import read_parts
 from ecs_eco.runs.repeat import repeat
 from ecs_eco.runs.run import Stopped
@@ -185,18 +188,83 @@ def test_a_run_without_any_checkpoint_begins_anew(menagerie, tmp_path, monkeypat
     _as_whole(tmp_path / "run", whole)
 
 
-def test_a_damaged_checkpoint_is_passed_over_with_a_word(menagerie, tmp_path, whole):
-    _run(menagerie(), tmp_path / "run", ticks=30, checkpoint_every=10)
-    newest = tmp_path / "run" / "checkpoints" / "tick-000000000030.safetensors"
-    data = bytearray(newest.read_bytes())
+def _damage(checkpoint):
+    data = bytearray(checkpoint.read_bytes())
     data[len(data) // 2] ^= 4
-    newest.write_bytes(data)
+    checkpoint.write_bytes(data)
+
+
+def test_a_damaged_checkpoint_of_an_unfinished_run_is_skipped_with_a_warning(
+    menagerie, tmp_path, monkeypatch, whole
+):
+    with monkeypatch.context() as m:
+        _cut(m, 32)
+        with pytest.raises(_PowerCut):
+            _run(menagerie(), tmp_path / "run", checkpoint_every=10)
+    _damage(tmp_path / "run" / "checkpoints" / "tick-000000000030.safetensors")
     heard = []
-    resume(tmp_path / "run", until=TICKS, report=False, complain=heard.append)
+    resume(tmp_path / "run", report=False, complain=heard.append)
     assert len(heard) == 1
     assert "tick-000000000030" in heard[0]
     assert "damaged" in heard[0]
     _as_whole(tmp_path / "run", whole)
+
+
+@pytest.mark.parametrize(("damaged", "last"), [("*", "no intact checkpoint"), ("*30.*", "is from tick 20")])
+def test_resuming_deletes_nothing_of_a_finished_run_without_an_intact_last_checkpoint(
+    menagerie, tmp_path, whole, damaged, last
+):
+    run = tmp_path / "run"
+    _run(menagerie(), run, ticks=30, checkpoint_every=10)
+    for checkpoint in (run / "checkpoints").glob(damaged):
+        _damage(checkpoint)
+    before = {path: path.read_bytes() for path in run.rglob("*") if path.is_file()}
+    for until in (30, TICKS):
+        with pytest.raises(CheckpointError, match=rf"{last}.*ecs-eco resume .*run --from-tick 30 --out NEW"):
+            resume(run, until=until, report=False, complain=lambda _: None)
+    assert {path: path.read_bytes() for path in run.rglob("*") if path.is_file()} == before
+    forked = fork(run, tmp_path / "fork", 30, until=TICKS, report=False, complain=lambda _: None)
+    assert (forked["digest"], forked["done"]) == (whole[0]["digest"], TICKS)
+
+
+@pytest.mark.parametrize("name", ["checkpoints", "series"])
+def test_resuming_writes_and_deletes_nothing_behind_a_link(menagerie, tmp_path, name):
+    _run(menagerie(), tmp_path / "run", ticks=8, checkpoint_every=2)
+    (tmp_path / "run" / name).rename(tmp_path / "mine")
+    (tmp_path / "run" / name).symlink_to(tmp_path / "mine")
+    before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+    with pytest.raises(ForeignFile, match=rf"{name}: is a link that leads out"):
+        resume(tmp_path / "run", until=12, report=False)
+    assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == before
+
+
+def test_a_resealed_manifest_with_a_wrong_value_is_refused_by_its_key(tmp_path):
+    moss = {"count": 2, "body": {"radius": 0.1}}
+    moss["reproduction"] = {"kind": "spread", "rate": 0.5, "spacing": 0.1}
+    world = {"format": 1, "name": "moss", "species": {"moss": moss}, "space": {"size": [12.0, 12.0]}}
+    _run(world, tmp_path / "run", ticks=1, policies="trained", learn=None)
+    manifest = seal.read_manifest(tmp_path / "run")
+    config = manifest["config"]
+    moss = config["species"]["moss"] | {"lethal": [{"min": 0.0}]}
+    changes = [({key: value}, key) for key in ("until", "forked", "island") for value in (None, {}, [[]])]
+    changes += [
+        ({"until": "x"}, "until"),
+        ({"config": config | {"terrain": "x"}}, r"config\.terrain"),
+        ({"config": config | {"species": {}}}, r"config\.species"),
+        ({"config": config | {"species": {"moss": moss}}}, r"config\.species\.moss\.lethal\.0\.property"),
+        ({"config": {key: value for key, value in config.items() if key != "space"}}, r"config\.space"),
+        ({"config": None}, "config"),
+    ]
+    whole = [(manifest | change, f"{key}.*: ") for change, key in changes]
+    whole += [
+        ({k: v for k, v in manifest.items() if k != key}, f"the key {key} is missing")
+        for key in WRITTEN
+    ]
+    for content, said in whole:
+        seal.write_manifest(tmp_path / "run", content)
+        for read in (resume, repeat, write_report, Case.read):
+            with pytest.raises(RecordingError, match=rf"manifest\.json: {said}"):
+                read(tmp_path / "run")
 
 
 @pytest.mark.parametrize("kind", ["series", "births", "snapshots"])
