@@ -56,8 +56,6 @@ def sweep_plan(
     if until is not None:
         check_response(until[0], checked.base)
     begun = out is not None and container.has(out, Manifest)
-    if out is not None and begun:
-        container.check(out, Manifest, checked.planned)
     with results(out, f"{Path(plan).stem}-sweep", begun) as claim:
         do_sweep(begin(claim.path, checked), on, workers, quiet, sbatch, until)
 

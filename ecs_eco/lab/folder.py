@@ -2,7 +2,6 @@
 
 import glob
 import os
-import shutil
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from functools import cached_property, lru_cache
@@ -14,6 +13,7 @@ from pydantic import Field, model_validator
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.document import Document
 from ecs_eco.engine.errors import ForeignFile, refusal
+from ecs_eco.engine.files import write
 from ecs_eco.lab.design import Design, Job, Settings, Training, plan_folder, treated
 from ecs_eco.lab.treatments import Arm, NotApplicable, species_with_policy
 from ecs_eco.lab.work import evenly
@@ -183,12 +183,7 @@ def _read(folder: Path, written: int, size: int) -> Sweep:
 def begin(folder: Path, design: Design) -> Sweep:
     """Write a design's sweep to a folder unless it is already there, and return it. Raises ForeignFile if the
     folder contains a sweep with a different plan."""
-    if container.has(folder, Manifest):
-        container.check(folder, Manifest, design.planned)
-        return read_sweep(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    keep_copies(sources(design.base), folder)
-    home = _keep_files(folder, design)
+    names, home = _named(design)
     container.begin(
         folder,
         Manifest,
@@ -205,23 +200,28 @@ def begin(folder: Path, design: Design) -> Sweep:
             "trainings": [asdict(one) for one in design.trainings],
         },
     )
+    _keep_files(folder, design, names, home)  # completes the copies of a command that was killed here
     return read_sweep(folder)
 
 
-def _keep_files(folder: Path, design: Design) -> Path:
-    """Copy the files of the world and the plan; return the path that replaces the world's folder."""
-    config = design.base
-    policies = [s.policy.file for s in config.species.values() if s.policy.file is not None]
-    names = [name for name in (*policies, *named_files(config.resolved())) if not os.path.isabs(name)]
+def _named(design: Design) -> tuple[list[str], Path]:
+    """Return the files that a world names, and the path that replaces the world's folder."""
+    policies = [s.policy.file for s in design.base.species.values() if s.policy.file is not None]
+    names = [n for n in (*policies, *named_files(design.base.resolved())) if not os.path.isabs(n)]
     ups = max([Path(os.path.normpath(name)).parts.count("..") for name in names], default=0)
-    home = Path("world", *["below"] * ups)  # deep enough for files above the world's folder
+    return names, Path("world", *["below"] * ups)  # deep enough for files above the world's folder
+
+
+def _keep_files(folder: Path, design: Design, names: Iterable[str], home: Path) -> None:
+    """Copy the code and files of the world and the plan that are not there yet."""
+    container.inside(folder, folder / home.parts[0])
     (folder / home).mkdir(parents=True, exist_ok=True)
+    keep_copies([s for s in sources(design.base) if not (folder / CODE / s.entry).exists()], folder)
     for name in names:
-        copy_file(config.file(name), Path(os.path.normpath(folder / home / name)))
+        copy_file(design.base.file(name), Path(os.path.normpath(folder / home / name)))
     given = plan_folder(design.file)
-    for name in species_with_policy(config) if given is not None else ():
+    for name in species_with_policy(design.base) if given is not None else ():
         copy_file(given / f"{name}.safetensors", folder / "policies" / GIVEN / f"{name}.safetensors")  # type: ignore[operator]
-    return home
 
 
 def named_files(world: Mapping[str, Any]) -> list[str]:
@@ -232,8 +232,8 @@ def named_files(world: Mapping[str, Any]) -> list[str]:
 
 
 def copy_file(path: Path, copy: Path) -> None:
-    """Copy a file, if it exists, and files with the same stem: a Shapefile has several."""
+    """Copy a file, if it exists, and files with the same stem: a Shapefile has several. Copies are not replaced."""
     for part in path.parent.glob(f"{glob.escape(path.stem)}.*") if path.is_file() else ():
-        if part.is_file():
+        if part.is_file() and not (to := copy.with_suffix(part.suffix)).exists():
             copy.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(part, copy.with_suffix(part.suffix))
+            write(to, part.read_bytes())

@@ -13,10 +13,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from typer.testing import CliRunner
 
+from ecs_eco.cli import app
 from ecs_eco.config import load
 from ecs_eco.engine.errors import ConfigError, ForeignFile
-from ecs_eco.lab import compare, run_sweep, sweep as run, work
+from ecs_eco.lab import compare, folder as lab_folder, run_sweep, sweep as run, work
 from ecs_eco.lab.design import design_of
 from ecs_eco.lab.folder import Sweep, begin, read_sweep
 from ecs_eco.lab.plan import read_plan
@@ -24,6 +26,8 @@ from ecs_eco.lab.pool import Pool
 from ecs_eco.lab.response import Outcome, interval
 from ecs_eco.lab.sweep import do_jobs, unfinished
 from ecs_eco.lab.table import missing_for, rows_of
+from ecs_eco.record import container
+from ecs_eco.record.claim import Claim
 from tests.lab.moss import PLAN, WORLD, written
 
 
@@ -125,19 +129,49 @@ def test_a_sweep_goes_on_where_its_world_and_plan_are_gone(tmp_path: Path) -> No
     assert unfinished(moved) == []
 
 
-def test_a_sweep_keeps_the_land_that_its_world_names(tmp_path: Path) -> None:
-    (tmp_path / "worlds" / "land").mkdir(parents=True)
+def _with_land(folder: Path) -> Path:
+    """Write a world with a raster to worlds/; return the raster's file."""
+    (folder / "worlds" / "land").mkdir(parents=True)
     grid = "ncols 4\nnrows 4\nxllcorner 0\nyllcorner 0\ncellsize 5\n" + "1 2 3 4\n" * 4
-    (tmp_path / "worlds" / "land" / "hill.asc").write_text(grid, encoding="utf-8")
+    (folder / "worlds" / "land" / "hill.asc").write_text(grid, encoding="utf-8")
     land = 'edges = "walls"\n[terrain]\nraster = "land/hill.asc"\ncell = 5.0\n'
     text = WORLD.replace('edges = "torus"\n', land).replace("[12.0, 12.0]", "[20.0, 20.0]")
     assert land in text
-    (tmp_path / "worlds" / "world.toml").write_text(text, encoding="utf-8")
+    (folder / "worlds" / "world.toml").write_text(text, encoding="utf-8")
+    return folder / "worlds" / "land" / "hill.asc"
+
+
+def test_a_sweep_keeps_the_land_that_its_world_names(tmp_path: Path) -> None:
+    _with_land(tmp_path)
     plan = {"world": str(tmp_path / "worlds" / "world.toml"), "ticks": 2}
     sweep = begin(tmp_path / "out", design_of(read_plan(plan)))
     shutil.rmtree(tmp_path / "worlds")
     shutil.move(sweep.folder, tmp_path / "moved")
     assert do_jobs(read_sweep(tmp_path / "moved"), Here()).whole
+
+
+@pytest.mark.parametrize("killed_in", ["begin", "_keep_files", "write"])
+def test_a_sweep_that_was_killed_while_it_began_begins_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, killed_in: str
+) -> None:
+    hill = _with_land(tmp_path)
+    (tmp_path / "plan.toml").write_text('world = "worlds/world.toml"\nticks = 2\n', encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    with monkeypatch.context() as killed:
+        killed.setattr(container if killed_in == "begin" else lab_folder, killed_in, lambda *_: 1 / 0)
+        killed.setattr(Claim, "release", lambda _: None)  # a killed process leaves its lock file
+        failed = CliRunner().invoke(app, ["sweep", "plan.toml", "--out", "out", "--workers", "1"])
+        assert isinstance(failed.exception, ZeroDivisionError), failed.output
+    (tmp_path / "out" / ".lock").unlink()
+    (tmp_path / "out" / ".lock").touch()
+    done = CliRunner().invoke(app, ["sweep", "plan.toml", "--out", "out", "--workers", "1", "-q"])
+    assert done.exit_code == 0, done.output
+    copy, before = tmp_path / "out" / "world" / "land" / "hill.asc", hill.read_bytes()
+    assert copy.read_bytes() == before
+    hill.write_bytes(before.replace(b"3 4\n", b"3 5\n"))
+    with pytest.raises(ForeignFile, match=r"contains the sweep of another plan: world_hash"):
+        begin(tmp_path / "out", design_of(read_plan("plan.toml")))
+    assert copy.read_bytes() == before
 
 
 def fails_at_2(folder: str, number: int, allowed: Any) -> None:
