@@ -16,7 +16,6 @@ from ecs_eco.analysis.style import Figure, colors_of, panels, styled
 from ecs_eco.config.models.archipelago import Archipelago
 from ecs_eco.engine.errors import RecordingError, in_words
 from ecs_eco.record.archipelago import ISLANDS, check_island, read
-from ecs_eco.record.container import inside
 
 
 @dataclass(frozen=True)
@@ -158,7 +157,7 @@ def write_archipelago(folder: Path | str, out: Path | str | None = None) -> Path
     """Write report.html and figures/*.svg to an archipelago's folder or to `out`; return the report's path.
     Raises RecordingError if there is no archipelago or a file is damaged."""
     root = Path(folder)
-    place = inside(root, root / "figures").parent if out is None else Path(out)
+    place = root if out is None else Path(out)
     islands = load_islands(root)
     m = islands.manifest
     title = str(m.get("title") or m.get("world"))

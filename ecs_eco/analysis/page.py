@@ -9,6 +9,7 @@ from string import Template
 from ecs_eco.analysis.style import Figure, save_svg
 from ecs_eco.analysis.svg import embedded, legible
 from ecs_eco.engine import files
+from ecs_eco.record.container import inside
 
 _WORDS = re.compile(r"[^\W\d_]{3}")  # cells that begin with three letters contain text
 
@@ -44,6 +45,7 @@ def _cell(x: object) -> str:
 
 def drawn(figure: Figure, file: Path, caption: str) -> str:
     """Write a figure to a file and return it as HTML; it scrolls if it is wider than the screen."""
+    inside(file.parent.parent, file.parent)
     svg = embedded(save_svg(figure, file).read_text(encoding="utf-8"), caption)
     return (
         f'<figure><div class="wide" tabindex="0">{svg}</div>'

@@ -37,6 +37,7 @@ from ecs_eco.explain.account import (
 from ecs_eco.explain.alleles import Paths
 from ecs_eco.explain.events import LEAST, Sweep, sweeps_and_tests
 from ecs_eco.record.archipelago import is_archipelago, read as read_archipelago
+from ecs_eco.record.container import inside
 from ecs_eco.record.parquet import write_part
 
 MOST = 8  # sweeps whose alleles are taken out, the clearest first
@@ -168,7 +169,7 @@ def write_data(
     """Write explain.json and the Parquet files into a folder."""
     text = json.dumps(found, indent=1, ensure_ascii=False, allow_nan=False)
     write_text(place / "explain.json", text + "\n")
-    (place / "explain").mkdir(exist_ok=True)
+    inside(place, place / "explain").mkdir(exist_ok=True)
     write_part(frequencies(paths), place / "explain" / "frequencies.parquet")
     effects = [row for one in told for row in one.effects()]
     write_part(pa.Table.from_pylist(effects), place / "explain" / "effects.parquet")

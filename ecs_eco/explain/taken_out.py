@@ -40,8 +40,7 @@ from ecs_eco.lab import slurm
 from ecs_eco.lab.executors import LOCAL, SLURM, engine as engine_of, prepare
 from ecs_eco.lab.work import completed
 from ecs_eco.life.reconfigure import reseed
-from ecs_eco.record import checkpoint, freeze as frozen
-from ecs_eco.record.seal import read_manifest
+from ecs_eco.record import checkpoint, container, freeze as frozen, seal
 from ecs_eco.runs.requests import repeat_requests
 from ecs_eco.runs.run import near
 
@@ -299,7 +298,8 @@ def clear(x: Interval) -> bool:
 
 
 def _manifest(run: Path) -> dict[str, Any]:
-    manifest = read_manifest(run)
+    manifest = seal.read_manifest(run)
+    container.inside(run, run / FOLDER)
     if "island" in manifest:
         raise ValueError(
             f"{run}: is an island of an archipelago, which cannot be forked: its immigrants would be missing"

@@ -240,7 +240,7 @@ class Archipelago:
         self.manifest |= {"ticks": until, "finished": self.tick >= until}
         start, spent = time.perf_counter(), float(self.manifest["wall_seconds"])
         with Claim(self.folder) if claim is None else nullcontext(), engine(on, workers) as pool:
-            container.may_continue(self.folder, self.manifest, Manifest)
+            container.may_continue(self.folder / FILE, {"target": self.manifest})
             for path in self.islands.values():
                 if (path / "manifest.json").is_file():
                     check_content(path, seal.read_manifest(path)["parts"])
@@ -383,7 +383,7 @@ def advance(
     arrive first; those that leave at `until` are written. Later files are overwritten with the same content."""
     root = Path(archipelago)
     plan, path = read(root), container.inside(root, root / ISLANDS / name)
-    container.may_continue(root, plan, Manifest)
+    container.may_continue(root / FILE, {"target": plan})
 
     def claimed() -> Claim:
         return Claim(path) if (path / "manifest.json").is_file() else claim_new(path)

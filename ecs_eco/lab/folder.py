@@ -78,7 +78,7 @@ class Sweep:
 
     def may_continue(self) -> None:
         """Raise ForeignFile if the sweep began in the other numerical mode, or a link leads out of its folder."""
-        container.may_continue(self.folder, self.content, Manifest)
+        container.may_continue(self.folder / SWEEP, {"target": self.content})
 
     @cached_property
     def jobs(self) -> tuple[Job, ...]:
@@ -100,7 +100,7 @@ class Sweep:
         return self.folder / JOBS / f"{number:04d}"
 
     def policies_folder(self, training: str) -> Path:
-        return container.inside(self.folder, self.folder / "policies" / training)
+        return container.inside(self.folder, self.folder / "policies") / training
 
     def training(self, name: str) -> tuple[Path, WorldConfig, int]:
         """Return the arguments of `trained.train_or_find`."""

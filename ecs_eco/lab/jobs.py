@@ -373,7 +373,10 @@ def train_or_find(
     if is_trained(folder, config, seed, ticks, verify=verify):
         return folder
     part = folder.with_name(f"{folder.name}.{os.getpid()}.part")
-    remove(part, TRAINED)
+    if not remove(part, TRAINED):
+        raise RecordingError(
+            f"{part}: is a link, or contains files that no training run writes; move it away"
+        )
     with finishing():
         try:
             pretrain(config, seed=seed, ticks=ticks, out=part)

@@ -22,7 +22,6 @@ from ecs_eco.lab.response import Outcome, Row, outcomes_of, turnover_of
 from ecs_eco.lab.sweep import Survey
 from ecs_eco.lab.treatments import UNTREATED
 from ecs_eco.lab.work import group
-from ecs_eco.record.container import inside
 from ecs_eco.record.parquet import write_part
 from ecs_eco.record.seal import read_manifest
 
@@ -201,7 +200,7 @@ _INDICES = "Means over seeds, with 95% intervals over points. Variance between s
 
 def write_page(sweep: Sweep, rows: Sequence[Row], failed: dict[int, str]) -> Path:
     """Write sweep.html and figures/ from the rows of the table; return the path of the page."""
-    folder = inside(sweep.folder, sweep.folder / "figures")
+    folder = sweep.folder / "figures"
     species = list(sweep.content["config"]["species"])
     species = [name for name in species if f"{name}.mean" in rows[0]]
     hue = colors(species, read_manifest(sweep.job_folder(rows[0]["job"]) / RUN).get("colors"))

@@ -107,17 +107,17 @@ def check(folder: Path, model: Model, plan: Mapping[str, Any]) -> dict[str, Any]
             f"{folder / model.FILE}: {model.OTHER}: {', '.join(different)} "
             f"differ{'s' * (len(different) == 1)}{shown}; name another folder with --out"
         )
-    may_continue(folder, there, model)
+    may_continue(folder / model.FILE, {"target": there})
     return there
 
 
-def may_continue(folder: Path, manifest: Mapping[str, Any], model: Model) -> None:
-    """Raise ForeignFile if a container was begun in the other numerical mode, or a top-level link leads out."""
-    if why := portable.other_mode({"target": manifest}):
-        raise ForeignFile(f"{folder / model.FILE}: {why}")
-    for path in folder.iterdir():
+def may_continue(file: Path, manifest: Mapping[str, Any]) -> None:
+    """Raise ForeignFile if a manifest is from the other numerical mode, or a top-level link leads out."""
+    if why := portable.other_mode(manifest):
+        raise ForeignFile(f"{file}: {why}")
+    for path in file.parent.iterdir():
         if path.is_symlink():
-            inside(folder, path)
+            inside(file.parent, path)
 
 
 def begin(folder: Path, model: Model, content: Mapping[str, Any]) -> dict[str, Any]:

@@ -18,7 +18,7 @@ from ecs_eco.engine.errors import CheckpointError, ConfigError, Halted, Recordin
 from ecs_eco.engine.hooks import listening
 from ecs_eco.engine.versions import versions
 from ecs_eco.life.reconfigure import reconfigure
-from ecs_eco.record import belonging, checkpoint, seal
+from ecs_eco.record import belonging, checkpoint, container, seal
 from ecs_eco.record.claim import Claim, stopped_early
 from ecs_eco.record.details import how_many
 from ecs_eco.record.folder import Folder, check_content, git_commit
@@ -213,7 +213,7 @@ def resume(
     FolderInUse
         If another process is writing there.
     ForeignFile
-        If a checkpoint or a part belongs to another run.
+        If a checkpoint or a part belongs to another run, or a link leads out of the folder.
     CheckpointError
         If records would be lost: no checkpoint is intact or, for a finished run, not the last one.
 
@@ -234,8 +234,7 @@ def resume(
                 f"{path}: is the island {manifest['island']} of an archipelago, which can only be "
                 f"resumed as a whole: ecs-eco resume {path.parent.parent}"
             )
-        if why := portable.other_mode(manifest):
-            raise RecordingError(f"{path}: {why}")
+        container.may_continue(path / "manifest.json", manifest)
         until = manifest["ticks"] if until is None else until
         newest = checkpoint.latest(
             path / "checkpoints", complain=complain, check=partial(belonging.check_checkpoint, manifest)
@@ -243,6 +242,7 @@ def resume(
         if newest is None and "forked" in manifest:
             raise CheckpointError(
                 f"{path}: is a fork of {manifest['forked']['from']} without a checkpoint; fork that run again"
+            )
         reached = 0 if newest is None else checkpoint.tick_of(newest)
         if reached < manifest["done"] and (newest is None or manifest["finished"]):
             raise CheckpointError(
@@ -250,7 +250,6 @@ def resume(
                 f"{f'its last intact checkpoint is from tick {reached}' if newest else 'no intact checkpoint'}, "
                 f"so resuming would delete records. Fork it instead: ecs-eco resume {path} --from-tick "
                 f"{manifest['done']} --out NEW"
-            )
             )
         if newest is None:
             world = World.from_config(threads=threads, record=False, **start_of(path, manifest, trust=trust))

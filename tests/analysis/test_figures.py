@@ -14,12 +14,14 @@ import pytest
 from ecs_eco.analysis import figures
 from ecs_eco.analysis.cycles import cross_seed_surrogates, cycle_statistics
 from ecs_eco.analysis.nervous_figure import draw_nervous_system
+from ecs_eco.analysis.page import drawn
 from ecs_eco.analysis.palette import FLOWS, safe
 from ecs_eco.analysis.runs import Series, load_series
 from ecs_eco.analysis.spectrum import spectral_peak
 from ecs_eco.analysis.style import colors_of, fills
 from ecs_eco.analysis.survival import kaplan_meier
 from ecs_eco.config import load
+from ecs_eco.engine.errors import ForeignFile
 
 chains = SimpleNamespace(**runpy.run_path(str(Path(__file__).with_name("chains.py"))))
 PAIRS = [("grass", "deer"), ("deer", "wolf")]
@@ -30,6 +32,18 @@ def run() -> Series:
     numbers = chains.chain(1200)
     numbers[1000:, 2] = 0
     return load_series(chains.series_table(numbers))
+
+
+def test_no_figure_is_written_through_a_link_that_leads_out(tmp_path: Path, run: Series) -> None:
+    for name in ("mine", "run", "other"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "mine" / "numbers.svg").write_text("mine")
+    (tmp_path / "run" / "figures").symlink_to(tmp_path / "mine")
+    with pytest.raises(ForeignFile, match=r"run/figures: is a link that leads out of .*run"):
+        drawn(figures.populations(run), tmp_path / "run" / "figures" / "numbers.svg", "")
+    assert [p.read_text() for p in (tmp_path / "mine").iterdir()] == ["mine"]
+    drawn(figures.populations(run), tmp_path / "other" / "figures" / "numbers.svg", "")
+    assert (tmp_path / "other" / "figures" / "numbers.svg").is_file()
 
 
 def test_populations_give_the_numerous_species_its_own_axis(run: Series) -> None:

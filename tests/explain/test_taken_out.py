@@ -100,6 +100,51 @@ def test_a_stopped_call_continues_and_workers_do_not_matter(pond, monkeypatch):
 def test_following_changes_nothing_and_a_repeated_tick_is_the_recorded_one(pond):
     manifest = read_manifest(pond)
     for name in ("checkpoints", "explain"):  # repeated from the start
+def test_a_fork_of_another_mode_or_a_changed_file_is_not_taken_for_done(pond, monkeypatch):
+    def take():
+        return take_out(pond, HUNGRY, "A", tick=1, forks=2, ticks=5, seed=8, workers=1)
+
+    def places():
+        return {p.parent for p in pond.glob("explain/*/what.json") if json.loads(p.read_text())[-1] == 8}
+
+    take()
+    (place,) = places()
+    first, second = (place / f"fork-000{i}.json" for i in range(2))
+    whole = first.read_text()
+    content = json.loads(whole)
+    first.write_text(whole.replace('"lasted": ', '"lasted": 1'))
+    with pytest.raises(RecordingError, match=r"fork-0000\.json: is damaged or was changed"):
+        take()
+    for key, value, said in (
+        ("lasted", None, "lasted: Input should be"),
+        ("means", {"births": [0.0, 1.0, 2.0]}, "contains another fork"),
+        ("doses", {"x": {}}, "doses"),
+    ):
+        write_manifest(place, content | {key: value}, first.name)
+        with pytest.raises(RecordingError, match=rf"fork-0000\.json: .*{said}"):
+            take()
+    first.write_bytes(second.read_bytes())
+    with pytest.raises(ForeignFile, match=r"fork-0000\.json: contains another fork"):
+        take()
+    first.write_text(whole)
+    monkeypatch.setattr(taken_out, "portable", SimpleNamespace(mode=lambda: "other"))
+    monkeypatch.setattr(taken_out, "_on_executor", lambda *_: (number for number in ()))
+    with pytest.raises(FileNotFoundError):  # none of the forks is taken over
+        take()
+    assert len(places()) == 2
+
+
+def test_no_fork_is_written_through_a_link_that_leads_out(pond, tmp_path):
+    run = shutil.copytree(pond, tmp_path / "run", ignore=shutil.ignore_patterns("explain"))
+    (tmp_path / "mine").mkdir()
+    (run / "explain").symlink_to(tmp_path / "mine")
+    with pytest.raises(ForeignFile, match=r"run/explain: is a link that leads out of .*run"):
+        take_out(run, HUNGRY, "A", tick=1, forks=2, ticks=5)
+    with pytest.raises(ForeignFile, match=r"run/explain: is a link that leads out of .*run"):
+        write_explanation(run, forks=0)
+    assert list((tmp_path / "mine").iterdir()) == []
+
+
         for path in pond.glob(f"{name}/tick-*2.safetensors"):
             path.unlink()
     world, base = world_at(pond, manifest, 2)

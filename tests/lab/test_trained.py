@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,10 @@ import pytest
 from ecs_eco.config import load
 from ecs_eco.engine.errors import ForeignFile, RecordingError
 from ecs_eco.lab import pretraining
-from ecs_eco.lab.jobs import is_trained, train_or_find
+from ecs_eco.lab.design import design_of
+from ecs_eco.lab.folder import begin
+from ecs_eco.lab.jobs import is_trained, train, train_or_find
+from ecs_eco.lab.plan import read_plan
 
 FEW = {
     "species.grass.count": 60,
@@ -67,6 +71,30 @@ def test_nothing_but_the_rest_of_a_training_is_removed(config, tmp_path: Path) -
     ):
         train_or_find(folder, config, 1)
     assert (folder / "thesis.txt").read_text() == "mine"
+
+
+def test_links_beside_a_training_lead_nowhere(config, tmp_path: Path) -> None:
+    (mine := tmp_path / "mine").mkdir()
+    for name in (".lock", "training.json"):
+        (mine / name).write_text("mine")
+    plan = {"world": "predator-prey", "ticks": 2, "set": FEW, "training_seeds": 1}
+    sweep = begin(tmp_path / "out", design_of(read_plan(plan)))
+    (name,) = sweep.trainings
+    folder = sweep.policies_folder(name)
+    folder.parent.mkdir(parents=True)
+    part = folder.with_name(f"{folder.name}.{os.getpid()}.part")
+    part.symlink_to(mine)
+    with pytest.raises(RecordingError, match=r"part: is a link, or contains files"):
+        train_or_find(folder, config, 1)
+    for link in (part, folder.with_name(f"{folder.name}.training")):
+        part.unlink(missing_ok=True)
+        link.symlink_to(mine)
+        with pytest.raises(ForeignFile, match=f"{link.name}: is a link that leads out"):
+            train(sweep.folder, name)
+    assert {path.name: path.read_text() for path in mine.iterdir()} == {
+        ".lock": "mine",
+        "training.json": "mine",
+    }
 
 
 def test_a_finished_training_that_is_damaged_is_refused_and_kept(config, tmp_path: Path) -> None:

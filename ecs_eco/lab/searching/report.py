@@ -144,7 +144,7 @@ def search(
 
 def write_page(search: Search, result: dict[str, Any]) -> None:
     """Write search.html and figures/ from the contents of search.json."""
-    folder = inside(search.out, search.out / "figures")
+    folder = search.out / "figures"
     course = figures.history(search.journal.of("candidate"), len(search.plan.stages) - 1)
     caption = "The stage that each candidate reached, plus its score there, mapped to 0 to 1."
     sampled = [] if search.sampler is None else posterior_blocks(search.sampler, result["posterior"], folder)
