@@ -18,6 +18,7 @@ from ecs_eco.analysis.why import write_why
 from ecs_eco.cli.folders import pages
 from ecs_eco.cli.options import Of, Run, new_folder
 from ecs_eco.cli.terminal import exits, path_of, printable, recorded, refuse, say
+from ecs_eco.config.models.archipelago import Archipelago
 from ecs_eco.engine.errors import listed, nearest
 from ecs_eco.record import archipelago
 from ecs_eco.record.geodata import write_tracks
@@ -72,7 +73,7 @@ def why(
 ) -> None:
     """Explain what happened in a run and why, and suggest values to change."""
     if archipelago.is_archipelago(folder):
-        names = list(archipelago.read(folder)["config"]["archipelago"]["islands"])
+        names = Archipelago.model_validate(archipelago.read(folder)["config"]["archipelago"]).names
         refuse(
             "DIR",
             "is an archipelago; name one of its islands",

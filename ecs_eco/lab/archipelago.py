@@ -30,6 +30,7 @@ from ecs_eco.record.code import keep_copies, noted, recorded, sources
 from ecs_eco.record.folder import check_content, git_commit
 from ecs_eco.runs.begin import begin, begun, keep_manifest, policies_as_json
 from ecs_eco.runs.run import Stopped, go_on, manifest_of, read_manifest, restored, snapshots
+from ecs_eco.space import gate
 from ecs_eco.worlds.policies import weights_files
 
 FOLDER = "exports"
@@ -80,7 +81,8 @@ class Archipelago:
         self.folder = Path(folder)
         self.manifest = read(self.folder)
         self.islands = {
-            name: self.folder / ISLANDS / name for name in self.manifest["config"]["archipelago"]["islands"]
+            name: self.folder / ISLANDS / name
+            for name in Plan.model_validate(self.manifest["config"]["archipelago"]).names
         }
 
     @classmethod
@@ -346,7 +348,11 @@ def read_migrants(file: Path, wanted: dict[str, Any], wander: list[str]) -> dict
     groups: dict[str, dict[str, np.ndarray]] = {}
     for key, array in arrays.items():
         species, _, name = key.partition("/")
-        if species not in wander or array.ndim < 1 or array.dtype != OWN.get(name, array.dtype):
+        if (
+            species not in wander
+            or array.ndim < 1
+            or (name in OWN and (array.ndim, array.dtype) != (1, OWN[name]))
+        ):
             raise CheckpointError(f"{file}: {key}: is not a migrants file")
         groups.setdefault(species, {})[name.removeprefix("columns/")] = array
     out = {}
@@ -397,7 +403,12 @@ def advance(
         islands = world.config.archipelago
         if islands.meets(start):
             leave(world)
-            admit(world, arrivals(root, plan["hash"], world, start))
+            try:
+                admit(world, arrivals(root, plan["hash"], world, start))
+                gate.admit(world)
+            except ValueError as error:
+                wrong = f"{path}: a migrant that arrives at tick {start}: {error}"
+                raise (CheckpointError(wrong) if type(error) is ValueError else error) from None
         manifest |= {"ticks": until, "finished": False, "done": start, **folder.written}
         keep_manifest(folder, manifest)
         folder.forget_later()

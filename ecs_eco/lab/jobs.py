@@ -11,10 +11,10 @@ from collections.abc import Callable, Collection, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import ConfigDict
+from pydantic import BeforeValidator, ConfigDict
 
 from ecs_eco.analysis.compare import clean
 from ecs_eco.analysis.cycles import cycle_statistics
@@ -118,22 +118,27 @@ def train(folder: str | Path, name: str, allowed: Collection[str] = ()) -> str:
     return str(place)
 
 
+Number = Annotated[  # no integer that a table cannot store
+    float, BeforeValidator(lambda v: "" if isinstance(v, int) and abs(v) >= 2**63 else v)
+]
+
+
 class Numbers(Section):
     """Results for one species in a run."""
 
     model_config = ConfigDict(extra="allow", strict=True)
-    __pydantic_extra__: dict[str, float | None]
+    __pydantic_extra__: dict[str, Number | None]
 
-    deaths: dict[str, float]
+    deaths: dict[str, Number]
 
 
 class Summary(Section):
     """Results of a run, as returned by `summary_of`."""
 
     persisted: bool
-    lived: float
+    lived: Number
     species: dict[str, Numbers]
-    reporters: dict[str, dict[str, dict[str, float | None]]]
+    reporters: dict[str, dict[str, dict[str, Number | None]]]
 
 
 class Done(Section):
@@ -153,7 +158,7 @@ class Done(Section):
     versions: dict[str, str]
     weights: dict[str, str]
     ended_by: dict[str, Any] | None = None  # condition and tick
-    seconds: float
+    seconds: Number
     began: float
     ended: float
     host: str

@@ -22,6 +22,12 @@ Tick = Annotated[int, Field(ge=0, le=10**12)]
 Seed = Annotated[int, Field(ge=0, lt=2**63)]
 
 
+WRITTEN = (  # keys of all manifests with seals
+    *("format", "world", "seed", "ticks", "done", "dt", "finished", "policies", "learn", "versions"),
+    *("snapshot_every", "keep", "config", "species", "causes", "parts"),
+)
+
+
 class _Part(Section):
     model_config = ConfigDict(extra="allow", strict=True, allow_inf_nan=False)
 
@@ -29,8 +35,14 @@ class _Part(Section):
 class Space(_Part):
     """The space in the world's configuration."""
 
-    size: Annotated[list[float], Field(min_length=2, max_length=3)] = [1.0, 1.0]
-    edges: str = "torus"
+    size: Annotated[list[float], Field(min_length=2, max_length=3)]
+    edges: str
+
+
+class Limit(_Part):
+    """A lethal limit of a species."""
+
+    property: str
 
 
 class Species(_Part):
@@ -44,6 +56,7 @@ class Species(_Part):
     locomotion: dict[str, Any] | None = None
     happiness: dict[str, Any] | None = None
     policy: dict[str, Any] | None = None
+    lethal: list[Limit] | None = None
 
 
 class Config(_Part):
@@ -51,8 +64,9 @@ class Config(_Part):
 
     name: str = ""
     title: str = ""
-    space: Space = Space()
-    species: dict[str, Species] = {}
+    space: Space
+    species: Annotated[dict[str, Species], Field(min_length=1)]
+    terrain: dict[str, Any] | None = None
     sun: dict[str, Any] | None = None
     data: dict[str, Any] | None = None
     reporters: dict[str, Any] | None = None
@@ -62,7 +76,7 @@ class Config(_Part):
 class Forked(_Part):
     """The parent run of a fork."""
 
-    source: str = Field("", alias="from")
+    source: str = Field(alias="from")
     id: str = ""
     tick: Tick = 0
 
@@ -74,7 +88,7 @@ class Run(_Part):
     id: str = ""
     world: str = ""
     title: str = ""
-    config: Config = Config()
+    config: Config = Config.model_construct()
     config_hash: str = ""
     seed: Seed = 0
     ticks: Tick = 0
@@ -105,6 +119,8 @@ class Run(_Part):
     heads: dict[str, str] = {}
     asked: list[tuple[Tick, dict[str, Any]]] = []
     intervened: list[tuple[Tick, dict[str, Any]]] = []
-    island: Filename | None = None
-    archipelago: str | None = None
-    forked: Forked | None = None
+    until: list[str] = []
+    ended: dict[str, Any] | None = None
+    island: Filename = ""
+    archipelago: str = ""
+    forked: Forked = Forked.model_construct()

@@ -15,7 +15,7 @@ from pydantic import BaseModel, ValidationError
 from ecs_eco.config.document import present
 from ecs_eco.engine.errors import RecordingError
 from ecs_eco.engine.files import read_json, write_json
-from ecs_eco.record.manifest import Run
+from ecs_eco.record.manifest import WRITTEN, Run
 
 KEY = "ecs-eco.seal"
 BLANK = "0" * 64
@@ -82,8 +82,10 @@ def read_manifest(folder: Path, name: str = "manifest.json") -> dict[str, Any]:
         raise RecordingError(f"{file}: is damaged or was changed: its seal does not match")
     if name == "manifest.json":
         validate(file, content, Run)
-    if "species" in manifest.get("config", {}):
-        manifest["config"] = present(manifest["config"])
+        if WORD in manifest and (missing := [key for key in WRITTEN if key not in manifest]):
+            raise RecordingError(f"{file}: the key {missing[0]} is missing; the file is damaged")
+    if isinstance(config := manifest.get("config"), dict) and "species" in config:
+        manifest["config"] = present(config)
     return manifest
 
 

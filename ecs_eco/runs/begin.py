@@ -158,7 +158,7 @@ def config_of(
     data = dict(manifest["config"] if config is None else config)
     if "id" in manifest:
         data["species"] = {
-            name: species | {"policy": species["policy"] | {"file": None}}
+            name: species | {"policy": (species.get("policy") or {}) | {"file": None}}
             for name, species in data["species"].items()
         }
     return recorded(path, manifest, data, trust)

@@ -7,12 +7,13 @@ import shutil
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from ecs_eco.analysis.archipelago import load_islands, write_archipelago
-from ecs_eco.engine.errors import ForeignFile, RecordingError
+from ecs_eco.engine.errors import CheckpointError, ForeignFile, RecordingError
 from ecs_eco.lab.archipelago import Archipelago, advance
-from ecs_eco.record import container, seal
+from ecs_eco.record import checkpoint, container, seal
 from ecs_eco.record.archipelago import FILE, Manifest
 from tests.lab.newts import written
 
@@ -75,6 +76,27 @@ def test_what_is_of_another_archipelago_is_refused(
     assert before.items() <= _content(mine).items()
 
 
+@pytest.mark.parametrize(
+    ("name", "change", "said"),
+    [
+        ("uid", lambda a: np.stack([a, a], 1), "newt/uid: is not a migrants file"),
+        ("born", lambda a: np.stack([a, a], 1), "newt/born: is not a migrants file"),
+        ("to", lambda a: np.stack([a, a], 1), "newt/to: is not a migrants file"),
+        ("columns/Metabolism.energy", lambda a: a * np.float32(np.nan), "Metabolism.energy is nan"),
+        ("columns/Metabolism.energy", lambda a: a + np.float32(np.inf), "Metabolism.energy is inf"),
+    ],
+)
+def test_changed_migrants_are_refused(
+    two: Path, tmp_path: Path, name: str, change: Callable[[np.ndarray], np.ndarray], said: str
+) -> None:
+    mine = shutil.copytree(two / "seed-1", tmp_path / "mine")
+    file = mine / "islands/east/exports" / BARRIER
+    meta, arrays = checkpoint.read(file)
+    checkpoint.write(file, meta, arrays | {f"newt/{name}": change(arrays[f"newt/{name}"])})
+    with pytest.raises(CheckpointError, match=rf"east.*{said}|a migrant that arrives at tick 8: .*{said}"):
+        Archipelago(mine).run(until=12, report=False)
+
+
 def _content(folder: Path) -> dict[Path, bytes]:
     return {p.relative_to(folder): p.read_bytes() for p in folder.rglob("*.safetensors")}
 
@@ -99,6 +121,13 @@ def test_one_of_the_other_mode_is_refused(two: Path, tmp_path: Path) -> None:
         Archipelago(mine).run(until=12, report=False)
 
 
+def test_a_number_of_islands_means_islands_with_numbers(two: Path, tmp_path: Path) -> None:
+    whole = container.read(two / "seed-1", Manifest)
+    whole["config"]["archipelago"]["islands"] = 7
+    container.write(tmp_path, Manifest, whole | {"hash": container._hash(whole, Manifest)})
+    assert list(Archipelago(tmp_path).islands) == [f"island_{i}" for i in range(1, 8)]
+
+
 @pytest.mark.parametrize(
     ("key", "value", "said"),
     [
@@ -108,8 +137,10 @@ def test_one_of_the_other_mode_is_refused(two: Path, tmp_path: Path) -> None:
         (
             "config",
             {"archipelago": {"islands": {"../victim": {}, "b": {}}, "migration_interval": 4}},
-            r"config\.archipelago",
+            r"config\.archipelago\.islands",
         ),
+        ("config", {"terrain": "x"}, r"config\.terrain"),
+        ("config", None, "config: "),
         ("seed", 3, "hash: does not match the plan"),
         ("extra", 1, "extra: "),
     ],
@@ -117,7 +148,8 @@ def test_one_of_the_other_mode_is_refused(two: Path, tmp_path: Path) -> None:
 def test_a_manifest_with_wrong_values_is_refused_by_key(
     two: Path, tmp_path: Path, key: str, value: object, said: str
 ) -> None:
-    content = json.loads((two / "seed-1" / FILE).read_text()) | {key: value}
+    content = json.loads((two / "seed-1" / FILE).read_text())
+    content[key] = content[key] | value if key == "config" and isinstance(value, dict) else value
     seal.write_manifest(tmp_path, content, FILE)
     with pytest.raises(RecordingError, match=rf"archipelago\.json: {said}"):
         Archipelago(tmp_path)

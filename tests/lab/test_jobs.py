@@ -193,14 +193,19 @@ def test_a_flipped_bit_and_a_wrong_type_in_a_result_are_refused_by_name(tmp_path
         read_done(sweep, 0)
     for change, key in (
         ({"seconds": "long"}, "seconds"),
+        ({"seconds": 2**70}, "seconds"),
         ({"summary": 3}, "summary"),
+        (
+            {"summary": done["summary"] | {"species": {"moss": {"extinct": 2**70, "deaths": {}}}}},
+            r"summary\.species\.moss\.extinct.*: Input should be a valid number",
+        ),
         (
             {"summary": done["summary"] | {"species": {"moss": {"mean": []}}}},
             r"summary\.species\.moss\.deaths",
         ),
     ):
         seal.write_manifest(file.parent, done | change, "done.json")
-        with pytest.raises(RecordingError, match=rf"done\.json: {key}: "):
+        with pytest.raises(RecordingError, match=rf"done\.json: {key}"):
             read_done(sweep, 0)
 
 

@@ -6,9 +6,9 @@ import json
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import ConfigDict, Field
+from pydantic import ConfigDict, Field, model_validator
 
 from ecs_eco.engine import files
 from ecs_eco.engine.errors import ConfigError, ForeignFile, RecordingError, refusal
@@ -72,7 +72,7 @@ class Evaluation(Section):
 
     kind: Literal["candidate", "final", "confirmation"]
     candidate: Annotated[int, Field(ge=0)]
-    values: dict[str, float] = {}
+    values: dict[str, float] | None = None
     cell: Annotated[list[int], Field(min_length=2, max_length=2)] | None = None
     stage: Annotated[int, Field(ge=0)]
     score: float
@@ -82,6 +82,12 @@ class Evaluation(Section):
     at: float
     failed: str = ""
     refused: str = ""
+
+    @model_validator(mode="after")
+    def _says_what_ran(self) -> Self:
+        if {"candidate": self.values, "confirmation": self.cell}.get(self.kind, ()) is None:
+            raise ValueError(f"values or cell: is missing from this {self.kind}")
+        return self
 
 
 def has_search(folder: Path) -> bool:

@@ -284,6 +284,19 @@ def test_an_entry_of_a_wrong_type_is_refused_by_its_line_and_key(tmp_path: Path)
         begin(tmp_path, PLANNED)
 
 
+@pytest.mark.parametrize("value", [{}, {"values": None, "cell": None}])
+@pytest.mark.parametrize(("kind", "key"), [("candidate", "values"), ("confirmation", "cell")])
+def test_an_entry_without_what_ran_is_refused(
+    tmp_path: Path, kind: str, key: str, value: dict[str, None]
+) -> None:
+    entry = {k: v for k, v in ENTRY.items() if k != key}
+    begin(tmp_path, PLANNED).add(kind, **entry | {k: v for k, v in value.items() if k == key})
+    with pytest.raises(
+        RecordingError, match=rf"journal\.jsonl, line 2: .*values or cell: is missing from this {kind}"
+    ):
+        begin(tmp_path, PLANNED)
+
+
 def test_a_search_of_an_older_version_is_refused_with_what_to_do(tmp_path: Path) -> None:
     Journal(tmp_path, {"world": "fell"}).add("candidate", candidate=0)
     refused = r"journal\.jsonl: was begun by ecs-eco 0\.2\.0 or an older version.* release 0\.2\.0"
