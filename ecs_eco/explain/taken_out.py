@@ -24,17 +24,19 @@ from ecs_eco.analysis.compare import clean
 from ecs_eco.analysis.runs import load_series
 from ecs_eco.analysis.seed_grid import mean_of_known
 from ecs_eco.analysis.survival import Interval
+from ecs_eco.compiled import portable
 from ecs_eco.components import Policy
 from ecs_eco.ecosystem import World
 from ecs_eco.engine import files
 from ecs_eco.engine.arguments import called_with, whole_number
-from ecs_eco.engine.errors import RecordingError
+from ecs_eco.engine.errors import ForeignFile, RecordingError
 from ecs_eco.engine.hooks import listening
 from ecs_eco.engine.processes import python
 from ecs_eco.engine.table import Table
 from ecs_eco.engine.versions import versions
 from ecs_eco.explain.edits import AlleleLike, Edit, edit_of
 from ecs_eco.explain.followed import SPARSE, Followed
+from ecs_eco.inputs.section import Section
 from ecs_eco.inputs.trust import allow
 from ecs_eco.lab import slurm
 from ecs_eco.lab.executors import LOCAL, SLURM, engine as engine_of, prepare
@@ -45,7 +47,7 @@ from ecs_eco.runs.requests import repeat_requests
 from ecs_eco.runs.run import near
 
 FOLDER = "explain"  # in the run's folder
-FORMAT = 1
+FORMAT = 2
 POLL = 5.0  # [s] between looks at the queue of SLURM
 CONTRASTS: dict[int, dict[str, tuple[int, ...]]] = {
     2: {"first": (-1, 1)},
@@ -59,6 +61,16 @@ CONTRASTS: dict[int, dict[str, tuple[int, ...]]] = {
 """Weights of the groups: neither changed, first change, second change, both."""
 
 Weights = dict[int, np.ndarray]
+
+
+class Fork(Section):
+    """The contents of a fork's file."""
+
+    fork: int
+    lasted: int
+    n: list[int]
+    means: dict[str, list[float | None]]
+    doses: dict[int, dict[str, list[float | None]]]
 
 
 @dataclass(frozen=True)
@@ -199,7 +211,9 @@ def take_out(
     ValueError
         If the change is impossible, or fewer organisms than groups can be changed.
     RecordingError, CheckpointError
-        If the run cannot be repeated here.
+        If the run cannot be repeated here, or a fork's file is damaged.
+    ForeignFile
+        If a link leads out of the run's folder, or a file contains another fork.
 
     Notes
     -----
@@ -234,7 +248,7 @@ def take_out(
             f"expected {2 ** len(edits)} or more"
         )
     most = whole_number("ticks", manifest["done"] if ticks is None else ticks, 1)
-    what = [FORMAT, manifest.get("id"), versions(), [asdict(edit) for edit in edits], tick, most, seed]
+    what = [FORMAT, manifest.get("id"), versions(), portable.mode(), [*map(asdict, edits)], tick, most, seed]
     place = run / FOLDER / hashlib.sha256(json.dumps(what).encode()).hexdigest()[:16]
     place.mkdir(parents=True, exist_ok=True)
     files.write_json(place / "what.json", what)
@@ -249,7 +263,7 @@ def take_out(
         for done, _ in enumerate(finished, len(outs) - len(missing) + 1):
             if progress is not None:
                 progress(done, len(outs))
-    return _collected(edits, tick, [files.read_json(out) for out in outs])
+    return _collected(place, edits, tick, [seal.read_sealed(place, out.name, Fork) for out in outs])
 
 
 def driver(taken: Sequence[TakenOut], measure: str = "births") -> TakenOut | None:
@@ -477,7 +491,7 @@ def run_fork(place: Path, number: int, allowed: Collection[str] = ()) -> None:
     followed = Followed(world, table, table.uid[rows])
     for bit, edit in enumerate(edits):
         edit.apply(table, rows[group >> bit & 1 == 1], weights)
-    followed.run(ticks, {"asked": read_manifest(run).get("asked", [])})
+    followed.run(ticks, {"asked": seal.read_manifest(run).get("asked", [])})
     size = 2 ** len(edits)
     doses = {} if len(edits) > 1 or np.unique(dose).size < 2 else {int(d): dose == d for d in np.unique(dose)}
     result = {
@@ -487,11 +501,23 @@ def run_fork(place: Path, number: int, allowed: Collection[str] = ()) -> None:
         "means": followed.means(group, size),
         "doses": {d: followed.means(np.where(some, group, -1), size) for d, some in doses.items()},
     }
-    files.write_json(out, clean(result))
+    seal.write_manifest(place, clean(result), out.name)
 
 
-def _collected(edits: tuple[Edit, ...], tick: int, forks: Sequence[dict[str, Any]]) -> TakenOut:
+def _collected(place: Path, edits: tuple[Edit, ...], tick: int, forks: Sequence[dict[str, Any]]) -> TakenOut:
     groups = 2 ** len(edits)
+    if wrong := [
+        number
+        for number, fork in enumerate(forks)
+        if fork["fork"] != number
+        or {
+            len(of)
+            for part in (fork["means"], *fork["doses"].values(), {"": fork["n"]})
+            for of in part.values()
+        }
+        != {groups}
+    ]:
+        raise ForeignFile(f"{_file(place, wrong[0])}: contains another fork; remove it to run this one")
 
     def tables(parts: Sequence[dict[str, Any]]) -> dict[str, np.ndarray]:
         names = sorted(dict.fromkeys(name for part in parts for name in part), key=_order)
@@ -518,4 +544,4 @@ def _collected(edits: tuple[Edit, ...], tick: int, forks: Sequence[dict[str, Any
 
 
 def _order(name: str) -> int:
-    return ("births", "survival", "alive", "died", "energy", "meals", "action").index(name.partition(":")[0])
+    return "births survival alive died energy meals action".find(name.partition(":")[0])

@@ -1,6 +1,8 @@
 """Alleles taken out in forks: effects that are known by hand, and results that nothing else changes."""
 
 import json
+import shutil
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,11 +10,12 @@ import pytest
 from ecs_eco import World
 from ecs_eco.components import Policy
 from ecs_eco.config import load
-from ecs_eco.explain import Edit, driver, take_out, taken_out
+from ecs_eco.engine.errors import ForeignFile, RecordingError
+from ecs_eco.explain import Edit, driver, take_out, taken_out, write_explanation
 from ecs_eco.explain.followed import Followed
 from ecs_eco.explain.taken_out import world_at
 from ecs_eco.record import run_to_folder
-from ecs_eco.record.seal import read_manifest
+from ecs_eco.record.seal import read_manifest, write_manifest
 from tests.explain.newts import VARIABLE, WORLD, recorded
 
 HUNGRY = Edit("newt", "letter", "hunger", 0, "B")
@@ -97,9 +100,6 @@ def test_a_stopped_call_continues_and_workers_do_not_matter(pond, monkeypatch):
     assert again.n.tolist() == first.n.tolist()
 
 
-def test_following_changes_nothing_and_a_repeated_tick_is_the_recorded_one(pond):
-    manifest = read_manifest(pond)
-    for name in ("checkpoints", "explain"):  # repeated from the start
 def test_a_fork_of_another_mode_or_a_changed_file_is_not_taken_for_done(pond, monkeypatch):
     def take():
         return take_out(pond, HUNGRY, "A", tick=1, forks=2, ticks=5, seed=8, workers=1)
@@ -145,6 +145,9 @@ def test_no_fork_is_written_through_a_link_that_leads_out(pond, tmp_path):
     assert list((tmp_path / "mine").iterdir()) == []
 
 
+def test_following_changes_nothing_and_a_repeated_tick_is_the_recorded_one(pond):
+    manifest = read_manifest(pond)
+    for name in ("checkpoints", "explain"):  # repeated from the start
         for path in pond.glob(f"{name}/tick-*2.safetensors"):
             path.unlink()
     world, base = world_at(pond, manifest, 2)
