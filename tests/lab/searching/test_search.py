@@ -18,6 +18,7 @@ from ecs_eco.engine.errors import ConfigError
 from ecs_eco.lab import search
 from ecs_eco.lab.searching.evaluate import Job, evaluate
 from ecs_eco.lab.searching.plan import plan_of
+from ecs_eco.lab.work import Work
 
 WORLD = """\
 # mites live for energy / basal seconds
@@ -208,6 +209,34 @@ def test_a_search_that_was_stopped_goes_on_as_if_it_had_not_been(world: Path, tm
     assert sorted(set(cells)) == [(100_001, 100_001), (100_001, 100_002), (100_001, 100_003)]
     assert all(("cell" in e) == (e["kind"] == "confirmation") for e in entries)
     assert [len(e["stages"][0]["runs"]) for e in entries if e["kind"] == "final"] == [2, 2]
+
+
+@pytest.mark.slow
+def test_results_are_equal_whatever_worker_finishes_first(
+    world: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    arrived = Work.arrived
+
+    def last_first(work: Work[Any], timeout: float | None = None) -> list[Any]:
+        found = arrived(work, timeout)
+        while len(work):
+            found += arrived(work, timeout)
+        return found[::-1]
+
+    def results(out: Path) -> tuple[dict[str, Any], list[Any]]:
+        search(world, out, trials=6, workers=1, report=False)
+        written = json.loads((out / "search.json").read_text())
+        for key in [key for key in written if "seconds" in key or "cpu" in key]:
+            del written[key]
+        written["best_so_far"] = [merit for _, merit in written["best_so_far"]]
+        entries = [json.loads(line) for line in (out / "journal.jsonl").read_text().splitlines()]
+        return written, [e["cell"] for e in entries if e["kind"] == "confirmation"]
+
+    once, cells = results(tmp_path / "a")
+    monkeypatch.setattr(Work, "arrived", last_first)
+    again, reversed_cells = results(tmp_path / "b")
+    assert cells != reversed_cells
+    assert once == again
 
 
 @pytest.mark.slow
