@@ -109,7 +109,10 @@ def write_run(
         "format": 1,
         "world": "predator-prey",
         "title": "Grass, deer and wolves",
-        "config": {"space": {"size": [160.0, 160.0], "edges": "torus"}},
+        "config": {
+            "space": {"size": [160.0, 160.0], "edges": "torus"},
+            "species": {name: {} for name in species},
+        },
         "config_hash": "0" * 64,
         "seed": seed,
         "ticks": len(numbers),

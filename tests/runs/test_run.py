@@ -257,8 +257,7 @@ def test_a_resealed_manifest_with_a_wrong_value_is_refused_by_its_key(tmp_path):
     ]
     whole = [(manifest | change, f"{key}.*: ") for change, key in changes]
     whole += [
-        ({k: v for k, v in manifest.items() if k != key}, f"the key {key} is missing")
-        for key in WRITTEN
+        ({k: v for k, v in manifest.items() if k != key}, f"the key {key} is missing") for key in WRITTEN
     ]
     for content, said in whole:
         seal.write_manifest(tmp_path / "run", content)

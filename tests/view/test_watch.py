@@ -158,7 +158,8 @@ def test_a_taken_port_is_refused_before_anything_is_recorded(tmp_path):
 
 
 def test_a_fork_is_not_repeated_from_its_start(tmp_path):
-    manifest = {"format": 1, "config": {}, "seed": 1, "ticks": 5, "forked": {"from": "runs/a"}}
+    config = {"space": {"size": [9.0, 9.0], "edges": "torus"}, "species": {"moss": {}}}
+    manifest = {"format": 1, "config": config, "seed": 1, "ticks": 5, "forked": {"from": "runs/a"}}
     (tmp_path / "manifest.json").write_text(json.dumps(manifest))
     result = CliRunner().invoke(app, ["repeat", str(tmp_path)])
     assert result.exit_code == 2
