@@ -3,6 +3,7 @@ import json
 import pyarrow.parquet as pq
 import pytest
 
+from ecs_eco.record.seal import write_manifest
 from ecs_eco.runs.run import resume, run_to_folder
 
 MAIN = "from ecs_eco.cli import main; main()"
@@ -78,6 +79,7 @@ def test_a_divided_run_leaves_the_records_of_one_process_and_goes_on_in_one(mpir
             near = kind in ("series", "learning") and isinstance(values[0], float)
             assert two[column] == (pytest.approx(values, rel=1e-6, nan_ok=True) if near else values), column
     (tmp_path / "two" / "checkpoints" / "tick-000000000024.safetensors").unlink()
+    write_manifest(tmp_path / "two", of_two | {"finished": False})  # as if it had been killed
     assert resume(tmp_path / "two", report=False)["digest"] == of_one["digest"]
 
 
