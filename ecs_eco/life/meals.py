@@ -131,14 +131,15 @@ def postponed(
     for meals in wanted:
         of_table.setdefault(meals.table.name, []).append(meals)
     for name, mine in of_table.items():
-        if len(mine) == 1 and name not in won:
+        alone = len(mine) == 1
+        if alone and name not in won:
             continue
         n = mine[0].eaters.n
         hunted, first = np.zeros(n, np.bool_), np.zeros(n, np.int32)
         for meals in (*wanted, *later):
             if meals.prey.name == name:
                 hunted |= meals.best >= 0
-        if len(mine) > 1:
+        if not alone:
             least, item = np.empty(n, np.float32), np.empty(n, np.uint64)
             first -= 1
             for k, meals in enumerate(mine):

@@ -48,13 +48,15 @@ class Diffuse(System):
         world = self.world
         emitters: list[tuple[Table, Index]] = []
         for table in world.tables.values():
-            ways = list[tuple[str, Emission]]()
-            for name, way in sorted(table.species.emits.items()):
+            ways, of_its_own = list[tuple[str, Emission]](), False
+            for name, way in table.species.emits.items():
                 if isinstance(way, Emission):
                     ways.append((name, way))
+                else:
+                    of_its_own = True
             if ways:
-                self.emanate(table, ways)
-            if len(ways) < len(table.species.emits):
+                self.emanate(table, sorted(ways))
+            if of_its_own:
                 emitters.append((table, world.index(table)))
         mine = list(world.fields) if world.bands.size == 1 else self.mine()
         world.together(*[partial(self.spread, name, emitters) for name in mine])
