@@ -210,6 +210,7 @@ def _locked(folder: Path) -> int:
                     f"{folder}: is in use by {_owner(path)}; wait until it ends, or name another folder"
                 )
             if _same(handle, path):
+                files.require_regular(path)
                 os.ftruncate(handle, 0)
                 os.lseek(handle, 0, os.SEEK_SET)
                 owner = {

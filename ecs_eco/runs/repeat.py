@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from pydantic import TypeAdapter
+from pydantic import TypeAdapter, ValidationError
 
 from ecs_eco.compiled import portable
 from ecs_eco.config.models.interventions import AnyIntervention, coming
@@ -34,6 +34,11 @@ def repeatable(manifest: dict[str, Any]) -> dict[str, Any]:
         An argument for `World.from_config`. It includes the world file's interventions that were still
         pending, because the digest covers them.
 
+    Raises
+    ------
+    RecordingError
+        If the manifest's interventions are invalid.
+
     Examples
     --------
     >>> from ecs_eco.runs.repeat import repeatable
@@ -42,7 +47,15 @@ def repeatable(manifest: dict[str, Any]) -> dict[str, Any]:
     >>> repeatable(manifest)["name"]
     'predator-prey'
     """
-    planned = TypeAdapter(list[AnyIntervention]).validate_python(manifest["config"].get("interventions", []))
+    try:
+        planned = TypeAdapter(list[AnyIntervention]).validate_python(
+            manifest["config"].get("interventions", [])
+        )
+    except ValidationError as error:
+        fault = error.errors(include_url=False)[0]["msg"]
+        raise RecordingError(
+            f"{manifest['world']}: the recorded interventions are invalid: {fault}"
+        ) from None
     interventions = [dict(done) | {"at": tick} for tick, done in manifest.get("intervened", [])]
     interventions += [
         intervention.model_dump(mode="json", exclude_none=True)

@@ -2,6 +2,7 @@
 and never waited for."""
 
 import os
+import re
 import shutil
 
 import pytest
@@ -17,7 +18,7 @@ from ecs_eco.learning.weights import hash_of
 from ecs_eco.record import run_to_folder
 from ecs_eco.record.belonging import mark_of
 from ecs_eco.record.checkpoint import describe, latest, read
-from ecs_eco.record.claim import owner_of
+from ecs_eco.record.claim import LOCK, claimed, owner_of
 from ecs_eco.record.parquet import read_metadata, read_part
 from ecs_eco.record.seal import read_manifest
 
@@ -135,3 +136,9 @@ def test_a_new_journal_is_not_written_to_it(tmp_path, put):
 def test_in_the_place_of_a_journal(tmp_path, put):
     with pytest.raises(OSError, match=r"is a folder|is not a regular file"):
         read_journal(put(tmp_path / "journal.jsonl"))
+
+
+def test_the_lock_of_a_folder(put, tmp_path):
+    place = put(tmp_path / LOCK)
+    with pytest.raises(OSError, match=re.escape(str(place))), claimed(tmp_path):
+        pass

@@ -264,6 +264,9 @@ def test_a_resealed_manifest_with_a_wrong_value_is_refused_by_its_key(tmp_path):
         for read in (resume, repeat, write_report, Case.read):
             with pytest.raises(RecordingError, match=rf"manifest\.json: {said}"):
                 read(tmp_path / "run")
+    seal.write_manifest(tmp_path / "run", manifest | {"config": config | {"interventions": [{"kind": "x"}]}})
+    with pytest.raises(RecordingError, match=r"interventions are invalid.*'x'"):
+        repeat(tmp_path / "run")
 
 
 @pytest.mark.parametrize("kind", ["series", "births", "snapshots"])

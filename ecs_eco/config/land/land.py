@@ -1,5 +1,6 @@
 """The land that a world covers: elevations, classes, lakes and lines from rasters and vector layers."""
 
+import glob
 import hashlib
 import json
 import math
@@ -108,7 +109,7 @@ def read_land(terrain: Terrain, size: Sequence[float], folder: Path) -> Land:
     if (folder / KEPT).is_file() and (folder / "manifest.json").is_file():
         return kept_land(folder).part(*cells(terrain, size))
     names = [terrain.raster, terrain.cover, *(layer.file for layer in terrain.layers)]
-    stamps = tuple(_stamp(name, folder) for name in names if name)
+    stamps = tuple(stamp for name in names if name for stamp in _stamps(name, folder))
     return _read(terrain.model_dump_json(), tuple(size[:2]), folder, stamps)
 
 
@@ -134,16 +135,18 @@ def cells(terrain: Terrain, size: Sequence[float]) -> tuple[int, int]:
     return max(1, round(size[0] / terrain.cell)), max(1, round(size[1] / terrain.cell))
 
 
-def _stamp(name: str, folder: Path) -> tuple[int, int]:
+def _stamps(name: str, folder: Path) -> list[tuple[str, int, int]]:
+    """Return names, times and sizes of a file and of those that belong to it, such as .prj and .dbf."""
     try:
-        status = path_of(name, folder).stat()
+        path = path_of(name, folder)
+        files = [(file.name, file.stat()) for file in path.parent.glob(f"{glob.escape(path.stem)}.*")]
     except (OSError, ValueError, RasterError):
-        return 0, 0
-    return status.st_mtime_ns, status.st_size
+        return []
+    return sorted((file, status.st_mtime_ns, status.st_size) for file, status in files)
 
 
 @lru_cache(maxsize=8)
-def _read(text: str, size: tuple[float, float], folder: Path, stamps: tuple[tuple[int, int], ...]) -> Land:
+def _read(text: str, size: tuple[float, float], folder: Path, stamps: tuple[Any, ...]) -> Land:
     """Read the land of a `terrain` section in JSON; `stamps` prevents the cache from returning outdated land."""
     terrain = Terrain.model_validate_json(text)
     assert terrain.raster is not None

@@ -12,7 +12,6 @@ import tokenize
 import warnings
 import zipfile
 import zlib
-from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -117,11 +116,10 @@ def read_raster(name: str, folder: Path, band: int | str | None = None, crs: str
     """Read one band of a raster file; `crs` is used if the file does not state one. Raises RasterError."""
     path = path_of(name, folder)
     try:
-        status = os.stat(path)
-        raster = _read(path, status.st_mtime_ns, status.st_size, band)
+        own = {".npz": _of_npz, ".asc": _of_ascii, ".grd": _of_ascii}
+        raster = own.get(path.suffix.lower(), _of_gdal)(path, band)
     except OSError as error:
         raise refused("raster", f"cannot be read: {error.strerror or error}", name, KINDS) from None
-    raster.values.flags.writeable = False
     if raster.values.size == 0 or min(raster.values.shape) < 2:
         fault = f"has {raster.values.shape[1]} × {raster.values.shape[0]} cells"
         raise refused("raster", fault, name, "at least 2 cells along each side")
@@ -182,13 +180,6 @@ def parsed(crs: str) -> Any:
         return CRS.from_user_input(crs)
     except ValueError as error:  # also CRSError
         raise refused("crs", f"unknown to PROJ: {error}", crs, EXAMPLE) from None
-
-
-@lru_cache(maxsize=4)
-def _read(path: Path, changed: int, size: int, band: int | str | None) -> Raster:
-    """Read a file; `changed` and `size` prevent the cache from returning an outdated file."""
-    own = {".npz": _of_npz, ".asc": _of_ascii, ".grd": _of_ascii}
-    return own.get(path.suffix.lower(), _of_gdal)(path, band)
 
 
 # --- .npz

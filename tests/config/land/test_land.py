@@ -234,3 +234,12 @@ def test_the_hash_of_a_world_is_that_of_its_land_too_and_without_land_as_before(
         "lakes",
         "slope_cost",
     }
+
+
+def test_a_changed_definition_beside_the_raster_is_read_again(at):
+    head = "ncols 4\nnrows 3\nxllcorner 0\nyllcorner 0\ncellsize 10\n"
+    (at / "dem.asc").write_text(head + "\n".join(" ".join(map(str, row)) for row in DEM))
+    (at / "dem.prj").write_text("EPSG:32616")
+    assert land(**{"terrain.raster": "dem.asc"}).crs == "EPSG:32616"
+    (at / "dem.prj").write_text("EPSG:32617")
+    assert land(**{"terrain.raster": "dem.asc"}).crs == "EPSG:32617"
