@@ -78,8 +78,7 @@ def pretrain(
     last: dict[str, list[dict[str, np.ndarray]]] = {}
     every = max(1, ticks // points)
     for done in range(0, ticks, every):
-        for world in training_worlds.worlds:
-            ramp(world, config, done / ticks)
+        training_worlds.ramp(done / ticks)
         training_worlds.run(min(every, ticks - done))
         if progress is not None:
             progress(training_worlds.tick, ticks)
@@ -120,14 +119,6 @@ def over_time(training_worlds: "TrainingWorlds") -> dict[str, Any]:
             **{name: clean(c[1].astype(float)) for name, c in zip(a.actions, shares, strict=True)},
         }
     return {"learning": learning, "actions": acts}
-
-
-def ramp(world: World, config: WorldConfig, share: float) -> None:
-    """Set a training world's ramped values for this fraction of the training."""
-    wanted = {r.key: r.at(share) for r in config.training.ramp}
-    data = world.config.model_dump() if wanted else {}
-    if any(real_key(data, key_of(key))[1] != value for key, value in wanted.items()):
-        reconfigure(world, changed(world.config, wanted))
 
 
 def save(result: dict[str, Any], out: Path) -> None:
@@ -206,7 +197,7 @@ class TrainingWorlds:
 
     def __init__(self, config: WorldConfig, seed: int, threads: int = 1) -> None:
         self.config, self.plan, self.seed, self.threads = config, config.training, seed, threads
-        self.tick, self.stage = 0, 0
+        self.tick, self.stage, self.share = 0, 0, 0.0
         self.pool: dict[str, list[dict[str, np.ndarray]]] = {}
         self.series: list[dict[str, np.ndarray]] = []  # statistics of earlier worlds
         self.recorded: list[tuple[int, Any, Any]] = []  # earlier worlds: first tick, updates, actions
@@ -228,6 +219,14 @@ class TrainingWorlds:
                 for world in self.worlds:
                     world.run(min(self._pace(), part - step))
             ticks, self.tick = ticks - part, self.tick + part
+
+    def ramp(self, share: float) -> None:
+        """Set the ramped values for this fraction of the training, also in worlds that are created later."""
+        self.share, wanted = share, {r.key: r.at(share) for r in self.plan.ramp}
+        for world in self.worlds:
+            data = world.config.model_dump() if wanted else {}
+            if any(real_key(data, key_of(key))[1] != value for key, value in wanted.items()):
+                reconfigure(world, changed(world.config, wanted))
 
     def _pace(self) -> int:
         """Return the number of ticks that one world runs before the next one does: at most a rollout."""
@@ -312,6 +311,7 @@ class TrainingWorlds:
         for name, learner in self.learners.items():
             for i, world in enumerate(self.worlds):
                 self._hand(world.tables[name].species.nerves, name, learner, i)
+        self.ramp(self.share)
 
     def _hand(self, nerves: Any, name: str, together: Any, i: int) -> None:
         """Give a species in world i the learning network, or an earlier network from the pool."""

@@ -23,7 +23,8 @@ def of_newborn(table: Table, values: Values, n: int) -> Values:
     """Return the masses and radii of `n` newborns whose other columns are `values`, omitting columns that
     keep the species' values or those in `values`."""
     way, at = table.species.growth, table.species.traits.get("growth.newborn")
-    share = 1.0 if way is None else way.newborn if at is None else values[Traits, "value"][:, at]
+    own = None if at is None else values.get((Traits, "value"))  # none if genes are neutral
+    share = 1.0 if way is None else way.newborn if own is None else own[:, at]
     return _bodies(table, values, n, share)
 
 

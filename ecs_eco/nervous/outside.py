@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
     from ecs_eco.engine.table import Table
     from ecs_eco.nervous.nerves import Nerves
+    from ecs_eco.nervous.ranges import Ranges
     from ecs_eco.space.world import SpatialWorld
 
 
@@ -118,14 +119,13 @@ def taken(nerves: Nerves, table: Table, rows: np.ndarray, chosen: ArrayLike, sou
         wrong[:, :discrete] |= values[:, :discrete] != np.floor(values[:, :discrete])
     if wrong.any():
         raise ConfigError(_problems(table, rows, values, wrong, names, (low, high), source))
-    return Answer(
-        values[:, :discrete].astype(np.int16), _in_halves(nerves, values[:, discrete:].astype(np.float32))
-    )
+    numbers = values[:, discrete:].astype(np.float32)
+    return Answer(values[:, :discrete].astype(np.int16), _in_halves(nerves.ranges.of(table, rows), numbers))
 
 
-def _in_halves(nerves: Nerves, values: np.ndarray) -> np.ndarray:
-    """Return numbers f32[k, continuous groups] in units of half the species' range."""
-    low, high = nerves.ranges.low, nerves.ranges.high
+def _in_halves(ranges: Ranges, values: np.ndarray) -> np.ndarray:
+    """Return numbers f32[k, continuous groups] in units of half of each organism's range."""
+    low, high = ranges.low, ranges.high
     half = np.where(high > low, (high - low) / 2, np.float32(1))
     numbers: np.ndarray = ((values - (low + high) / 2) / half).astype(np.float32)
     return numbers

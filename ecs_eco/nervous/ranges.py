@@ -44,7 +44,7 @@ class Ranges:
         }
         keys |= {f"default_action.{group}": self.rest[k] for k, group in enumerate(self.groups)}
         values = own_values(table, keys)
-        if not isinstance(values[0], np.ndarray):
+        if not self.groups or not isinstance(values[0], np.ndarray):
             return self
         each, k, own = np.stack([value[rows] for value in values], 1), len(self.groups), copy(self)
         own.high = each[:, 1 : 2 * k : 2]

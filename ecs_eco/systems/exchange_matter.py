@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -13,20 +12,17 @@ from ecs_eco.components import Body, Chemistry, Matter, Position, Shape
 from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_values
-from ecs_eco.life.matter import Bodies, bodies, held, hold, part_lost
+from ecs_eco.life.matter import bodies, held, hold, part_lost
 from ecs_eco.nervous.sensors.sense import place_of
 from ecs_eco.space.geometry import Extent, Places, cell_of, into
 from ecs_eco.space.seekers import Seekers
 
 if TYPE_CHECKING:
-    from ecs_eco.config.features.chemistry import Equilibrate, Release, Uptake
     from ecs_eco.engine.table import Table
     from ecs_eco.space.field import Field
+    from ecs_eco.space.index import Index
     from ecs_eco.space.world import SpatialWorld
 
-    Asked = tuple[Table, Any, str]  # one kind of body, a process and its key
-
-ALL = np.zeros(0, np.bool_)
 OUTSIDE = np.zeros(0)
 
 
@@ -50,14 +46,17 @@ class Mouths(NamedTuple):
 
 
 KINDS = "uptake", "equilibrate", "release"
+NO_LIMIT = 1e30
 
 
 class ExchangeMatter(System):
     """Bodies take up substances from fields, then equilibrate with them, then release substances.
 
-    All bodies of all kinds do so simultaneously. Uptake is limited by the content of a cell; if it does not
-    contain enough, all bodies get the same share of their demand, however many uptakes they have.
-    Equilibration is solved exactly for a body and its part of the cell. All steps run in canonical order.
+    All bodies of all kinds do so simultaneously, and so do all uptakes, equilibrations or releases of one
+    substance by one body. Uptake is limited by the content of a cell; if it does not contain enough, all
+    bodies get the same share of their demand, however many uptakes they have. Equilibration and release are
+    solved exactly for a body and its part of the cell; if a body has several, each contributes in proportion
+    to its rate. Dying organisms exchange nothing. All steps run in canonical order.
     """
 
     needs = (Position, Body, Chemistry, Matter)
@@ -65,109 +64,155 @@ class ExchangeMatter(System):
     submodel = Submodel("Exchange of substances", reads=("exchange",), changes=("Chemistry", "Matter"))
     asked_for = staticmethod(lambda table: bool(table.species.exchange))
     world: SpatialWorld
-    _asked: dict[tuple[int, int, str], list[Asked]]
+    _asked: dict[tuple[int, int], list[Exchange]]
 
     def process(self, *_args: object) -> None:
-        """Exchange, for all bodies, the substances that their species list, one process and one field at a
+        """Exchange, for all bodies, the substances that their species list, one process and one substance at a
         time."""
-        self._asked, world = {}, self.world
+        self._asked = {}
         super().process()
-        for (kind, _, field), asked in sorted(self._asked.items(), key=lambda one: one[0]):
-            if kind < 2:
-                (self.equilibrate if kind else self.take_up)(world, world.fields[field], asked)
-            else:
-                for table, way, key in asked:
-                    self.release(table, world, way, key)
+        for (kind, _), every in sorted(self._asked.items(), key=lambda one: one[0]):
+            for one in every:
+                one.look()
+            (take_up, equilibrate, release)[kind](every, self.world.dt)
+            for one in every:
+                one.apply()
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Record the exchanges of one kind of body; all but uptakes are numbered within process and field."""
-        seen: dict[tuple[int, str], int] = {}
+        """Record the exchanges of one kind of body, by process and substance."""
         ways = enumerate(table.species.exchange if table.n else ())
         for number, way in sorted(ways, key=lambda way: str(vars(way[1]))):
-            kind = KINDS.index(way.kind), way.field or ""
-            seen[kind] = seen.get(kind, -1) + 1 if kind[0] else 0
-            self._asked.setdefault((kind[0], seen[kind], kind[1]), []).append(
-                (table, way, f"exchange.{number}.")
-            )
+            field = None if way.field is None else world.fields[way.field]
+            name = way.substance if way.kind == "release" else (field and field.substance)
+            s = world.substances.index(name or "")
+            one = Exchange(table, world, way, f"exchange.{number}.", field, s)
+            self._asked.setdefault((KINDS.index(way.kind), s), []).append(one)
 
-    def take_up(self, world: SpatialWorld, field: Field, asked: list[Asked]) -> None:
-        """Take up the amounts that bodies of all kinds demand from one field or, if it does not contain
-        enough, their shares of its content."""
-        s, value = world.substances.index(field.substance or ""), field.value.reshape(-1)
-        total, wants = np.zeros(value.size), []
-        most = {table.name: np.zeros(table.high) for table, _, _ in asked}
-        for table, way, key in asked:
-            _, rows, cell = self.places(table, world, way, key)
-            names = f"{key}rate", f"{key}half", f"{key}concentration_max"
-            limits = way.rate, way.half or 0.0, way.concentration_max or np.inf
-            rate, half, until = own_values(table, dict(zip(names, limits, strict=True)))
-            rates, does = np.zeros(rows.size), self.doing(table, way)
-            demand(rows, cell, does, rate * world.dt, half, value, rates, most[table.name])
-            wants.append((rows, cell, rates, until))
-        for (table, _, _), (rows, cell, wanted, until) in zip(asked, wants, strict=True):
-            limit(rows, cell, bodies(table), s, until, most[table.name], wanted, total)
-        before = value.copy()
-        for (table, way, _), (rows, cell, wanted, _) in zip(asked, wants, strict=True):
-            moved = take(rows, cell, wanted, bodies(table), s, before, total, value, field.litres)
-            self.book(table, world, way.field, "taken_up", s, moved)
 
-    def equilibrate(self, world: SpatialWorld, field: Field, asked: list[Asked]) -> None:
-        """Equilibrate concentrations in bodies of all kinds with the concentrations around them in one field."""
-        s, value = world.substances.index(field.substance or ""), field.value.reshape(-1)
-        before, total = value.copy(), np.zeros(value.size)
-        places = [self.places(table, world, way, key)[1:] for table, way, key in asked]
-        for (table, _, _), (rows, cell) in zip(asked, places, strict=True):
-            np.add.at(total, cell, bodies(table).volume[rows])
-        for (table, way, key), (rows, cell) in zip(asked, places, strict=True):
-            rate, partition = own_values(table, {f"{key}rate": way.rate, f"{key}partition": way.partition})
-            moved = pass_skin(
-                rows, cell, bodies(table), s, rate * world.dt, partition, before, total, value, field.litres
-            )
-            self.book(table, world, way.field, "taken_up", s, moved)
+class Exchange:
+    """An exchange of one substance by all members of a table. All arrays f64[n] are in canonical order, which
+    is the same for all exchanges of the table."""
 
-    def release(self, table: Table, world: SpatialWorld, way: Release, key: str) -> None:
-        """Release a share of each body's content in excess of the amount that it keeps."""
-        rate, above = own_values(table, {f"{key}rate": way.rate, f"{key}above": way.above})
-        s, share = world.substances.index(way.substance), part_lost(rate * world.dt)
-        if way.field is None:
-            rows = world.index(table).rows
-            cell, value, litres = rows, OUTSIDE, 1.0
-        else:
-            field, rows, cell = self.places(table, world, way, key)
-            value, litres = field.value.reshape(-1), field.litres
-        moved = give(rows, cell, self.doing(table, way), bodies(table), s, share, above, value, litres)
-        self.book(table, world, way.field, "lost" if way.field is None else "released", s, -moved)
-
-    def book(
-        self, table: Table, world: SpatialWorld, field: str | None, flow: str, s: int, moved: float
+    def __init__(
+        self, table: Table, world: SpatialWorld, way: Any, key: str, field: Field | None, s: int
     ) -> None:
-        """Record the amounts [mol] that have entered the bodies."""
-        if world.matter is not None:
-            world.matter.book(("table", table.name), flow, moved, s)
-            if field is not None:
-                world.matter.book(("field", field), flow, -moved, s)
+        self.table, self.world, self.way, self.key, self.field, self.s = table, world, way, key, field, s
 
-    def doing(self, table: Table, way: Uptake | Release) -> np.ndarray:
-        """Return which organisms execute the required action, bool[capacity]; empty if no action is required."""
-        return ALL if way.action is None else table.species.nerves.doing(table, way.action)
+    def look(self) -> None:
+        """Find the organisms that are not dying, the concentrations in and around them [mol/L], and their
+        volumes [L]."""
+        index, s = self.world.index(self.table), self.s
+        living = self.table.cause[index.rows] == 0
+        self.rows, self.bodies = index.rows[living], bodies(self.table)
+        self.held = self.bodies.molarity[self.rows, s].astype(np.float64)
+        if self.bodies.residue.size:
+            self.held += self.bodies.residue[self.rows, s]
+        self.volume, self.change = self.bodies.volume[self.rows], np.zeros(self.rows.size)
+        self.acting = self.way.kind == "equilibrate" or self.way.action is None or self._doing()
+        self.cell, self.litres, self.around = self.rows, 1.0, OUTSIDE
+        if self.field is not None:
+            self.cell, self.litres = self._cells(index, self.field)[living], self.field.litres
+            self.around = self.field.value.reshape(-1)[self.cell]
 
-    def places(
-        self, table: Table, world: SpatialWorld, way: Uptake | Release | Equilibrate, key: str
-    ) -> tuple[Field, np.ndarray, np.ndarray]:
-        """Return the field, the living rows in canonical order i64[n], and the field cell at each mouth i64[n]."""
-        field, index = world.fields[way.field or ""], world.index(table)
-        cell, space = np.empty(index.n, np.int64), world.space
+    def own(self, *names: str, without: float = 0.0) -> list[np.ndarray]:
+        """Return values of the exchange for each organism: f64[n]; `without` replaces absent ones."""
+        values = {f"{self.key}{name}": getattr(self.way, name) for name in names}
+        found = own_values(self.table, {k: without if v is None else v for k, v in values.items()})
+        return [np.full(self.rows.size, of_row(value, self.rows), np.float64) for value in found]
+
+    def apply(self) -> None:
+        """Change the concentrations in bodies by `change` [mol/L], and book the amounts that have moved."""
+        value = OUTSIDE if self.field is None else self.field.value.reshape(-1)
+        moved = move(self.rows, self.cell, self.bodies, self.s, self.change, value, self.litres)
+        if (books := self.world.matter) is not None:
+            flow = "taken_up" if self.way.kind != "release" else "lost" if self.field is None else "released"
+            books.book(("table", self.table.name), flow, moved, self.s)
+            if self.field is not None:
+                books.book(("field", self.way.field), flow, -moved, self.s)
+
+    def _doing(self) -> np.ndarray:
+        """Return which organisms execute the required action: bool[n]."""
+        doing: np.ndarray = self.table.species.nerves.doing(self.table, self.way.action)
+        return doing[self.rows]
+
+    def _cells(self, index: Index, field: Field) -> np.ndarray:
+        """Return the field cell at each mouth, by entry of the index: i64[entries]."""
+        table, space, cell = self.table, self.world.space, np.empty(index.n, np.int64)
         at = own_values(
-            table, {f"{key}at.{axis}": np.float32(v) for axis, v in enumerate([*way.at, 0.0, 0.0][:3])}
+            table,
+            {f"{self.key}at.{axis}": np.float32(v) for axis, v in enumerate([*self.way.at, 0.0, 0.0][:3])},
         )
         x, y, z = index.x, index.y, index.z
         if Shape in table:
             each = [v[index.rows] if isinstance(v, np.ndarray) else v for v in at]
-            x, y, z = place_of(table, Seekers(world, table), -1, each, world.space)
+            x, y, z = place_of(table, Seekers(self.world, table), -1, each, space)
             at = (np.float32(0),) * 3
         places, mouths = Places(x, y, z), Mouths(table[Position].heading, table[Body].radius, *at)
         find(index.rows, places, mouths, space.extent, Cells(*field.shape, field.inverse), cell)
-        return field, index.rows, cell
+        return cell
+
+
+def take_up(every: list[Exchange], dt: float) -> None:
+    """Set the changes by uptake: rate c/(half + c) (Michaelis & Menten 1913), limited by the space left in each
+    body and by the content of each cell."""
+    wanted = []
+    for one in every:
+        rate, half = one.own("rate", "half")
+        rate *= dt * np.asarray(one.acting)
+        wanted.append(np.divide(rate * one.around, half + one.around, out=rate, where=half > 0))
+    amounts = []
+    for one, demand, most in zip(every, wanted, of_body(every, wanted), strict=True):
+        (until,) = one.own("concentration_max", without=NO_LIMIT)
+        left = (until - one.held) * share(demand, most)
+        amounts.append(np.minimum(demand, left).clip(0.0) * one.volume)
+    for one, amount, total in zip(every, amounts, of_cell(every, amounts), strict=True):
+        there = one.around * one.litres
+        one.change = amount * np.where(total > there, share(there, total), 1.0) / one.volume
+
+
+def equilibrate(every: list[Exchange], dt: float) -> None:
+    """Set the changes by diffusion (Fick 1855): y = partition × c_field − c falls as exp(−rate × crowd × t)."""
+    rates = [one.own("rate")[0] * dt for one in every]
+    sums = of_body(every, rates)
+    parts = [share(rate, total) for rate, total in zip(rates, sums, strict=True)]
+    crowds = of_cell(every, [one.volume * part for one, part in zip(every, parts, strict=True)])
+    for one, total, part, volume in zip(every, sums, parts, crowds, strict=True):
+        (partition,) = one.own("partition")
+        crowd = 1.0 + partition * volume / one.litres
+        one.change = (partition * one.around - one.held) * part_lost(total * crowd) * part / crowd
+
+
+def release(every: list[Exchange], dt: float) -> None:
+    """Set the changes by release: dc/dt = −rate (c − above) while c > above."""
+    limits, rates = [], []
+    for one in every:
+        rate, above = one.own("rate", "above")
+        limits.append(above)
+        rates.append(rate * dt * (one.acting & (one.held > above)))
+    for one, above, rate, total in zip(every, limits, rates, of_body(every, rates), strict=True):
+        one.change = (above - one.held) * (part_lost(total) * share(rate, total))
+
+
+def share(part: np.ndarray, whole: np.ndarray) -> np.ndarray:
+    """Return part / whole, or 0 if both are 0."""
+    return np.divide(part, whole, out=np.zeros_like(whole), where=whole > 0)
+
+
+def of_body(every: list[Exchange], values: list[np.ndarray]) -> list[np.ndarray]:
+    """Return the sums of values f64[n] over all exchanges of the same table."""
+    sums: dict[str, Any] = {}
+    for one, value in zip(every, values, strict=True):
+        sums[one.table.name] = sums.get(one.table.name, 0.0) + value
+    return [sums[one.table.name] for one in every]
+
+
+def of_cell(every: list[Exchange], values: list[np.ndarray]) -> list[np.ndarray]:
+    """Return, for each organism, the sum of values f64[n] over all exchanges with its cell."""
+    sums: dict[str, np.ndarray] = {}
+    for one, value in zip(every, values, strict=True):
+        assert one.field is not None
+        np.add.at(sums.setdefault(one.way.field, np.zeros(one.field.value.size)), one.cell, value)
+    return [sums[one.way.field][one.cell] for one in every]
 
 
 @njit
@@ -189,106 +234,15 @@ def find(
 
 
 @njit
-def demand(rows, cell, does, rate, half, value, wanted, most):
-    """Write each body's demand for a substance, at most `rate` [mol/L], to `wanted` f64[n], and add it to the
-    demand of all uptakes of that body, `most` f64[rows]."""
+def move(rows, cell, bodies, s, change, value, litres):
+    """Change concentrations in bodies by `change` f64[n] [mol/L] and take the amounts from the cells of a field
+    f64[cells], or from outside the world if it is empty; return the total [mol]."""
+    moved = 0.0
     for i in range(rows.size):
-        row, c = rows[i], value[cell[i]]
-        if does.size and not does[row]:
-            continue
-        wanted[i], slow = of_row(rate, row), of_row(half, row)
-        if slow != 0:
-            wanted[i] = wanted[i] * c / (slow + c)
-        most[row] += wanted[i]
-
-
-@njit
-def limit(rows, cell, bodies, s, until, most, wanted, total):
-    """Reduce demands so that bodies are not filled above a concentration; convert them to amounts [mol], and
-    add these to the total demand on their cells, `total` f64[cells]."""
-    for i in range(rows.size):
-        if wanted[i] > 0:
-            row = rows[i]
-            room = (of_row(until, row) - held(bodies, row, s)) * (wanted[i] / most[row])
-            wanted[i] = max(min(wanted[i], room), 0.0) * bodies.volume[row]
-            total[cell[i]] += wanted[i]
-
-
-@njit
-def take(
-    rows: np.ndarray,
-    cell: np.ndarray,
-    wanted: np.ndarray,
-    bodies: Bodies,
-    s: int,
-    stock: np.ndarray,
-    total: np.ndarray,
-    value: np.ndarray,
-    litres: float,
-) -> float:
-    """Move amounts [mol] from the cells of a field into bodies, or equal shares of them where the total demand
-    on a cell, `total` f64[cells], exceeds its `stock` f64[cells] [mol/L]; return the total [mol]."""
-    volume, moved = bodies.volume, 0.0
-    for i in range(rows.size):
-        if wanted[i] > 0:
-            row, k = rows[i], cell[i]
-            before, share = held(bodies, row, s), min(1.0, stock[k] * litres / total[k])
-            amount = (hold(bodies, row, s, before + wanted[i] * share / volume[row]) - before) * volume[row]
-            value[k] = max(value[k] - amount / litres, 0.0)
+        if change[i] != 0:
+            c = held(bodies, rows[i], s)
+            amount = (hold(bodies, rows[i], s, max(c + change[i], 0.0)) - c) * bodies.volume[rows[i]]
+            if value.size:
+                value[cell[i]] = max(value[cell[i]] - amount / litres, 0.0)
             moved += amount
-    return moved
-
-
-@njit
-def pass_skin(
-    rows: np.ndarray,
-    cell: np.ndarray,
-    bodies: Bodies,
-    s: int,
-    rate: Number,
-    partition: Number,
-    before: np.ndarray,
-    total: np.ndarray,
-    value: np.ndarray,
-    litres: float,
-) -> float:
-    """Exchange a substance between bodies and their parts of a cell, which are proportional to body volume;
-    `total` f64[cells] is the volume of all bodies in a cell. Return the amount [mol] that has entered bodies."""
-    volume, moved = bodies.volume, 0.0
-    for i in range(rows.size):
-        row, k = rows[i], cell[i]
-        c, balance = held(bodies, row, s), of_row(partition, row)
-        # y = partition × c_field − c falls as exp(−rate × crowd × t)
-        crowd = 1.0 + balance * total[k] / litres
-        change = (balance * before[k] - c) * -math.expm1(-of_row(rate, row) * crowd) / crowd
-        amount = (hold(bodies, row, s, max(c + change, 0.0)) - c) * volume[row]
-        value[k] = max(value[k] - amount / litres, 0.0)
-        moved += amount
-    return moved
-
-
-@njit
-def give(
-    rows: np.ndarray,
-    cell: np.ndarray,
-    does: np.ndarray,
-    bodies: Bodies,
-    s: int,
-    share: Number,
-    above: Number,
-    value: np.ndarray,
-    litres: float,
-) -> float:
-    """Move a share of the substance that bodies hold in excess of a concentration into the cells of a field,
-    or out of the world if there is no field; return the total [mol]."""
-    volume, moved = bodies.volume, 0.0
-    for i in range(rows.size):
-        row = rows[i]
-        c, least = held(bodies, row, s), of_row(above, row)
-        if c <= least or (does.size and not does[row]):
-            continue
-        amount = (c - hold(bodies, row, s, c - (c - least) * of_row(share, row))) * volume[row]
-        if value.size:
-            value[cell[i]] += amount / litres
-        moved += amount
     return moved

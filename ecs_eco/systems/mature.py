@@ -83,7 +83,10 @@ def columns(table: Table, way: Season) -> Fertility:
     """Return fertility by age and season: columns, or the species' values as arrays of length 1."""
     if Breeding in table:
         b = table[Breeding]
-        return Fertility(b.peak, b.maturity, b.prime, b.end, b.season, b.width)
+        prime = b.prime
+        if way.prime is None and "breeding.prime" not in (table.species.traits or ()):
+            prime = np.where(b.end < NEVER, b.maturity + (b.end - b.maturity) / 3, b.maturity)
+        return Fertility(b.peak, b.maturity, prime, b.end, b.season, b.width)
     values = (
         table.species.fertility,
         way.maturity,

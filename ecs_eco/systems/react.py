@@ -37,9 +37,9 @@ class React(System):
 
     The extent in a tick is rate × Π c/(half + c) × volume × dt (Michaelis & Menten 1913; the product over
     several substances after Monod 1949), multiplied by the light if the reaction needs light. A reaction with
-    an action runs only in organisms that execute it. A reaction never consumes more than the body contains. A
-    reaction that releases energy stops when the organism is full, and one that needs energy stops when the
-    organism has none.
+    an action runs only in organisms that execute it; none runs in dying organisms. A reaction never consumes
+    more than the body contains. A reaction that releases energy stops when the organism is full, and one that
+    needs energy stops when the organism has none.
     """
 
     needs = (Chemistry, Matter)
@@ -53,9 +53,10 @@ class React(System):
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Run the reactions of one species."""
-        alive, species = table.alive[: table.high], table.species
+        species = table.species
         if not species.reactions:
             return
+        living = (table.alive & (table.cause == 0))[: table.high]
         energy = taken = burnt = NO_ENERGY
         ceiling = 0.0
         if Metabolism in table:
@@ -67,9 +68,13 @@ class React(System):
         for number, reaction in enumerate(species.reactions):
             used, change, half = coefficients(reaction, world.substances)
             rate, gain, full, half = rates(table, world, number, half, ceiling)
-            acting = alive if reaction.action is None else table.species.nerves.doing(table, reaction.action)
+            doing = (
+                True
+                if reaction.action is None
+                else species.nerves.doing(table, reaction.action)[: table.high]
+            )
             react(
-                acting[: table.high],
+                living & doing,
                 bodies(table),
                 used,
                 change,

@@ -13,6 +13,7 @@ from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value, own_values
 from ecs_eco.life.climate import temperatures
 from ecs_eco.life.sizes import upkeep
+from ecs_eco.life.torpor import LEAST_ENERGY, awake
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -49,7 +50,8 @@ class SlowDown(System):
         table[SpeedScale].pace[:high][alive] = np.where(warmth > torpor, rate, 0.0)[alive]
         basal = own_value(table, "metabolism.basal", table.species.metabolism.basal)
         full = basal if table.species.standard_mass is None else basal * upkeep(table)
-        credit = np.broadcast_to((1.0 - rate) * full * world.dt, high)[alive]
+        credit = np.where(awake(table)[:high], (1.0 - rate) * full * world.dt, 0.0)[alive]
         before = m.energy[:high][alive]
-        m.energy[:high][alive] = before + credit
+        least = np.minimum(before, LEAST_ENERGY[table.species.metabolism.torpor])
+        m.energy[:high][alive] = np.maximum(before + credit, least)
         m.burnt[:high][alive] -= m.energy[:high][alive] - before

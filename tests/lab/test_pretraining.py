@@ -109,9 +109,10 @@ def test_what_an_update_could_not_say_is_written_as_null(menagerie, tmp_path):
     assert json.loads((tmp_path / "training.json").read_text())["reports"] == result["reports"]
 
 
-def test_numbers_ramp_while_training(menagerie):
+@pytest.mark.parametrize("renew", [0, 3])
+def test_numbers_ramp_while_training(menagerie, renew):
     ramp = [{"key": "species.ram.metabolism.basal", "values": [0.0, 0.02], "duration": 0.5}]
-    config = load(menagerie(training={"ramp": ramp}))
+    config = load(menagerie(training={"ramp": ramp, "renew": renew}))
     assert [config.training.ramp[0].at(share) for share in (0.0, 0.25, 0.5, 0.9)] == [0.0, 0.01, 0.02, 0.02]
     seen = []
 

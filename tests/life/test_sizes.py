@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ecs_eco import World
-from ecs_eco.components import Body, Metabolism, Position, Stature
+from ecs_eco.components import Biology, Body, Metabolism, Position, Stature
 from ecs_eco.life import broods
 from ecs_eco.life.matter import volumes
 from ecs_eco.life.places import radius_of, range_of
@@ -172,3 +172,20 @@ def test_four_radii_of_the_body_are_those_of_the_mother():
     near, spacing = range_of(table, table.species.reproduction)
     assert near[table.rows()] == pytest.approx(4 * table[Body].radius[table.rows()])
     assert spacing.shape == near.shape
+
+
+def test_neutral_drift_gives_newborns_the_size_of_the_species(meadow):
+    gene = {"name": "n", "trait": "growth.newborn", "letters": 1, "values": [0.1, 0.4]}
+    way = {"kind": "asexual", "rate": 0.5, "energy_min": 0.1, "energy_given": 0.05, "place": "anywhere"}
+    world = meadow(
+        count=20,
+        growth={"rate": 1e-9, "newborn": 0.2},
+        reproduction=way,
+        genome={"alphabet": "01", "genes": [gene]},
+    ).config
+    world = World.from_config(world, seed=1, controls=["neutral-drift"]).run(3)
+    deer = world.tables["deer"]
+    born = deer[Biology].age[deer.rows()] < 3
+    assert born.sum() > 3
+    shares = deer[Body].mass[deer.rows()][born] / deer[Stature].mass[deer.rows()][born]
+    assert shares == pytest.approx(0.2, rel=1e-3)

@@ -119,3 +119,17 @@ def test_a_run_of_such_a_world_is_refused_before_there_is_a_folder(meadow, tmp_p
     with pytest.raises(ConfigError, match="no program controls it"):
         run_to_folder(meadow(policy={"kind": "external"}).config, ticks=2, out=tmp_path / "out")
     assert not (tmp_path / "out").exists()
+
+
+def test_a_number_within_the_range_of_an_animal_is_carried_out_as_it_is(meadow):
+    """The file's range is 0 to 2 m/s, and each animal's own range ends at 1 m/s."""
+    gene = {"name": "v", "trait": "actions.speed.continuous.1", "letters": 1, "values": [1.0, 1.0]}
+    world = function_of(
+        meadow,
+        lambda x, uid: np.tile([0, 1, 0.75], (len(uid), 1)),
+        always_on=[],
+        genome={"alphabet": "01", "genes": [gene]},
+        **CONTINUOUS,
+    ).run(1)
+    table = world.tables["deer"]
+    assert table[Motor].command[table.rows(), 0].tolist() == [0.75, 0.75]

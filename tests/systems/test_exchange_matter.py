@@ -1,15 +1,17 @@
 """Breathing, drinking, excreting, leaking: what passes between bodies and the fields around them."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from ecs_eco import World
 from ecs_eco.components import Chemistry, Matter
 from ecs_eco.engine.errors import ConfigError
-from ecs_eco.life.matter import NUMBER, Bodies, litres, stocks
+from ecs_eco.life.matter import NUMBER, litres, stocks
 from ecs_eco.systems import ExchangeMatter
-from ecs_eco.systems.exchange_matter import demand, give, limit, pass_skin, take
+from ecs_eco.systems.exchange_matter import equilibrate, release, take_up
 from ecs_eco.testing import act, arrange
 
 # the field has cells of 10 m × 10 m × 1 m: 100,000 L; a deer of 0.5 m has 523.6 L
@@ -245,37 +247,118 @@ def test_a_smell_without_amount_cannot_go_into_a_field_of_a_substance(pasture):
         pasture(emits={"air": 1.0})
 
 
+def _two_fields(kind, one, other, **how):
+    """Return a world with a deer that exchanges in the same way with two fields, and their amounts before."""
+    ways = [{"kind": kind, "field": name, "rate": 1.0, **how} for name in (one, other)]
+    if kind == "release":
+        ways = [way | {"substance": "oxygen"} for way in ways]
+    fields = {name: {"cell": 10.0, "substance": "oxygen", "initial": 0.01} for name in (one, other)}
+    deer = {"count": 1, "body": {"radius": 0.5}, "substances": {"oxygen": 0.002}, "exchange": ways}
+    world = {"format": 1, "name": "two", "space": {"size": [20.0, 20.0]}, "dt": 2.0, "fields": fields}
+    world |= {"substances": {"oxygen": ""}, "species": {"deer": deer}}
+    return World.from_config(world, seed=1)
+
+
+@pytest.mark.parametrize("names", [("air", "soil"), ("zair", "soil")])
+def test_two_fields_of_one_substance_share_in_what_a_body_exchanges(names):
+    """Neither its name nor its place in the list gives a field more."""
+    world = _two_fields("release", *names)
+    world.run(1)
+    gone = 0.002 * (1 - math.exp(-2 * 2.0)) * DEER
+    for name in names:
+        assert world.fields[name].held() - 0.01 * 4 * CELL == pytest.approx(gone / 2, rel=1e-6)
+    world = _two_fields("uptake", *names, concentration_max=0.004)
+    world.run(1)
+    for name in names:
+        assert 0.01 * 4 * CELL - world.fields[name].held() == pytest.approx(0.001 * DEER, rel=1e-6)
+    world = _two_fields("equilibrate", *names)
+    world.fields[names[0]].value[...] = 0.0
+    world.run(1)
+    c = 0.005 + (0.002 - 0.005) * math.exp(-2 * 2.0)  # the body is small: both fields stay as they are
+    assert held(world)[0] == pytest.approx(c, rel=2e-3)
+
+
+def test_two_equilibrations_with_one_cell_are_one_of_the_sum_of_their_rates(pasture):
+    ways = [{"kind": "equilibrate", "field": "air", "rate": rate, "partition": 300.0} for rate in (3.0, 7.0)]
+    apart, together = pasture(*ways), pasture(ways[0] | {"rate": 10.0})
+    for world in (apart, together):
+        act(world, ExchangeMatter)
+    assert held(apart) == pytest.approx(held(together), rel=1e-6)
+
+
+def test_dying_animals_exchange_nothing(pasture):
+    world = pasture(
+        {"kind": "uptake", "field": "air", "rate": 0.001},
+        {"kind": "equilibrate", "field": "air", "rate": 0.1},
+        {"kind": "release", "substance": "salt", "rate": 0.1},
+    )
+    world.tables["deer"].cause[0] = world.cause("eaten")
+    act(world, ExchangeMatter)
+    assert held(world)[0] == pytest.approx(0.002, abs=1e-9)
+    assert held(world)[1] > 0.0025
+    assert held(world, 1) == pytest.approx([0.5, 0.5 * math.exp(-0.1)])
+    assert world.fields["air"].value[0, 0] == pytest.approx([0.01, 0.01], abs=1e-5)
+    assert world.fields["air"].value[0, 0, 0] == 0.01
+
+
+def test_an_eaten_plant_takes_nothing_more_from_the_soil():
+    soil = {"cell": 5.0, "substance": "N", "depth": 1.0, "initial": 1.0}
+    grass = {"count": 1, "body": {"radius": 0.1}, "substances": {"N": 1.0}}
+    grass["exchange"] = [{"kind": "uptake", "field": "soil", "rate": 2.0}]
+    cow = {"count": 1, "body": {"radius": 0.5}, "substances": {"N": 0.0}, "metabolism": {"energy": 0.1}}
+    cow["diet"] = [{"eats": "grass", "reach": 14.0, "gain": 0.5}]
+    world = {"format": 1, "name": "t", "space": {"size": [10, 10], "edges": "walls"}}
+    world |= {"fields": {"soil": soil}, "substances": {"N": ""}, "species": {"grass": grass, "cow": cow}}
+    world = World.from_config(world, seed=1)
+    before = stocks(world, world.matter).sum()
+    world.run(1)
+    assert world.tables["grass"].n == 0
+    assert stocks(world, world.matter).sum() == pytest.approx(before, rel=1e-9)
+    assert world.fields["soil"].held() == pytest.approx(100_000.0)
+
+
+class Entry:
+    """An exchange with one field of 50 L cells, for `take_up`, `equilibrate` and `release`."""
+
+    def __init__(self, name, rng, field, **values):
+        self.table, self.way = SimpleNamespace(name=name), SimpleNamespace(field="air")
+        self.field, self.values, self.acting = SimpleNamespace(value=field), values, True
+        self.cell, self.litres = rng.integers(0, field.size, 9), 50.0
+        self.held, self.volume, self.around = rng.uniform(0, 0.1, 9), rng.uniform(0.5, 3, 9), field[self.cell]
+
+    def own(self, *names, without=0.0):
+        return [np.full(9, self.values.get(name, without)) for name in names]
+
+
 @pytest.mark.parametrize("seed", range(3))
-def test_the_kernels_are_their_slow_twins(seed):
+def test_the_changes_are_those_of_slow_twins(seed):
     rng = np.random.default_rng(seed)
-    n, cells, litre = 12, 4, 50.0
-    rows, cell = rng.permutation(n)[:9], rng.integers(0, cells, 9)
-    volume, none = rng.uniform(0.5, 3, n), np.zeros(0, np.bool_)
+    field = rng.uniform(0, 0.2, 4)
+    every = [Entry(name, rng, field, rate=2.0, half=0.1, concentration_max=1.5) for name in "ab"]
+    take_up(every, 1.0)
+    demand = np.zeros(4)
+    for e in every:
+        for i, k in enumerate(e.cell):
+            demand[k] += min(2.0 * field[k] / (0.1 + field[k]), 1.5 - e.held[i]) * e.volume[i]
+    for e in every:
+        for i, k in enumerate(e.cell):
+            mine = min(2.0 * field[k] / (0.1 + field[k]), 1.5 - e.held[i]) * min(
+                1.0, field[k] * 50 / demand[k]
+            )
+            assert e.change[i] == pytest.approx(mine)
 
-    def bodies():
-        return Bodies(volume, molarity.astype(np.float32), np.zeros((n, 1), np.float32))
-
-    molarity, value = rng.uniform(0, 0.1, (n, 1)).astype(np.float32), rng.uniform(0, 0.2, cells)
-    b, field, c = bodies(), value.copy(), molarity[rows, 0].astype(float)
-    wanted = np.minimum(2.0 * value[cell] / (0.1 + value[cell]), 1.5 - c) * volume[rows]
-    each = np.bincount(cell, wanted, cells)
-    wanted *= np.minimum(1, value * litre / np.maximum(each, 1e-9))[cell]
-    mine, most, total = np.zeros(9), np.zeros(n), np.zeros(cells)
-    demand(rows, cell, none, 2.0, 0.1, field, mine, most)
-    limit(rows, cell, b, 0, 1.5, most, mine, total)
-    assert total == pytest.approx(each)
-    assert take(rows, cell, mine, b, 0, value, total, field, litre) == pytest.approx(wanted.sum())
-    assert b[1][rows, 0] == pytest.approx(c + wanted / volume[rows], rel=1e-6)
-    assert field == pytest.approx(value - np.bincount(cell, wanted, cells) / litre, abs=1e-12)
-
-    b, field = bodies(), value.copy()
-    crowd = (1 + 1.5 * np.bincount(cell, volume[rows], cells) / litre)[cell]
-    change = (1.5 * value[cell] - c) * (1 - np.exp(-0.3 * crowd)) / crowd
-    moved = pass_skin(rows, cell, b, 0, 0.3, 1.5, value, np.bincount(cell, volume[rows], cells), field, litre)
-    assert moved == pytest.approx((change * volume[rows]).sum())
-    assert field == pytest.approx(value - np.bincount(cell, change * volume[rows], cells) / litre, abs=1e-9)
-
-    b, field = bodies(), value.copy()
-    gone = 0.2 * (c - 0.05).clip(0) * volume[rows]
-    assert give(rows, cell, none, b, 0, 0.2, 0.05, field, litre) == pytest.approx(gone.sum())
-    assert field == pytest.approx(value + np.bincount(cell, gone, cells) / litre, abs=1e-9)
+    every = [Entry(name, rng, field, rate=0.3, partition=1.5, above=0.05) for name in "ab"]
+    equilibrate(every, 1.0)
+    volume = np.zeros(4)
+    for e in every:
+        for i, k in enumerate(e.cell):
+            volume[k] += e.volume[i]
+    for e in every:
+        for i, k in enumerate(e.cell):
+            crowd = 1 + 1.5 * volume[k] / 50
+            change = (1.5 * field[k] - e.held[i]) * (1 - math.exp(-0.3 * crowd)) / crowd
+            assert e.change[i] == pytest.approx(change)
+    release(every, 1.0)
+    for e in every:
+        gone = [max(c - 0.05, 0.0) * (1 - math.exp(-0.3)) for c in e.held]
+        assert -e.change == pytest.approx(gone)

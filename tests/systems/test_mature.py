@@ -50,6 +50,24 @@ def test_without_an_end_it_rises_to_the_prime_and_stays(meadow):
     assert fertile(world).tolist() == [0, 0, 1, 1, 1, 1, 1, 1, 1]
 
 
+@pytest.mark.parametrize(
+    ("trait", "value", "breeding"),
+    [
+        ("maturity", 20.0, {"maturity": 60.0}),
+        ("maturity", 20.0, {"maturity": 60.0, "end": 100.0}),
+        ("end", 100.0, {"maturity": 10.0, "end": 300.0}),
+        ("end", 100.0, {"maturity": 10.0}),
+    ],
+)
+def test_the_prime_follows_genes_for_maturity_and_end(meadow, trait, value, breeding):
+    gene = {"name": "g", "trait": f"breeding.{trait}", "letters": 1, "values": [value] * 2}
+    coded = meadow(**DEER | {"breeding": breeding, "genome": {"alphabet": "01", "genes": [gene]}})
+    written = meadow(**DEER | {"breeding": breeding | {trait: value}})
+    for world in (coded, written):
+        arrange(world, "deer", age=AGES)
+    assert fertile(coded) == pytest.approx(fertile(written), rel=1e-5)
+
+
 @pytest.mark.parametrize(("tick", "away"), [(0, 0.25), (25, 0.0), (75, 0.5), (125, 0.0), (35, 0.1)])
 def test_the_season_comes_back_every_year(meadow, tick, away):
     """κ = 1/(2π 0.1)² = 2.533; a tenth of a year from its height fertility is exp(−0.484) = 0.6164 of it."""

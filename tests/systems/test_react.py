@@ -207,3 +207,11 @@ def test_the_kernel_is_its_slow_twin(seed):
     assert made == pytest.approx((volume[:, None] * (wanted - c)).sum(0), abs=1e-8)
     assert energy == pytest.approx(before + gain * reach * volume, abs=1e-6)
     assert taken - burnt == pytest.approx(energy - before, abs=1e-7)
+
+
+def test_no_reaction_runs_in_dying_animals(cells):
+    world = cells(RESPIRATION)
+    world.tables["deer"].cause[0] = world.cause("eaten")
+    act(world, React)
+    assert held(world)[0] == pytest.approx(list(HOLDS.values()), abs=1e-7)
+    assert energy(world) == pytest.approx([1.0, 1.02])

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from ecs_eco.components import Body, Metabolism, SpeedScale, Stature
+from ecs_eco.components import Body, Metabolism, Position, SpeedScale, Stature
 from ecs_eco.config import load
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.systems import SlowDown
@@ -46,6 +46,22 @@ def test_in_the_cold_the_young_save_a_share_of_their_own_upkeep(meadow):
     deer[Body].mass[:2] = mass
     world.run(1)
     assert deer[Metabolism].energy[:2] == pytest.approx(1 - 0.25 * 0.25 * np.array([0.125, 1]))
+
+
+@pytest.mark.parametrize("kelvin", [290.0, 310.0])
+def test_the_torpid_burn_nothing_in_cold_and_warmth_and_stand_still(meadow, kelvin):
+    lizard = LIZARD | {
+        "metabolism": {"energy": 0.3, "basal": 0.25, "torpor": True},
+        "ectothermy": {"q10": 2.0},
+    }
+    world = meadow(world={"ambient": {"temperature": kelvin}}, **lizard).run(5)
+    deer = world.tables["deer"]
+    assert deer[Metabolism].energy[:2].tolist() == [0.0, 0.0]
+    places = deer[Position].x[:2].copy(), deer[Metabolism].burnt[:2].copy()
+    world.run(20)
+    assert deer[Metabolism].energy[:2].tolist() == [0.0, 0.0]
+    assert deer[Position].x[:2].tolist() == places[0].tolist()
+    assert deer[Metabolism].burnt[:2].tolist() == places[1].tolist()
 
 
 def test_a_gene_for_the_pace_is_refused(meadow):
