@@ -13,8 +13,6 @@ from ecs_eco.analysis.spectrum import thin
 from ecs_eco.config.measurements import FEWEST, MOST_ROWS, Outside
 from ecs_eco.engine.errors import ConfigError, Problem
 
-KEPT = "data.csv"  # the world's outside series, as stored in a run folder
-
 
 class Summary(NamedTuple):
     """Summary statistics of one series."""

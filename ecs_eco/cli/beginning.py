@@ -1,5 +1,6 @@
 """The commands new and world from-raster, which write a starter world or package."""
 
+import shlex
 from pathlib import Path
 from typing import Annotated
 
@@ -43,9 +44,9 @@ def new(
     for file in files:
         say(f"  {file}")
     how = (
-        f'pip install -e "{folder}[test]", then python -m pytest {folder}'
+        f'pip install -e "{folder}[test]", then python -m pytest {shlex.quote(str(folder))}'
         if package
-        else f"ecs-eco run {folder / folder.name}.toml --trust --out my-run"
+        else f"ecs-eco run {shlex.quote(f'{folder / folder.name}.toml')} --trust --out my-run"
     )
     say(f"Continue with {folder / 'README.md'}, or run it now: {how}")
 

@@ -369,7 +369,8 @@ def _resume(
         try:
             if claim is not None:
                 code = bool(manifest["config"].get("code"))
-                options = words(out="DIR", trust=code, from_tick=from_tick, set=changes)
+                end = manifest["ticks"] if until is None else until
+                options = words(out="DIR", trust=code, from_tick=from_tick, until=end, set=changes)
                 command = f"ecs-eco{portable.option()} {shlex.join(['resume', str(folder), *options])}"
                 result = fork(folder, claim, from_tick, changes, until, bar, command=command, **more)
             else:

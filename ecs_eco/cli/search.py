@@ -1,5 +1,6 @@
 """The command search: find values that let a world persist, and confirm them."""
 
+import shlex
 from concurrent.futures import BrokenExecutor
 from functools import partial
 from pathlib import Path
@@ -14,6 +15,7 @@ from ecs_eco.cli.trust import allow
 from ecs_eco.config import load
 from ecs_eco.config.notes import notes
 from ecs_eco.config.overrides import ALIASES, parse
+from ecs_eco.config.ranges import key_of, name_of
 from ecs_eco.engine.errors import ConfigError, Problem
 from ecs_eco.lab import search as search_values
 from ecs_eco.lab.executors import LOCAL, check_engine
@@ -132,7 +134,8 @@ def search(
 
 def _ended(why: str, out: Path, code: int) -> typer.Exit:
     """Print why a search ended early and how to continue it; return the exception that ends the command."""
-    complain(f"{why}; all finished evaluations are kept. To resume, repeat the command with --out {out}")
+    name = shlex.quote(str(out))
+    complain(f"{why}; all finished evaluations are kept. To resume, repeat the command with --out {name}")
     return typer.Exit(code)
 
 
@@ -146,7 +149,7 @@ def overrides_of(changes: list[str], ranges: list[str], section: dict[str, Any])
         overrides[name] = value
     for text in ranges:
         name, span = range_of(text)
-        overrides[f'search.ranges."{name}"'] = span
+        overrides[f'search.ranges."{name_of(key_of(name))}"'] = span
     overrides |= {f"search.{key}": value for key, value in section.items() if value is not None}
     return overrides
 
@@ -184,7 +187,7 @@ def _status(search: Search) -> str:
     """Return the number of candidates, their rate, and the score and stage of the best candidate."""
     if not search.done:
         return "no candidate yet"
-    rate = 60 * search.done / max(e["at"] for e in search.journal.of("candidate"))
+    rate = 60 * search.done / max(1e-9, *(e["at"] for e in search.journal.of("candidate")))
     best = search.ranked()[0]
     stage = f"stage {best['stage'] + 1} of {len(search.plan.stages)}"
     return f"{search.done} candidates, {rate:.1f}/min, best {best['score']:.3f} at {stage}"

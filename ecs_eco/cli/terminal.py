@@ -1,6 +1,7 @@
 """The commands' output and exit codes."""
 
 import re
+import shlex
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -14,6 +15,7 @@ import typer
 from ecs_eco.compiled.garbage import loaded
 from ecs_eco.engine.errors import CheckpointError, ConfigError, Halted, RecordingError, refusal
 from ecs_eco.engine.files import read_note
+from ecs_eco.record.claim import stopped_early
 
 _CONTROL = re.compile(
     "[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]"
@@ -89,7 +91,8 @@ def recorded(folder: Path) -> None:
     """Reject a folder without a recorded run."""
     if not (folder / "manifest.json").is_file():
         fault = "has no manifest.json" if folder.is_dir() else "no such folder"
-        refuse("DIR", fault, str(folder), "a folder written by `ecs-eco run`")
+        early = ": a run was killed there before it started; repeat the same command" * stopped_early(folder)
+        refuse("DIR", fault + early, str(folder), "a folder written by `ecs-eco run`")
 
 
 def whole(least: int, most: int = 10**12) -> Callable[[str | int], int]:
@@ -194,8 +197,8 @@ def stopped(done: int, ticks: int, out: Path) -> NoReturn:
     done = read_note(manifest).get("done", done)
     kept = f"the recording up to that point is in {out}" if manifest.is_file() else "nothing was recorded"
     if any((out / "checkpoints").glob("tick-*")):
-        kept += f"; resume with: ecs-eco resume {out}"
-    complain(f"Stopped at tick {done} of {ticks}; {kept}.")
+        kept += f"; resume with: ecs-eco resume {shlex.quote(str(out))}"
+    complain(f"Stopped at tick {done} of {ticks}; {kept}")
     raise typer.Exit(INTERRUPTED)
 
 

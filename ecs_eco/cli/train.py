@@ -1,11 +1,12 @@
 """The command train: trains a world's policies before it is run."""
 
+import shlex
 from typing import Any
 
 from ecs_eco.analysis.learning import write_training
 from ecs_eco.analysis.page import number
 from ecs_eco.cli.folders import results
-from ecs_eco.cli.options import On, Out, Quiet, Seed, Set, Ticks, Trust, World
+from ecs_eco.cli.options import On, Out, Quiet, Seed, Set, Ticks, Trust, World, words
 from ecs_eco.cli.terminal import exits, numbers, progress, refuse, say, stopped
 from ecs_eco.cli.trust import allow
 from ecs_eco.config import load
@@ -48,7 +49,7 @@ def train(
     _tell(result)
     shades = {name: species.color for name, species in config.species.items()}
     say(f"written: {write_training(result, out, shades)}")
-    say(f"to use them: ecs-eco run {world} --policies {out}")
+    say(f"to use them: ecs-eco {shlex.join(['run', world, *words(policies=out, set=set_)])}")
 
 
 def _tell(result: dict[str, Any]) -> None:

@@ -1,6 +1,5 @@
 """Numbers written as `{ value = 0.014, search = [0.004, 0.02] }`: their ranges are moved to [search.ranges]."""
 
-import math
 import re
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -10,7 +9,7 @@ from ecs_eco.config.models.search import OBJECTIVES, Range
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.rules import Key, no_such
 from ecs_eco.engine.errors import Problem, listed, nearest
-from ecs_eco.inputs.section import NAMED, Use, function_name
+from ecs_eco.inputs.section import LARGEST, NAMED, Use, function_name
 
 PARTS = ("value", "search", "scale")
 
@@ -73,7 +72,7 @@ def check_search(
         key, value, wrong = real_key(data, key_of(name))
         if wrong is not None:
             yield wrong.moved(key=place, value=name)
-        elif key[0] == "search":
+        elif not key or key[0] == "search":
             allowed = "a dotted key, such as species.deer.count"
             yield Problem(place, "not a number of the world", name, allowed)
         else:
@@ -87,7 +86,7 @@ def _check_range(name: str, span: Range, place: Key, value: object, set_: bool) 
         fault = "has no value yet" if value is None else "is a range, but its key is not a number"
         shown = "absent" if value is None else repr(value)
         yield Problem(place, f"{fault}: {name} = {shown}", given, "the key of a number")
-    elif not (math.isfinite(low) and math.isfinite(high) and low < high):
+    elif not -LARGEST <= low < high <= LARGEST:
         yield Problem(place, "not a range", given, "[low, high] with low < high")
     elif span.scale == "log" and low <= 0:
         yield Problem(place, "not possible on a log scale", given, "low > 0")

@@ -35,6 +35,11 @@ def whole_number(name: str, value: object, least: int = 0, most: int | None = No
     return number
 
 
+def optional_number(name: str, value: object, least: int = 0) -> int | None:
+    """Return a Python or numpy integer as int, or None. Raises TypeError or ValueError."""
+    return None if value is None else whole_number(name, value, least)
+
+
 def seed_number(value: object, name: str = "seed") -> int:
     """Return a seed as int. Raises TypeError or ValueError."""
     return whole_number(name, value, 0, SEEDS - 1)

@@ -152,7 +152,11 @@ def write_explanation(
     options: Which = {"tick": tick, "forks": forks, "learned": learned, "reverse": reverse}
     accounts = accounts_of(run, some, options, how, together, progress)
     told = [accounts.get(id(sweep), Account(sweep)) for sweep in sweeps]
-    summary = [*headline(told), *opening(sweeps, lineage, list(paths), islands and bool(forks), bool(some))]
+    ticks = lineage.end + 1 - (manifest.get("forked") or {"tick": 0})["tick"]
+    summary = [
+        *headline(told),
+        *opening(sweeps, lineage, ticks, list(paths), islands and bool(forks), bool(some)),
+    ]
     if together and some and not with_another(some):
         summary.append("No species has two sweeps whose alleles can be taken out together.")
     contents: dict[str, Any] = {"format": 1, "species": list(paths), "fdr": fdr, "forks": forks}
@@ -276,12 +280,12 @@ def headline(told: Sequence[Account]) -> list[str]:
 
 
 def opening(
-    sweeps: Sequence[Sweep], lineage: Lineage, names: Sequence[str], unforked: bool, forked: bool
+    sweeps: Sequence[Sweep], lineage: Lineage, ticks: int, names: Sequence[str], unforked: bool, forked: bool
 ) -> list[str]:
     """Return the first sentences of the page."""
     many = "1 sweep was" if len(sweeps) == 1 else f"{len(sweeps) or 'no'} sweeps were"
     lines = [
-        f"In {lineage.end + 1:,} ticks, {many} found in {in_words(names)}. In a sweep, an allele rises by at least "
+        f"In {ticks:,} ticks, {many} found in {in_words(names)}. In a sweep, an allele rises by at least "
         f"{100 * LEAST:.0f} percentage points and by more than drift allows."
     ]
     if bare := [name for name in names if not lineage.genomes.get(name)]:

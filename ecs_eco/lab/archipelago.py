@@ -17,7 +17,7 @@ from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.loading import WorldSource, island_of
 from ecs_eco.config.models.archipelago import Archipelago as Plan
 from ecs_eco.ecosystem import World
-from ecs_eco.engine.arguments import called_with, whole_number
+from ecs_eco.engine.arguments import called_with, optional_number, whole_number
 from ecs_eco.engine.errors import CheckpointError, ForeignFile, Halted, RecordingError, refusal
 from ecs_eco.lab.executors import LOCAL, engine, prepare
 from ecs_eco.lab.pool import finishing, once_free
@@ -148,7 +148,7 @@ class Archipelago:
             "ticks": config.ticks if ticks is None else whole_number("ticks", ticks, 1),
             "policies": policies_as_json(policies),
             "learn": learn,
-            "snapshot_every": snapshot_every,
+            "snapshot_every": optional_number("snapshot_every", snapshot_every, 1),
             "record": record,
             "command": command,
             "git_commit": git_commit(),
@@ -236,7 +236,7 @@ class Archipelago:
             If `until` is before the current tick.
         """
         called_with("progress", progress, "done", "total")
-        until = self.manifest["ticks"] if until is None else until
+        until = self.manifest["ticks"] if until is None else whole_number("until", until)
         if until < self.tick:
             raise RecordingError(f"{self.folder}: is already at tick {self.tick}, later than until={until}")
         self.manifest |= {"ticks": until, "finished": self.tick >= until}

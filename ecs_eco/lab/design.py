@@ -15,7 +15,7 @@ from ecs_eco.config.document import Document, read_document
 from ecs_eco.config.ranges import Key, key_of
 from ecs_eco.config.shipped import named, shipped
 from ecs_eco.engine.errors import MOST, ConfigError, Problem, nearest
-from ecs_eco.lab.plan import MOST_JOBS, PlanFile, Point, points_of, problems_of_ranges
+from ecs_eco.lab.plan import MOST_JOBS, PlanFile, Point, Sample, points_of, problems_of_ranges
 from ecs_eco.lab.treatments import (
     UNTREATED,
     Arm,
@@ -44,7 +44,7 @@ class Settings(Section):
     training_seeds: list[Seed]
     until: list[str] = []
     from_tick: Tick = 0
-    latin_hypercube: dict[str, Any] | None = None
+    latin_hypercube: Sample | None = None
 
 
 @dataclass(frozen=True)

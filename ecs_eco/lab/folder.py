@@ -38,7 +38,7 @@ class Manifest(container.Container):
     world: str
     title: str
     source: str
-    ticks: Tick
+    ticks: Annotated[Tick, Field(ge=1)]
     checkpoint_every: Tick | None
     plan: Settings
     home: Annotated[str, Field(pattern=r"^world(/below)*$")]

@@ -163,7 +163,7 @@ def read_plan(
     if isinstance(data.get("world"), Mapping | WorldConfig):
         data["world"] = "world"  # `design` reads the world from the document
     data |= {} if seeds is None else {"world_seeds": seeds}
-    if design is not None:
+    if design is not None and isinstance(data.get("sample", {}), Mapping):
         data["sample"] = {**data.get("sample", {}), "design": design}
     try:
         model = Plan.model_validate(data)

@@ -161,7 +161,7 @@ def _place(rows: list[dict[str, Any]]) -> Any:
     for row in rows:
         at = 0
         for name in row:
-            at = places[name][0] if name in places else at
+            at = places[name][0] if name in places else at + 1
             places.setdefault(name, (at, name))
     return lambda name: places[name]
 
@@ -226,9 +226,11 @@ def lines_of(sweep: Sweep, rows: Sequence[Row]) -> tuple[str, ...]:
     for treatment, part in group(rows, lambda row: row["treatment"]).items():
         kept = sum(row["persisted"] for row in part)
         points = len({row["point"] for row in part})
+        ended = sum(row["ended_by"] is not None for row in part)
         out.append(
             f"{treatment}: all species persist in {kept} of {len(part)} runs of {sweep.ticks:,} ticks"
             + (f", at {points} points" if points > 1 else "")
+            + (f"; {ended} ended earlier by a condition" if ended else "")
         )
     return tuple(out)
 

@@ -28,7 +28,7 @@ except ImportError:  # Windows
 LOCK = ".lock"
 # files written before the manifest, by folder
 BEGUN = {"checkpoints": "tick-*.safetensors", "policies": "*.safetensors", "code": "*.py"}
-LAND = "terrain.npz"  # the land, also written before the manifest
+LAND, DATA = "terrain.npz", "data.csv"  # the land and the outside series, also written before the manifest
 # temporary files from older versions of safetensors
 OF_SAFETENSORS = re.compile(r"\.tmp[A-Za-z0-9]{6}")
 WITHOUT = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)  # file system without locks
@@ -141,7 +141,7 @@ def remove_start(folder: Path) -> None:
             file.unlink(missing_ok=True)
         with suppress(OSError):
             (folder / name).rmdir()
-    for file in [folder / LAND, *half_written(folder)]:
+    for file in [folder / LAND, folder / DATA, *half_written(folder)]:
         file.unlink(missing_ok=True)
 
 
@@ -172,7 +172,7 @@ def _is_free(path: Path) -> bool:
 def _of_a_start(path: Path) -> bool:
     if path.name in BEGUN and path.is_dir():
         return all(p.match(BEGUN[path.name]) or _is_half(p) for p in path.iterdir())
-    return path.name == LAND or _is_half(path)
+    return path.name in (LAND, DATA) or _is_half(path)
 
 
 def _make(path: Path) -> list[Path]:

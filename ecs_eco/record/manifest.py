@@ -3,9 +3,9 @@
 Keys that older versions did not write are optional; unknown keys are ignored.
 """
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
-from pydantic import AfterValidator, ConfigDict, Field
+from pydantic import AfterValidator, ConfigDict, Field, model_validator
 
 from ecs_eco.inputs.section import Section
 
@@ -20,6 +20,7 @@ Filename = Annotated[str, AfterValidator(_is_name)]
 Sha = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
 Tick = Annotated[int, Field(ge=0, le=10**12)]
 Seed = Annotated[int, Field(ge=0, lt=2**63)]
+Positive = Annotated[float, Field(gt=0)]
 
 
 WRITTEN = (  # keys of all manifests with seals
@@ -35,7 +36,7 @@ class _Part(Section):
 class Space(_Part):
     """The space in the world's configuration."""
 
-    size: Annotated[list[float], Field(min_length=2, max_length=3)]
+    size: Annotated[list[Positive], Field(min_length=2, max_length=3)]
     edges: str
 
 
@@ -45,13 +46,49 @@ class Limit(_Part):
     property: str
 
 
+class Food(_Part):
+    """An entry of a species' diet."""
+
+    eats: str
+    gain: float
+
+
+class Sensor(_Part):
+    """A sensor of a species."""
+
+    kind: str
+    range: float | None = None
+
+
+class Body(_Part):
+    """The bodies of a species or an object type."""
+
+    radius: Positive = 1.0
+
+
+class Metabolism(_Part):
+    """The metabolism of a species."""
+
+    energy_max: float | None = None
+
+
+class Object(_Part):
+    """An object type in the world's configuration."""
+
+    color: str | None = None
+    body: Body
+    at: list[list[float]] | None = None
+
+
 class Species(_Part):
     """A species in the world's configuration."""
 
     count: int = 0
     color: str | None = None
-    body: dict[str, Any] | None = None
-    metabolism: dict[str, Any] | None = None
+    body: Body | None = None
+    metabolism: Metabolism | None = None
+    diet: list[Food] | None = None
+    sensors: list[Sensor] | None = None
     reproduction: dict[str, Any] | None = None
     locomotion: dict[str, Any] | None = None
     happiness: dict[str, Any] | None = None
@@ -69,6 +106,7 @@ class Config(_Part):
     terrain: dict[str, Any] | None = None
     sun: dict[str, Any] | None = None
     data: dict[str, Any] | None = None
+    objects: dict[str, Object] | None = None
     reporters: dict[str, Any] | None = None
     interventions: list[dict[str, Any]] = []
 
@@ -124,3 +162,9 @@ class Run(_Part):
     island: Filename = ""
     archipelago: str = ""
     forked: Forked = Forked.model_construct()
+
+    @model_validator(mode="after")
+    def _has_its_species(self) -> Self:
+        if "config" in self.model_fields_set and (missing := set(self.species) - set(self.config.species)):
+            raise ValueError(f"config.species.{min(missing)} is missing")
+        return self

@@ -139,9 +139,12 @@ def open_part(path: Path, needed: bool = False) -> pq.ParquetFile:
         with pa.OSFile(str(path)) as file:
             part = file.read_buffer()
         seal.check(path, memoryview(part), needed)
-        return pq.ParquetFile(pa.BufferReader(part), page_checksum_verification=True, pre_buffer=False)
+        opened = pq.ParquetFile(pa.BufferReader(part), page_checksum_verification=True, pre_buffer=False)
     except (pa.ArrowException, OSError) as error:
         raise RecordingError(f"{path}: cannot be read: {error}") from None
+    if 8 * opened.metadata.num_rows * opened.metadata.num_columns > (most := 2 * files.MOST_BYTES):
+        raise RecordingError(f"{path}: unpacks to more than {most:,} bytes")
+    return opened
 
 
 def read_part(path: Path, columns: Sequence[str] | None = None, needed: bool = False) -> pa.Table:

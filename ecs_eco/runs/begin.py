@@ -6,7 +6,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from ecs_eco.analysis.against import KEPT
 from ecs_eco.config import WorldConfig
 from ecs_eco.config.measurements import measured
 from ecs_eco.ecosystem import World
@@ -14,7 +13,7 @@ from ecs_eco.engine import files
 from ecs_eco.engine.errors import RecordingError
 from ecs_eco.learning.weights import hash_of
 from ecs_eco.record import belonging, checkpoint, freeze as frozen
-from ecs_eco.record.claim import Claim, claimed, remove_start
+from ecs_eco.record.claim import DATA, Claim, claimed, remove_start
 from ecs_eco.record.code import keep_copies, noted, recorded, sources
 from ecs_eco.record.folder import Folder
 from ecs_eco.record.genomes import genes_of
@@ -35,7 +34,6 @@ def begun(out: str | Path | Claim) -> Iterator[Claim]:
         except BaseException:
             if not (claim.path / "manifest.json").exists():
                 remove_start(claim.path)
-                (claim.path / KEPT).unlink(missing_ok=True)  # the claimed folder had no such file
             raise
 
 
@@ -85,7 +83,8 @@ def opened(
         "genomes": {name: genes for name in world.recorder.names if (genes := genes_of(world.tables[name]))},
     }
     keep_copies(sources(world.config), claim.path)
-    _keep_data(world.config, claim.path)
+    if "forked" not in manifest:
+        _keep_data(world.config, claim.path)
     if (land := keep_land(world, claim.path)) is not None:
         manifest["land"] = land
     return folder
@@ -201,4 +200,4 @@ def _keep_data(config: WorldConfig, folder: Path) -> None:
     Raises ConfigError if the data file cannot be used.
     """
     if config.data is not None and measured(config, config._source) is not None:
-        files.write(folder / KEPT, files.read_bytes(config.file(config.data.file)))
+        files.write(folder / DATA, files.read_bytes(config.file(config.data.file)))

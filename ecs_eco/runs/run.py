@@ -1,6 +1,7 @@
 """A recorded run, which can be stopped at any moment and resumed bit for bit from its last checkpoint."""
 
 import math
+import re
 import time
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -13,13 +14,14 @@ from ecs_eco.config.checks.reporters import problems_of_rules, rule_of
 from ecs_eco.config.loading import WorldSource, changed
 from ecs_eco.config.overrides import Overrides
 from ecs_eco.ecosystem import World
-from ecs_eco.engine.arguments import called_with, whole_number
+from ecs_eco.engine import files
+from ecs_eco.engine.arguments import called_with, optional_number, whole_number
 from ecs_eco.engine.errors import CheckpointError, ConfigError, Halted, RecordingError
 from ecs_eco.engine.hooks import listening
 from ecs_eco.engine.versions import versions
 from ecs_eco.life.reconfigure import reconfigure
 from ecs_eco.record import belonging, checkpoint, container, seal
-from ecs_eco.record.claim import Claim, stopped_early
+from ecs_eco.record.claim import DATA, Claim, stopped_early
 from ecs_eco.record.details import how_many
 from ecs_eco.record.folder import Folder, check_content, git_commit
 from ecs_eco.record.reports import past_values, value_of
@@ -142,7 +144,9 @@ def run_to_folder(
     config = config if isinstance(config, WorldConfig) and not trust else load(config, trust=trust)
     how_many(record, "record")
     ticks = config.ticks if ticks is None else whole_number("ticks", ticks)
-    every = snapshots(config, ticks) if snapshot_every is None else snapshot_every
+    every = optional_number("snapshot_every", snapshot_every, 1) or snapshots(config, ticks)
+    checkpoint_every = optional_number("checkpoint_every", checkpoint_every, 1)
+    keep = whole_number("keep", keep, 1)
     if wrong := [p.moved(key=(), source="--until") for p in problems_of_rules(config, until)]:
         raise ConfigError(wrong)
     with begun(out) as claim:
@@ -235,7 +239,8 @@ def resume(
                 f"resumed as a whole: ecs-eco resume {path.parent.parent}"
             )
         container.may_continue(path / "manifest.json", manifest)
-        until = manifest["ticks"] if until is None else until
+        planned = manifest["ticks"]
+        until = planned if until is None else whole_number("until", until)
         newest = checkpoint.latest(
             path / "checkpoints", complain=complain, check=partial(belonging.check_checkpoint, manifest)
         )
@@ -264,6 +269,10 @@ def resume(
             )
         check_content(path, folder.parts)
         manifest |= {"ticks": until, "finished": False, "ended": None, **folder.written}
+        if manifest["command"] is not None:
+            manifest["command"] = re.sub(
+                rf"(--ticks|--until) {planned}\b", rf"\1 {until}", manifest["command"]
+            )
         keep_manifest(folder, manifest)  # must precede the deletion of parts beyond this count
         folder.forget_later()
         if prepare is not None:
@@ -325,14 +334,22 @@ def fork(
     start, path = time.perf_counter(), Path(path)
     called_with("progress", progress, "done", "ticks")
     manifest = _with_id(path, read_manifest(path))
+    until = manifest["ticks"] if until is None else whole_number("until", until)
+
+    def require_later(tick: int) -> None:
+        if until <= tick:
+            fault = f"the fork begins at tick {tick}, but ends at tick {until}"
+            raise RecordingError(f"{path}: {fault}; expected: --until above {tick}")
+
+    require_later(optional_number("from_tick", from_tick) or 0)
     with begun(out) as claim:
+        if (data := path / DATA).is_file():
+            files.write(claim.path / DATA, files.read_bytes(data))
         world = world_at(path, manifest, from_tick, threads, complain, trust)
+        require_later(world.tick)
         forget(world)
         if changes:
             reconfigure(world, changed(world.config, changes))
-        until = max(manifest["ticks"], world.tick) if until is None else until
-        if until < world.tick:
-            raise RecordingError(f"{path}: the fork begins at tick {world.tick}, later than --until {until}")
         listed = dict(changes) if isinstance(changes, dict) else list(changes or ())
         manifest |= {
             "config": world.config.resolved(),

@@ -18,6 +18,7 @@ from ecs_eco.space.geometry import Extent, Places, cell_of, into
 from ecs_eco.space.seekers import Seekers
 
 if TYPE_CHECKING:
+    from ecs_eco.config.features.chemistry import Equilibrate, Release, Uptake
     from ecs_eco.engine.table import Table
     from ecs_eco.space.field import Field
     from ecs_eco.space.index import Index
@@ -94,7 +95,13 @@ class Exchange:
     is the same for all exchanges of the table."""
 
     def __init__(
-        self, table: Table, world: SpatialWorld, way: Any, key: str, field: Field | None, s: int
+        self,
+        table: Table,
+        world: SpatialWorld,
+        way: Uptake | Equilibrate | Release,
+        key: str,
+        field: Field | None,
+        s: int,
     ) -> None:
         self.table, self.world, self.way, self.key, self.field, self.s = table, world, way, key, field, s
 
@@ -108,7 +115,10 @@ class Exchange:
         if self.bodies.residue.size:
             self.held += self.bodies.residue[self.rows, s]
         self.volume, self.change = self.bodies.volume[self.rows], np.zeros(self.rows.size)
-        self.acting = self.way.kind == "equilibrate" or self.way.action is None or self._doing()
+        action = getattr(self.way, "action", None)
+        self.acting = (
+            True if action is None else self.table.species.nerves.doing(self.table, action)[self.rows]
+        )
         self.cell, self.litres, self.around = self.rows, 1.0, OUTSIDE
         if self.field is not None:
             self.cell, self.litres = self._cells(index, self.field)[living], self.field.litres
@@ -129,11 +139,6 @@ class Exchange:
             books.book(("table", self.table.name), flow, moved, self.s)
             if self.field is not None:
                 books.book(("field", self.way.field), flow, -moved, self.s)
-
-    def _doing(self) -> np.ndarray:
-        """Return which organisms execute the required action: bool[n]."""
-        doing: np.ndarray = self.table.species.nerves.doing(self.table, self.way.action)
-        return doing[self.rows]
 
     def _cells(self, index: Index, field: Field) -> np.ndarray:
         """Return the field cell at each mouth, by entry of the index: i64[entries]."""
@@ -211,8 +216,8 @@ def of_cell(every: list[Exchange], values: list[np.ndarray]) -> list[np.ndarray]
     sums: dict[str, np.ndarray] = {}
     for one, value in zip(every, values, strict=True):
         assert one.field is not None
-        np.add.at(sums.setdefault(one.way.field, np.zeros(one.field.value.size)), one.cell, value)
-    return [sums[one.way.field][one.cell] for one in every]
+        np.add.at(sums.setdefault(one.way.field or "", np.zeros(one.field.value.size)), one.cell, value)
+    return [sums[one.way.field or ""][one.cell] for one in every]
 
 
 @njit

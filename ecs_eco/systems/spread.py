@@ -119,11 +119,12 @@ class Spread(System):
         if way is None or way.kind != "spread":
             return
         taken, inverse, reach, room_for = self.ground(table, world.space, way)
+        uid = table.uid
         if world.bands.divided:
             taken = world.bands.sites(table, taken)
         else:
             p = table[Position]
-            stands(table.alive[: table.high], p.x, p.y, inverse, table.uid, world.key, taken)
+            stands(table.alive[: table.high], p.x, p.y, inverse, uid, world.key, taken)
         own: Any = np.float32(way.rate)
         if table.species.traits:
             own = own_value(table, "reproduction.rate", own)
@@ -141,7 +142,7 @@ class Spread(System):
             vigour,
             world.key,
             table.place << 20,
-            AS_IT_STANDS if world.bands.divided else table.uid,
+            AS_IT_STANDS if world.bands.divided else uid,
         )
         found, space, ground = room_for.found, world.space.extent, ground_of(world)
         work = taken.size // 3

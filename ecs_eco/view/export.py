@@ -135,7 +135,7 @@ class _Stored:
         row = start[s] + seen["tick"] // step - first[s]
         s, seen, row = s[row < start[s + 1]], _where(seen, row < start[s + 1]), row[row < start[s + 1]]
 
-        full = float(r.manifest["config"]["species"][name]["metabolism"]["energy_max"])
+        full = r.energy_max(name)
         scales = {"energy": [0.0, full]}
         if (happy := seen["happiness"][np.isfinite(seen["happiness"])]).size:
             scales["happiness"] = [float(happy.min()), float(happy.max())]

@@ -71,7 +71,7 @@ class Lives:
                 **facts,
                 "note": "",
                 "genome": self._genome(species, birth["genome"]),
-                "energy_max": self._config[species]["metabolism"]["energy_max"],
+                "energy_max": r.energy_max(species),
             }
         )
         died = None if death is None else int(death["tick"])

@@ -42,7 +42,10 @@ class Recording:
         self.manifest = read_manifest(self.path)
         self.species: list[str] = self.manifest["species"]
         self.causes: list[str] = self.manifest.get("causes", [])
-        self.dt, self.every = float(self.manifest["dt"]), int(self.manifest["snapshot_every"])
+        self.dt, self.every = (
+            float(self.manifest["dt"]),
+            int(self.manifest["snapshot_every"] or max(1, self.manifest["done"])),
+        )
         self._sealed, self._cache = seal.has_seals(self.path), Cache()
         self.series, self.births, self.deaths, self.snapshots = (
             self.parts(k) for k in ("series", "births", "deaths", "snapshots")
@@ -78,6 +81,11 @@ class Recording:
         except (ConfigError, ImportError, AttributeError, ValueError, TypeError, LookupError) as error:
             # a missing file, for example
             return None, str(error)
+
+    def energy_max(self, species: str) -> float:
+        """Return a species' maximum energy."""
+        section = self.manifest["config"]["species"][species].get("metabolism") or {}
+        return float(section.get("energy_max") or 1.0)
 
     def organisms(self, tick: int, species: str) -> Organisms:
         """Return a species' living organisms at the end of a tick: from details, otherwise interpolated."""

@@ -124,9 +124,9 @@ class Replay(Watched):
             message = describe(r.scene, r.species, self.objects, self.genes)
             learn = r.manifest.get("learn")
             for kind in message["species"]:
-                policy = config["species"][kind["name"]]["policy"]
-                decides = policy["kind"] != "none" and r.manifest.get("policies") != "random"
-                kind["learns"] = decides and bool(policy["learn"] if learn is None else learn)
+                policy = r.scene.config.species[kind["name"]].policy
+                decides = policy.kind != "none" and r.manifest.get("policies") != "random"
+                kind["learns"] = decides and bool(policy.learn if learn is None else learn)
                 kind["color"] = colors.get(kind["name"], kind["color"])
             fields = [name for name in message["fields"] if name not in r.scene.fields]  # not recorded
             return message | {"objects": sized(message["objects"], r.objects, OBJECT_UID), "fields": fields}
@@ -212,7 +212,7 @@ class Replay(Watched):
             lying = r.objects[name]
             x, y, z, heading = (np.ascontiguousarray(lying[:, i]) for i in range(4))
             return Crowd(np.arange(first, first + len(lying), dtype=np.uint64), x, y, z, heading)
-        o, full = self.organisms(name), float(self._config[name]["metabolism"]["energy_max"])
+        o, full = (self.organisms(name), r.energy_max(name))
 
         def value(what: str) -> np.ndarray | None:
             if what == "energy" or (what == "happiness" and self._config[name].get("happiness")):

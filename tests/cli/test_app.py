@@ -243,7 +243,7 @@ def test_an_interrupt_says_how_far_it_came(monkeypatch: pytest.MonkeyPatch) -> N
 
     monkeypatch.setattr("ecs_eco.cli.run.run_to_folder", interrupted)
     output = invoke("run", "predator-prey", "--ticks", "10", code=130)
-    assert "Stopped at tick 3 of 10; nothing was recorded." in output
+    assert "Stopped at tick 3 of 10; nothing was recorded" in output
 
 
 def interrupt(out: Path, *arguments: str, runs: int = 1) -> str:

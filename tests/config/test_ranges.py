@@ -93,6 +93,7 @@ def test_ranges_survive_loading_a_loaded_world(tmp_path: Path) -> None:
         ),
         ("search = [2, 9]", "search = [9, 2]", ["line 7", "not a range", "low < high"]),
         ("search = [2, 9]", "search = [4, 4]", ["line 7", "not a range"]),
+        ("search = [2, 9]", f"search = [2, {'9' * 400}]", ["line 7", "not a range"]),
         ("search = [2, 9]", "search = [2]", ["at least 2 entries"]),
         ("search = [2, 9]", 'search = ["a", 9]', ["wrong type"]),
         ("value = 4, search", "search", ["line 7", "is missing next to the range"]),
@@ -191,3 +192,8 @@ def test_literals_are_toml() -> None:
         literal({"a": [1, 0.5, True], "b c": 'say "x"', "d": None})
         == '{ a = [1, 0.5, true], "b c" = "say \\"x\\"" }'
     )
+
+
+def test_a_range_without_a_key_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="not a number of the world"):
+        load(written(tmp_path, WORLD), {"search.ranges": {"": {"search": [1, 2]}}})

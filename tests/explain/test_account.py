@@ -250,14 +250,15 @@ def test_why_an_allele_could_not_be_taken_out_is_told_for_each(monkeypatch):
 
 def test_what_was_examined_is_told_first(pond):
     lineage = replace(Lineage.read(pond), genomes={})
-    assert opening([], lineage, ["newt"], False, False) == [
+    assert opening([], lineage, 4, ["newt"], False, False) == [
         "In 4 ticks, no sweeps were found in newt. In a sweep, an allele rises by at least 10 percentage points "
         "and by more than drift allows.",
         "No genomes of newt are recorded, so only the clades of founders were followed. To follow genes, give the "
         "species a section “genome”.",
     ]
     assert (
-        "Only alleles of the 8 clearest sweeps" in opening([sweep()] * 9, lineage, ["newt"], False, True)[-1]
+        "Only alleles of the 8 clearest sweeps"
+        in opening([sweep()] * 9, lineage, 4, ["newt"], False, True)[-1]
     )
 
 

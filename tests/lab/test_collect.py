@@ -37,6 +37,8 @@ def test_a_sweep_is_collected_into_a_row_for_each_run_and_a_page(tmp_path: Path)
     assert result.missing == 1
     rows = pq.read_table(result.table).to_pylist()
     assert [row["job"] for row in rows] == list(range(15))
+    assert list(rows[0])[:3] == ["job", "point", "species.moss.count"]
+    assert list(rows[0])[-4:] == ["host", "git_commit", "config_hash", "digest"]
     assert rows[0]["species.moss.count"] == 10
     assert rows[0]["space.edges"] == "torus"
     assert [row["treatment"] for row in rows[1:4]] == ["world", *["species.moss.reproduction.rate=0.9"] * 2]
@@ -50,6 +52,19 @@ def test_a_sweep_is_collected_into_a_row_for_each_run_and_a_page(tmp_path: Path)
     assert page.count('class="plot') == 3  # the response, the heat map, and births
     assert "1 of 16 jobs are not done" in page
     assert result.lines[0] == "world: all species persist in 8 of 8 runs of 6 ticks, at 4 points"
+
+
+def test_runs_that_a_condition_ends_are_counted(tmp_path: Path) -> None:
+    plant = {
+        "count": 10,
+        "body": {"radius": 0.1},
+        "reproduction": {"kind": "spread", "rate": 0.5, "spacing": 0.5},
+    }
+    world = {"format": 1, "name": "bank", "space": {"size": [10.0, 10.0]}, "species": {"moss": plant}}
+    plan = {"world": world, "ticks": 6, "until": "moss > 0", "world_seeds": 2}
+    run_sweep(plan, tmp_path / "out", executor=Here())
+    (line,) = collect(read_sweep(tmp_path / "out")).lines
+    assert line == "world: all species persist in 2 of 2 runs of 6 ticks; 2 ended earlier by a condition"
 
 
 def test_births_and_deaths_are_drawn_though_some_runs_lack_a_species(tmp_path: Path) -> None:

@@ -107,3 +107,9 @@ def test_a_world_that_is_not_there_is_told_with_the_nearest(tmp_path: Path) -> N
     wanted = r'plan\.toml, line 1: world = "mos\.toml"\n.*did you mean "moss\.toml"'
     with pytest.raises(ConfigError, match=wanted):
         design_of(read_plan(plan))
+
+
+def test_a_sample_that_is_no_table_is_refused_with_a_design(tmp_path: Path) -> None:
+    plan = written(tmp_path, 'world = "moss.toml"\nticks = 6\nsample = 5\n')
+    with pytest.raises(ConfigError, match="sample"):
+        read_plan(plan, "sobol")

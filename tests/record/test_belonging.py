@@ -148,7 +148,9 @@ def test_a_world_with_its_own_weights_repeats_from_any_folder(tmp_path):
     assert repeat(tmp_path / "elsewhere")["same"]
     for checkpoint in (tmp_path / "elsewhere" / "checkpoints").iterdir():
         checkpoint.unlink()
-    forked = fork(tmp_path / "elsewhere", tmp_path / "fork", 5, report=False)  # repeated from its start
+    forked = fork(
+        tmp_path / "elsewhere", tmp_path / "fork", 5, until=6, report=False
+    )  # repeated from its start
     assert forked["forked"]["digest"] == manifest["digest"]
 
 

@@ -13,11 +13,13 @@ from ecs_eco import System, World, component, f32, i16
 from ecs_eco.analysis.lineage import Lineage
 from ecs_eco.analysis.runs import load_series
 from ecs_eco.components import Body
+from ecs_eco.engine import files
 from ecs_eco.engine.comments import comments_of
+from ecs_eco.engine.errors import RecordingError
 from ecs_eco.record.dictionary import FIXED, Meaning
 from ecs_eco.record.events import EVENTS
 from ecs_eco.record.learning import ACTIONS, LEARNING
-from ecs_eco.record.parquet import read_parts, write_part
+from ecs_eco.record.parquet import read_part, read_parts, write_part
 from ecs_eco.runs.run import resume, run_to_folder
 
 
@@ -169,3 +171,13 @@ def test_a_run_is_a_table_of_organisms_and_one_of_their_genes(run, menagerie):
     ram = world.tables["ram"]
     living = genes.loc[ram.uid[ram.by_uid()]]
     assert living["size"].to_numpy() == pytest.approx(ram[Body].radius[ram.by_uid()])
+
+
+def test_a_part_that_unpacks_to_too_much_is_refused(tmp_path, monkeypatch):
+    part = tmp_path / "part-00000.parquet"
+    write_part(pa.table({"n": [7] * 100_000}), part)
+    assert part.stat().st_size < 3000
+    assert read_part(part).num_rows == 100_000
+    monkeypatch.setattr(files, "MOST_BYTES", 300_000)
+    with pytest.raises(RecordingError, match=r"part-00000\.parquet: unpacks to more than 600,000 bytes"):
+        read_part(part)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ecs_eco.analysis.against import KEPT, Both, compare, living, numbers_of
+from ecs_eco.analysis.against import Both, compare, living, numbers_of
 from ecs_eco.analysis.page import drawn, number, table
 from ecs_eco.analysis.palette import AXIS
 from ecs_eco.analysis.runs import Series
@@ -12,15 +12,16 @@ from ecs_eco.analysis.signature import spectrum
 from ecs_eco.analysis.spectrum import thin
 from ecs_eco.analysis.style import PALETTE, Figure, colors_of, panels, styled
 from ecs_eco.config.measurements import MOST_ROWS, Outside, outside_of
+from ecs_eco.record.claim import DATA
 
 
 def of_run(run: Path, series: Series) -> Outside | None:
     """Return the outside series stored in a run folder, or None if there is none."""
     data = (series.manifest.get("config") or {}).get("data")
-    if not data or not (run / KEPT).is_file():
+    if not data or not (run / DATA).is_file():
         return None
     return outside_of(
-        {**data, "file": KEPT}, run, [*series.species, *series.reporters], str(run / "manifest.json")
+        {**data, "file": DATA}, run, [*series.species, *series.reporters], str(run / "manifest.json")
     )
 
 

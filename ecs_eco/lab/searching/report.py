@@ -1,5 +1,6 @@
 """A whole search and its results: the best worlds, search.json, figures and search.html."""
 
+import os
 import shutil
 from collections import Counter
 from collections.abc import Mapping
@@ -486,14 +487,20 @@ def write_world(
     """Write one world; `trained` is the folder with the policies trained for it, if any."""
     config = load(plan.config, dict(values))
     files = _policies(config, trained, file.with_suffix(""), plan.config.search.policies in TRAINED)
-    text = _text(config, world, overrides, values, files)
     keep_beside(config._code.sources, file.parent)
-    for name in named_files(config.resolved()):
-        if not (copy := inside(file.parent, file.parent / name)).exists():
-            copy_file(config.file(name), copy)
     data = config.resolved()
-    for name, path in files.items():
-        data["species"][name]["policy"]["file"] = path
+    moved: dict[Key, Any] = {("species", name, "policy", "file"): path for name, path in files.items()}
+    for name in named_files(data):
+        if ".." in Path(name).parts:  # measurements: rasters are in the folder of their world
+            moved["data", "file"] = os.path.relpath(config.file(name), file.parent)
+        elif not os.path.isabs(name) and not (copy := inside(file.parent, file.parent / name)).exists():
+            copy_file(config.file(name), copy)
+    text = _text(config, world, overrides, values, moved)
+    for key, value in moved.items():
+        part: Any = data
+        for step in key[:-1]:
+            part = part[step]
+        part[key[-1]] = value
     for candidate in (text, as_toml(data)):
         if candidate is not None:
             write_text(file, "".join(f"# {line}\n" for line in note.splitlines()) + candidate)
@@ -509,9 +516,10 @@ def _text(
     world: WorldSource,
     overrides: Overrides,
     values: Mapping[str, float],
-    files: Mapping[str, str],
+    moved: Mapping[Key, Any],
 ) -> str | None:
-    """Return the text of the world file with these values, or None if there is no text to be edited."""
+    """Return the text of the world file with these values and `moved` ones, or None if there is no text to be
+    edited."""
     document = document_of(world, overrides)
     if not document.text:
         return None
@@ -519,12 +527,11 @@ def _text(
         key: value for key, value in document.changes.items() if key[:1] != ("search",)
     }
     changes |= {real_key(config.model_dump(), key_of(name))[0]: value for name, value in values.items()}
-    changes |= {("species", name, "policy", "file"): path for name, path in files.items()}
-    return edited(document.text, changes)
+    return edited(document.text, changes | dict(moved))
 
 
 def _same(file: Path, config: WorldConfig) -> bool:
-    """Return whether the file describes this world, ignoring the location of its policies."""
+    """Return whether the file describes this world, ignoring the location of its files."""
     try:
         written = load(file)
     except ConfigError:
@@ -533,6 +540,8 @@ def _same(file: Path, config: WorldConfig) -> bool:
     for data in (a, b):
         for species in data["species"].values():
             species["policy"]["file"] = None
+        if data.get("data"):
+            data["data"]["file"] = None
     return a == b
 
 

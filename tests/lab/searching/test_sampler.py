@@ -19,7 +19,7 @@ from ecs_eco.lab.searching.evaluate import likeness
 from ecs_eco.lab.searching.figures import posterior_pairs, scatter
 from ecs_eco.lab.searching.journal import Journal
 from ecs_eco.lab.searching.plan import Fit, Plan, plan_of, sampled, statistics
-from ecs_eco.lab.searching.report import posterior_blocks, posterior_opening
+from ecs_eco.lab.searching.report import posterior_blocks, posterior_opening, write_world
 from ecs_eco.lab.searching.sampler import Population, Sampler, summary, weighted_quantiles
 from tests.analysis.test_against import waves
 
@@ -294,3 +294,20 @@ def test_best_worlds_keep_the_raster_that_they_name(world: Path, tmp_path: Path)
     for folder in ("land/dem.asc", "mites.csv"):
         (tmp_path / folder).unlink()
     assert load(tmp_path / "out" / "s" / "best-1.toml")._land.elevation.max() == 4
+
+
+@pytest.mark.parametrize("kind", ["beside", "above", "absolute"])
+def test_worlds_are_written_with_their_measurements_wherever_these_are(
+    world: Path, tmp_path: Path, kind: str
+) -> None:
+    names = {"beside": "mites.csv", "above": "../fell.csv", "absolute": str(tmp_path / "mites.csv")}
+    (tmp_path.parent / "fell.csv").write_text((tmp_path / "mites.csv").read_text())
+    world.write_text(world.read_text().replace('"mites.csv"', f'"{names[kind]}"'))
+    (tmp_path / "s").mkdir()
+    plan, file = plan_of(load(world)), tmp_path / "s" / "best-1.toml"
+    for source in (world, load(world)):
+        write_world(plan, source, {}, {COUNT: 50}, tmp_path, file, "the best")
+        near = load(file)
+        assert near.species["mite"].count == 50
+        assert near.file(near.data.file).read_text() == (tmp_path / "mites.csv").read_text()
+    assert (tmp_path / "s" / "mites.csv").exists() == (kind == "beside")
