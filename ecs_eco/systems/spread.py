@@ -119,12 +119,12 @@ class Spread(System):
         if way is None or way.kind != "spread":
             return
         taken, inverse, reach, room_for = self.ground(table, world.space, way)
-        uid = table.uid
+        uid, key = table.uid, world.key
         if world.bands.divided:
             taken = world.bands.sites(table, taken)
         else:
             p = table[Position]
-            stands(table.alive[: table.high], p.x, p.y, inverse, uid, world.key, taken)
+            stands(table.alive[: table.high], p.x, p.y, inverse, uid, key, taken)
         own: Any = np.float32(way.rate)
         if table.species.traits:
             own = own_value(table, "reproduction.rate", own)
@@ -140,7 +140,7 @@ class Spread(System):
             np.float32(way.seed_rain * time),
             reach,
             vigour,
-            world.key,
+            key,
             table.place << 20,
             AS_IT_STANDS if world.bands.divided else uid,
         )
