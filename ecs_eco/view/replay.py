@@ -10,7 +10,9 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.analysis.style import own_colors
+from ecs_eco.config.models.body import Body
 from ecs_eco.ecosystem import World
+from ecs_eco.record.seal import validate
 from ecs_eco.view.account import of_run
 from ecs_eco.view.curves import series
 from ecs_eco.view.genealogy import Genealogy
@@ -130,6 +132,8 @@ class Replay(Watched):
                 kind["color"] = colors.get(kind["name"], kind["color"])
             fields = [name for name in message["fields"] if name not in r.scene.fields]  # not recorded
             return message | {"objects": sized(message["objects"], r.objects, OBJECT_UID), "fields": fields}
+        for section in (*config["species"].values(), *(config["objects"][n] for n in self.objects)):
+            validate(r.path / "manifest.json", section.get("body") or {}, Body)
         kinds = [
             plain_kind(n, config["species"][n], colors.get(n))
             | {"sees": eyes_of(config["species"][n].get("sensors"))}

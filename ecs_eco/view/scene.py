@@ -284,7 +284,7 @@ def shape_of(body: Body) -> dict[str, Any]:
 
 def plain_kind(name: str, section: dict[str, Any], color: str | None) -> dict[str, Any]:
     """Return data about a species or an object type from its section in a manifest."""
-    body, moves = Body.model_validate(section.get("body") or {"radius": 1.0}), bool(section.get("locomotion"))
+    body, moves = Body.model_validate(section["body"]), bool(section.get("locomotion"))
     out = {"name": name, "color": color or "#888888", "radius": body.radius} | shape_of(body)
     look = {"look": section["look"]} if section.get("look") else {}
     return out | {"moves": moves, "sessile": not moves, "genes": [], "learns": False} | look
