@@ -18,10 +18,8 @@ from ecs_eco.space.geometry import Extent, Places, cell_of, into
 from ecs_eco.space.seekers import Seekers
 
 if TYPE_CHECKING:
-    from ecs_eco.config.features.chemistry import Equilibrate, Release, Uptake
     from ecs_eco.engine.table import Table
     from ecs_eco.space.field import Field
-    from ecs_eco.space.index import Index
     from ecs_eco.space.world import SpatialWorld
 
 OUTSIDE = np.zeros(0)
@@ -47,7 +45,7 @@ class Mouths(NamedTuple):
 
 
 KINDS = "uptake", "equilibrate", "release"
-NO_LIMIT = 1e30
+NO_LIMIT, TINY = 1e30, 1e-300
 
 
 class ExchangeMatter(System):
@@ -72,7 +70,8 @@ class ExchangeMatter(System):
         time."""
         self._asked = {}
         super().process()
-        for (kind, _), every in sorted(self._asked.items(), key=lambda one: one[0]):
+        for kind, s in sorted(self._asked):
+            every = self._asked[kind, s]
             for one in every:
                 one.look()
             (take_up, equilibrate, release)[kind](every, self.world.dt)
@@ -81,68 +80,68 @@ class ExchangeMatter(System):
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Record the exchanges of one kind of body, by process and substance."""
-        ways = enumerate(table.species.exchange if table.n else ())
-        for number, way in sorted(ways, key=lambda way: str(vars(way[1]))):
-            field = None if way.field is None else world.fields[way.field]
-            name = way.substance if way.kind == "release" else (field and field.substance)
-            s = world.substances.index(name or "")
-            one = Exchange(table, world, way, f"exchange.{number}.", field, s)
-            self._asked.setdefault((KINDS.index(way.kind), s), []).append(one)
+        if table.n == 0:
+            return
+        some = Living(table, world)
+        for number, _ in sorted(enumerate(table.species.exchange), key=lambda way: str(vars(way[1]))):
+            one = Exchange(some, number)
+            self._asked.setdefault((KINDS.index(one.way.kind), one.s), []).append(one)
+
+
+class Living:
+    """The members of a table that are not dying, in canonical order."""
+
+    def __init__(self, table: Table, world: SpatialWorld) -> None:
+        self.table, self.world, self.index = table, world, world.index(table)
+        self.rows, self.bodies = self.index.rows, bodies(table)
+        dying = table.cause[self.rows] != 0
+        self.which: Any = ~dying if dying.any() else slice(None)  # entries of the index
+        self.rows = self.rows[self.which]
+        self.volume = self.bodies.volume[self.rows]  # f64[n] [L]
 
 
 class Exchange:
-    """An exchange of one substance by all members of a table. All arrays f64[n] are in canonical order, which
-    is the same for all exchanges of the table."""
+    """An exchange of one substance by all members of a table; arrays f64[n] are in canonical order."""
 
-    def __init__(
-        self,
-        table: Table,
-        world: SpatialWorld,
-        way: Uptake | Equilibrate | Release,
-        key: str,
-        field: Field | None,
-        s: int,
-    ) -> None:
-        self.table, self.world, self.way, self.key, self.field, self.s = table, world, way, key, field, s
+    change: np.ndarray  # [mol/L]
+
+    def __init__(self, some: Living, number: int) -> None:
+        self.some, self.key = some, f"exchange.{number}."
+        self.way = way = some.table.species.exchange[number]
+        self.field: Field | None = None if way.field is None else some.world.fields[way.field]
+        substance = way.substance if self.field is None else self.field.substance or ""
+        self.s = some.world.substances.index(substance)
 
     def look(self) -> None:
-        """Find the organisms that are not dying, the concentrations in and around them [mol/L], and their
-        volumes [L]."""
-        index, s = self.world.index(self.table), self.s
-        living = self.table.cause[index.rows] == 0
-        self.rows, self.bodies = index.rows[living], bodies(self.table)
-        self.held = self.bodies.molarity[self.rows, s].astype(np.float64)
-        if self.bodies.residue.size:
-            self.held += self.bodies.residue[self.rows, s]
-        self.volume, self.change = self.bodies.volume[self.rows], np.zeros(self.rows.size)
+        """Find the concentrations in and around bodies [mol/L], and which organisms act."""
+        some, table = self.some, self.some.table
         action = getattr(self.way, "action", None)
-        self.acting = (
-            True if action is None else self.table.species.nerves.doing(self.table, action)[self.rows]
-        )
-        self.cell, self.litres, self.around = self.rows, 1.0, OUTSIDE
+        self.acting = True if action is None else table.species.nerves.doing(table, action)[some.rows]
+        self.cell, self.litres, self.value = some.rows, 1.0, OUTSIDE
         if self.field is not None:
-            self.cell, self.litres = self._cells(index, self.field)[living], self.field.litres
-            self.around = self.field.value.reshape(-1)[self.cell]
+            self.cell, self.litres = self._cells(self.field)[some.which], self.field.litres
+            self.value = self.field.value.reshape(-1)
+        self.held, self.around = concentrations(some.rows, some.bodies, self.s, self.cell, self.value)
 
-    def own(self, *names: str, without: float = 0.0) -> list[np.ndarray]:
-        """Return values of the exchange for each organism: f64[n]; `without` replaces absent ones."""
-        values = {f"{self.key}{name}": getattr(self.way, name) for name in names}
-        found = own_values(self.table, {k: without if v is None else v for k, v in values.items()})
-        return [np.full(self.rows.size, of_row(value, self.rows), np.float64) for value in found]
+    def own(self, **values: float) -> list[Any]:
+        """Return values of the exchange: a number, or f64[n] if genes code for any of them."""
+        found = own_values(self.some.table, {f"{self.key}{name}": value for name, value in values.items()})
+        return [v[self.some.rows].astype(np.float64) if isinstance(v, np.ndarray) else v for v in found]
 
     def apply(self) -> None:
         """Change the concentrations in bodies by `change` [mol/L], and book the amounts that have moved."""
-        value = OUTSIDE if self.field is None else self.field.value.reshape(-1)
-        moved = move(self.rows, self.cell, self.bodies, self.s, self.change, value, self.litres)
-        if (books := self.world.matter) is not None:
+        some = self.some
+        moved = move(some.rows, self.cell, some.bodies, self.s, self.change, self.value, self.litres)
+        if (books := some.world.matter) is not None:
             flow = "taken_up" if self.way.kind != "release" else "lost" if self.field is None else "released"
-            books.book(("table", self.table.name), flow, moved, self.s)
+            books.book(("table", some.table.name), flow, moved, self.s)
             if self.field is not None:
                 books.book(("field", self.way.field), flow, -moved, self.s)
 
-    def _cells(self, index: Index, field: Field) -> np.ndarray:
+    def _cells(self, field: Field) -> np.ndarray:
         """Return the field cell at each mouth, by entry of the index: i64[entries]."""
-        table, space, cell = self.table, self.world.space, np.empty(index.n, np.int64)
+        table, world, index = self.some.table, self.some.world, self.some.index
+        cell, space = np.empty(index.n, np.int64), world.space
         at = own_values(
             table,
             {f"{self.key}at.{axis}": np.float32(v) for axis, v in enumerate([*self.way.at, 0.0, 0.0][:3])},
@@ -150,7 +149,7 @@ class Exchange:
         x, y, z = index.x, index.y, index.z
         if Shape in table:
             each = [v[index.rows] if isinstance(v, np.ndarray) else v for v in at]
-            x, y, z = place_of(table, Seekers(self.world, table), -1, each, space)
+            x, y, z = place_of(table, Seekers(world, table), -1, each, space)
             at = (np.float32(0),) * 3
         places, mouths = Places(x, y, z), Mouths(table[Position].heading, table[Body].radius, *at)
         find(index.rows, places, mouths, space.extent, Cells(*field.shape, field.inverse), cell)
@@ -160,29 +159,26 @@ class Exchange:
 def take_up(every: list[Exchange], dt: float) -> None:
     """Set the changes by uptake: rate c/(half + c) (Michaelis & Menten 1913), limited by the space left in each
     body and by the content of each cell."""
-    wanted = []
+    wanted, amounts = [], []
     for one in every:
-        rate, half = one.own("rate", "half")
-        rate *= dt * np.asarray(one.acting)
-        wanted.append(np.divide(rate * one.around, half + one.around, out=rate, where=half > 0))
-    amounts = []
-    for one, demand, most in zip(every, wanted, of_body(every, wanted), strict=True):
-        (until,) = one.own("concentration_max", without=NO_LIMIT)
-        left = (until - one.held) * share(demand, most)
-        amounts.append(np.minimum(demand, left).clip(0.0) * one.volume)
+        rate, half = one.own(rate=one.way.rate, half=one.way.half or 0.0)
+        demand = np.where(one.acting, rate * dt, np.zeros_like(one.held))
+        wanted.append(demand if one.way.half is None else demand * one.around / (half + one.around))
+    for one, demand, (part, _) in zip(every, wanted, of_body(every, wanted), strict=True):
+        (until,) = one.own(concentration_max=one.way.concentration_max or NO_LIMIT)
+        amounts.append(np.maximum(np.minimum(demand, (until - one.held) * part), 0.0) * one.some.volume)
     for one, amount, total in zip(every, amounts, of_cell(every, amounts), strict=True):
         there = one.around * one.litres
-        one.change = amount * np.where(total > there, share(there, total), 1.0) / one.volume
+        share = np.divide(there, total, out=np.ones(there.size), where=total > there)
+        one.change = amount * share / one.some.volume
 
 
 def equilibrate(every: list[Exchange], dt: float) -> None:
     """Set the changes by diffusion (Fick 1855): y = partition × c_field − c falls as exp(−rate × crowd × t)."""
-    rates = [one.own("rate")[0] * dt for one in every]
-    sums = of_body(every, rates)
-    parts = [share(rate, total) for rate, total in zip(rates, sums, strict=True)]
-    crowds = of_cell(every, [one.volume * part for one, part in zip(every, parts, strict=True)])
-    for one, total, part, volume in zip(every, sums, parts, crowds, strict=True):
-        (partition,) = one.own("partition")
+    rates = of_body(every, [one.own(rate=one.way.rate)[0] * dt for one in every])
+    crowds = of_cell(every, [one.some.volume * part for one, (part, _) in zip(every, rates, strict=True)])
+    for one, (part, total), volume in zip(every, rates, crowds, strict=True):
+        (partition,) = one.own(partition=one.way.partition)
         crowd = 1.0 + partition * volume / one.litres
         one.change = (partition * one.around - one.held) * part_lost(total * crowd) * part / crowd
 
@@ -191,32 +187,32 @@ def release(every: list[Exchange], dt: float) -> None:
     """Set the changes by release: dc/dt = −rate (c − above) while c > above."""
     limits, rates = [], []
     for one in every:
-        rate, above = one.own("rate", "above")
+        rate, above = one.own(rate=one.way.rate, above=one.way.above)
         limits.append(above)
-        rates.append(rate * dt * (one.acting & (one.held > above)))
-    for one, above, rate, total in zip(every, limits, rates, of_body(every, rates), strict=True):
-        one.change = (above - one.held) * (part_lost(total) * share(rate, total))
+        rates.append(np.where(one.acting & (one.held > above), rate * dt, 0.0))
+    for one, above, (part, total) in zip(every, limits, of_body(every, rates), strict=True):
+        one.change = (above - one.held) * (part_lost(total) * part)
 
 
-def share(part: np.ndarray, whole: np.ndarray) -> np.ndarray:
-    """Return part / whole, or 0 if both are 0."""
-    return np.divide(part, whole, out=np.zeros_like(whole), where=whole > 0)
+def of_body(every: list[Exchange], rates: list[Any]) -> list[tuple[Any, Any]]:
+    """Return, for each exchange, its share of the rates of all exchanges of a body, and the sum of these rates:
+    numbers or f64[n]."""
+    sums: dict[str, list[Any]] = {}
+    for one, rate in zip(every, rates, strict=True):
+        sums.setdefault(one.some.table.name, []).append(rate)
+    out: list[tuple[Any, Any]] = []
+    for one, rate in zip(every, rates, strict=True):
+        total = sum(some := sums[one.some.table.name])
+        out.append((1.0 if len(some) == 1 else rate / np.maximum(total, TINY), total))
+    return out
 
 
-def of_body(every: list[Exchange], values: list[np.ndarray]) -> list[np.ndarray]:
-    """Return the sums of values f64[n] over all exchanges of the same table."""
-    sums: dict[str, Any] = {}
-    for one, value in zip(every, values, strict=True):
-        sums[one.table.name] = sums.get(one.table.name, 0.0) + value
-    return [sums[one.table.name] for one in every]
-
-
-def of_cell(every: list[Exchange], values: list[np.ndarray]) -> list[np.ndarray]:
-    """Return, for each organism, the sum of values f64[n] over all exchanges with its cell."""
+def of_cell(every: list[Exchange], amounts: list[np.ndarray]) -> list[np.ndarray]:
+    """Return, for each organism, the sum of amounts f64[n] over all exchanges with its cell."""
     sums: dict[str, np.ndarray] = {}
-    for one, value in zip(every, values, strict=True):
+    for one, amount in zip(every, amounts, strict=True):
         assert one.field is not None
-        np.add.at(sums.setdefault(one.way.field or "", np.zeros(one.field.value.size)), one.cell, value)
+        np.add.at(sums.setdefault(one.way.field or "", np.zeros(one.field.value.size)), one.cell, amount)
     return [sums[one.way.field or ""][one.cell] for one in every]
 
 
@@ -236,6 +232,17 @@ def find(
         cell[i] = (cell_of(pz * inverse[2], nz) * ny + cell_of(py * inverse[1], ny)) * nx + cell_of(
             px * inverse[0], nx
         )
+
+
+@njit
+def concentrations(rows, bodies, s, cell, value):
+    """Return the concentrations [mol/L] in bodies and, if they exchange with a field, in their cells: f64[n]."""
+    inside, outside = np.empty(rows.size), np.zeros(rows.size)
+    for i in range(rows.size):
+        inside[i] = held(bodies, rows[i], s)
+        if value.size:
+            outside[i] = value[cell[i]]
+    return inside, outside
 
 
 @njit

@@ -321,13 +321,17 @@ class Entry:
     """An exchange with one field of 50 L cells, for `take_up`, `equilibrate` and `release`."""
 
     def __init__(self, name, rng, field, **values):
-        self.table, self.way = SimpleNamespace(name=name), SimpleNamespace(field="air")
-        self.field, self.values, self.acting = SimpleNamespace(value=field), values, True
+        table, volume = SimpleNamespace(name=name), rng.uniform(0.5, 3, 9)
+        self.some, self.way = (
+            SimpleNamespace(table=table, volume=volume),
+            SimpleNamespace(field="air", **values),
+        )
+        self.field, self.acting = SimpleNamespace(value=field), True
         self.cell, self.litres = rng.integers(0, field.size, 9), 50.0
-        self.held, self.volume, self.around = rng.uniform(0, 0.1, 9), rng.uniform(0.5, 3, 9), field[self.cell]
+        self.held, self.around = rng.uniform(0, 0.1, 9), field[self.cell]
 
-    def own(self, *names, without=0.0):
-        return [np.full(9, self.values.get(name, without)) for name in names]
+    def own(self, **values):
+        return [*values.values()]
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -339,7 +343,7 @@ def test_the_changes_are_those_of_slow_twins(seed):
     demand = np.zeros(4)
     for e in every:
         for i, k in enumerate(e.cell):
-            demand[k] += min(2.0 * field[k] / (0.1 + field[k]), 1.5 - e.held[i]) * e.volume[i]
+            demand[k] += min(2.0 * field[k] / (0.1 + field[k]), 1.5 - e.held[i]) * e.some.volume[i]
     for e in every:
         for i, k in enumerate(e.cell):
             mine = min(2.0 * field[k] / (0.1 + field[k]), 1.5 - e.held[i]) * min(
@@ -352,7 +356,7 @@ def test_the_changes_are_those_of_slow_twins(seed):
     volume = np.zeros(4)
     for e in every:
         for i, k in enumerate(e.cell):
-            volume[k] += e.volume[i]
+            volume[k] += e.some.volume[i]
     for e in every:
         for i, k in enumerate(e.cell):
             crowd = 1 + 1.5 * volume[k] / 50
