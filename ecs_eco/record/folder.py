@@ -107,7 +107,7 @@ def check_content(path: Path, counts: Mapping[str, int]) -> None:
             except RecordingError as error:
                 raise RecordingError(
                     f"{error}, so the run cannot continue. Fork it from a checkpoint instead: ecs-eco "
-                    f"resume {path} --out NEW"
+                    f"resume {path} --out NEW --until LATER"
                 ) from None
 
 

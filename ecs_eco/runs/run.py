@@ -254,7 +254,7 @@ def resume(
                 f"{path}: has records up to tick {manifest['done']}, but "
                 f"{f'its last intact checkpoint is from tick {reached}' if newest else 'no intact checkpoint'}, "
                 f"so resuming would delete records. Fork it instead: ecs-eco resume {path} --from-tick "
-                f"{manifest['done']} --out NEW"
+                f"{manifest['done']} --out NEW --until LATER"
             )
         if newest is None:
             world = World.from_config(threads=threads, record=False, **start_of(path, manifest, trust=trust))
