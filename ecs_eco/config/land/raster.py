@@ -116,6 +116,7 @@ def read_raster(name: str, folder: Path, band: int | str | None = None, crs: str
     """Read one band of a raster file; `crs` is used if the file does not state one. Raises RasterError."""
     path = path_of(name, folder)
     try:
+        os.stat(path)  # a missing file is reported before a missing package
         own = {".npz": _of_npz, ".asc": _of_ascii, ".grd": _of_ascii}
         raster = own.get(path.suffix.lower(), _of_gdal)(path, band)
     except OSError as error:
