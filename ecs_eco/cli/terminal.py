@@ -91,7 +91,10 @@ def recorded(folder: Path) -> None:
     """Reject a folder without a recorded run."""
     if not (folder / "manifest.json").is_file():
         fault = "has no manifest.json" if folder.is_dir() else "no such folder"
-        early = ": a run was killed there before it started; repeat the same command" * stopped_early(folder)
+        again = (
+            f"; a run was killed there before it started: run it again with --out {shlex.quote(str(folder))}"
+        )
+        early = again if stopped_early(folder) else ""
         refuse("DIR", fault + early, str(folder), "a folder written by `ecs-eco run`")
 
 

@@ -163,7 +163,8 @@ def take_up(every: list[Exchange], dt: float) -> None:
     for one in every:
         rate, half = one.own(rate=one.way.rate, half=one.way.half or 0.0)
         demand = np.where(one.acting, rate * dt, np.zeros_like(one.held))
-        wanted.append(demand if one.way.half is None else demand * one.around / (half + one.around))
+        slow = np.maximum(half + one.around, TINY)  # a gene may code for a half of 0
+        wanted.append(demand if one.way.half is None else demand * one.around / slow)
     for one, demand, (part, _) in zip(every, wanted, of_body(every, wanted), strict=True):
         (until,) = one.own(concentration_max=one.way.concentration_max or NO_LIMIT)
         amounts.append(np.maximum(np.minimum(demand, (until - one.held) * part), 0.0) * one.some.volume)

@@ -7,7 +7,8 @@ import pytest
 from typer.testing import CliRunner
 
 from ecs_eco.cli import app
-from ecs_eco.cli.terminal import printable
+from ecs_eco.cli.terminal import printable, recorded
+from ecs_eco.engine.errors import ConfigError
 
 EVIL = "\x1b]0;owned\x07\x1b[2J\x9b31m\u202egnp\u2066\x00\r\x08"
 MOSS = {"count": 3, "body": {"radius": 0.1}}
@@ -47,3 +48,9 @@ def test_texts_of_a_world_reach_the_terminal_without_control_characters(
     done = CliRunner().invoke(app, [command[0], str(path), *command[1:]])
     assert controls(done.output) == []
     assert done.exit_code == 2 or (done.exit_code == 0 and "T\\u001b" in done.output) or command[0] == "run"
+
+
+def test_a_folder_of_a_run_that_was_killed_early_is_refused_with_advice(tmp_path):
+    (tmp_path / ".lock").touch()
+    with pytest.raises(ConfigError, match="was killed there before it started: run it again with --out"):
+        recorded(tmp_path)

@@ -366,3 +366,11 @@ def test_the_changes_are_those_of_slow_twins(seed):
     for e in every:
         gone = [max(c - 0.05, 0.0) * (1 - math.exp(-0.3)) for c in e.held]
         assert -e.change == pytest.approx(gone)
+
+
+def test_a_half_of_zero_and_an_empty_cell_give_no_uptake():
+    field = np.array([0.0, 0.5])
+    entry = Entry("a", np.random.default_rng(1), field, rate=0.001, half=0.01, concentration_max=None)
+    entry.own = lambda **values: [np.zeros(9) if name == "half" else v for name, v in values.items()]
+    take_up([entry], 1.0)
+    assert entry.change == pytest.approx(np.where(entry.around > 0, 0.001, 0.0))
