@@ -11,7 +11,7 @@ from ecs_eco.compiled.elementary import scalars
 from ecs_eco.compiled.jit import lone_njit, njit
 from ecs_eco.components import Growth, Metabolism, Position
 from ecs_eco.engine import random
-from ecs_eco.engine.random import bits, draw
+from ecs_eco.engine.random import draw
 from ecs_eco.engine.submodel import Submodel
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value
@@ -119,12 +119,11 @@ class Spread(System):
         if way is None or way.kind != "spread":
             return
         taken, inverse, reach, room_for = self.ground(table, world.space, way)
-        uid, key = table.uid, world.key
         if world.bands.divided:
             taken = world.bands.sites(table, taken)
         else:
             p = table[Position]
-            stands(table.alive[: table.high], p.x, p.y, inverse, uid, key, taken)
+            stands(table.alive[: table.high], p.x, p.y, inverse, taken)
         own: Any = np.float32(way.rate)
         if table.species.traits:
             own = own_value(table, "reproduction.rate", own)
@@ -140,9 +139,9 @@ class Spread(System):
             np.float32(way.seed_rain * time),
             reach,
             vigour,
-            key,
+            world.key,
             table.place << 20,
-            AS_IT_STANDS if world.bands.divided else uid,
+            AS_IT_STANDS if world.bands.divided else table.uid,
         )
         found, space, ground = room_for.found, world.space.extent, ground_of(world)
         work = taken.size // 3
@@ -260,8 +259,8 @@ def share(table: Table, vigour: np.ndarray) -> float:
 
 
 @lone_njit
-def stands(alive, x, y, inverse, uid, key, taken):
-    """Write the row of the plant on each site to taken i64[ny, nx] (−1: none), a random one if several plants
+def stands(alive, x, y, inverse, taken):
+    """Write the row of the plant on each site to taken i64[ny, nx] (−1: none), the last row if several plants
     share a site."""
     ny, nx = taken.shape
     flat, cell = taken.reshape(-1), np.empty(BLOCK, np.int32)
@@ -271,10 +270,7 @@ def stands(alive, x, y, inverse, uid, key, taken):
         cells_at(first, size, (x, y, y), (1, ny, nx), (inverse[0], inverse[1], np.float32(0.0)), cell)
         for k in range(size):
             if alive[first + k]:
-                row, site = first + k, np.uint32(cell[k])
-                other = flat[site]
-                if other < 0 or bits(key, uid[row], random.LOT) < bits(key, uid[other], random.LOT):
-                    flat[site] = row
+                flat[np.uint32(cell[k])] = first + k
 
 
 @njit
@@ -363,12 +359,9 @@ def lucky(begin, size, flat, key, purpose, most, luck, near):
 
 @njit
 def on_site(i, u, inverse, length):
-    """Return the coordinate f32 [m] at which a seed sprouts within column or row i of the sites, given a number
-    u in [0, 1). Rounding does not move it to the next site."""
-    x = np.float32((np.float64(i) + np.float64(u)) / np.float64(inverse))
-    x = min(x, np.nextafter(length, np.float32(0.0)))
-    while x * inverse >= np.float32(i + 1):
-        x = np.nextafter(x, np.float32(0.0))
-    while x * inverse < np.float32(i):
-        x = np.nextafter(x, np.float32(np.inf))
-    return x
+    """Return the coordinate [m] at which a seed sprouts within column or row i of the sites, given a number u
+    in [0, 1)."""
+    return min(
+        (np.float64(i) + np.float64(u)) / np.float64(inverse),
+        np.float64(np.nextafter(length, np.float32(0.0))),
+    )

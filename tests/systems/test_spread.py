@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
 
-from ecs_eco import World
 from ecs_eco.components import Growth, Position
 from ecs_eco.engine import random
 from ecs_eco.engine.random import draw
@@ -9,7 +8,7 @@ from ecs_eco.space.geometry import Space
 from ecs_eco.space.terrain import OPEN_GROUND
 from ecs_eco.space.world import SpatialWorld
 from ecs_eco.systems import Spread
-from ecs_eco.systems.spread import EVERYWHERE, Seeds, Sprouts, listed, on_site, sprout, stands
+from ecs_eco.systems.spread import EVERYWHERE, Seeds, Sprouts, listed, sprout, stands
 from ecs_eco.testing import act, arrange
 
 WAY = {"kind": "spread", "rate": 0.5, "seed_rain": 0.0, "spacing": 2.0}
@@ -252,48 +251,12 @@ def test_sites_are_known_whoever_was_born_or_died_since(crowded):
         if turn % 5 == 3:  # some are born and die before anybody looks
             table.cause[rng.choice(table.rows(), 9, replace=False)] = world.cause("eaten")
             world.flush()
-        p = table[Position]
-        stands(table.alive[: table.high], p.x, p.y, inverse, table.uid, world.key, sites)
-        assert (sites == _who_stands_where(table, sites.shape, world.key)).all()
+        stands(table.alive[: table.high], table[Position].x, table[Position].y, inverse, sites)
+        assert (sites == _who_stands_where(table, sites.shape)).all()
 
 
-def _who_stands_where(table, shape, key):
+def _who_stands_where(table, shape):
     taken = np.full(shape, -1)
-    for row in sorted(table.rows(), key=lambda row: -int(random.bits(key, table.uid[row], random.LOT))):
+    for row in table.rows():  # the last stands there
         taken[int(table[Position].y[row]), int(table[Position].x[row])] = row
     return taken
-
-
-def test_plants_that_share_a_site_are_parents_equally_often_whatever_their_rows():
-    """10 plants on one site. The last row was the only parent."""
-    grass = {"count": 0, "body": {"radius": 0.1}}
-    way = {"kind": "spread", "rate": 0.5, "spacing": 5.0, "place": "near", "dispersal": 10.0}
-    config = {"format": 1, "name": "t", "space": {"size": [100.0, 100.0]}}
-    found = []
-    for reverse in (False, True):
-        world = World.from_config(config | {"species": {"p": grass | {"reproduction": way}}}, seed=1)
-        table, parents = world.tables["p"], []
-        for _ in range(10):
-            world.spawn("p", Position(x=52.5, y=52.5))
-        world.flush()
-        if reverse:
-            table.reorder(table.rows()[::-1])
-        world.on_birth.append(lambda table, rows, first, second, into=parents: into.extend(first.tolist()))
-        world.run(8)
-        found.append(parents)
-    assert found[0] == found[1]
-    assert len({uid for uid in found[0] if uid <= 10}) > 1
-
-
-def test_a_seed_sprouts_on_its_site_whatever_is_rounded():
-    """A 27,000th of the seeds in a world of 2,000 sites of 2 m were 0.1 mm beyond."""
-    rng = np.random.default_rng(1)
-    for size, spacing in ((100.0, 1.0), (1000.0, 1.0), (4000.0, 2.0), (99.0, 0.7)):
-        n = round(size / spacing)
-        inverse, length = np.float32(n / size), np.float32(size)
-        sites, u = rng.integers(0, n, 30_000), (rng.integers(2**24 - 64, 2**24, 30_000) / 2**24).astype("f4")
-        for i, x in (
-            (i, on_site(i, v, inverse, length)) for i, v in zip(sites, u * (sites % 2), strict=True)
-        ):
-            assert int(np.float32(x) * inverse) == i
-            assert x < length
